@@ -114,7 +114,7 @@ class _Robots:
             return None
         if request.package_dir is not None and folder is None:
             return None
-        key = (request.format, file.path, srdf, folder, request.scale, request.collision_is_visual)
+        key = (request.format, file.path, srdf, folder, request.scale, request.collision_is_visual, request.repair)
         if key not in self._known:
             described = self._described(request, file, srdf, folder, (origin, pairing))
             self._known[key] = described, origin, pairing
@@ -152,6 +152,7 @@ class _Robots:
             origin=origin,
             scale=request.scale,
             collision_is_visual=request.collision_is_visual,
+            repair=request.repair,
             srdf=srdf,
             srdf_origin=pairing,
             package=None if folder is None else self._inside(folder),

@@ -303,8 +303,10 @@ def _check_references(
                 path = _resolve_reference(checker, asset, reference)
             except AssetError as fault:
                 missing = fault.code == "SC418" and (reference.kind == "image" or isinstance(fault, _MissingError))
-                if visual is not None or reference.kind == "buffer" or not missing:
+                if (visual is not None and not asset.optional_names) or reference.kind == "buffer" or not missing:
                     raise
+                if visual is not None:
+                    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which is missing", origin)
                 if reference.kind == "material":
                     waiting.extend(
                         AssetReference(uri, "instead") for uri in fallback_materials(reference.uri, asset.path)

@@ -387,6 +387,7 @@ class RobotRequest:
         package_dir: as written; None: none is given.
         scale: of all lengths.
         collision_is_visual: whether what collides is seen too.
+        repair: what is repaired in a URDF.
     """
 
     format: Literal["urdf", "mjcf"]
@@ -395,6 +396,7 @@ class RobotRequest:
     package_dir: str | None = None
     scale: float = 1.0
     collision_is_visual: bool = False
+    repair: frozenset[str] = frozenset()
 
 
 RobotReader = Callable[[RobotRequest, Mapping[str, "Origin"]], "tuple[AssetFile, RobotDescription] | None"]

@@ -45,6 +45,7 @@ class AssetFile:
             plan whose files nobody has checked.
         names: the files that it names in turn, and which a build opens.
         state: it was in when it was checked, by which a build tells that it changed since.
+        optional_names: whether images and material files that it names may be missing, and are then not seen.
     """
 
     uri: str
@@ -52,6 +53,7 @@ class AssetFile:
     sha256: str | None = None
     names: tuple[NamedFile, ...] = ()
     state: State | None = field(default=None, compare=False)
+    optional_names: bool = False
 
 
 @frozen

@@ -67,7 +67,9 @@ if TYPE_CHECKING:
 PLAN_VERSION = 2
 """The value of a plan's `scenecc_plan` key. In version 1, which is read too, files have no hashes."""
 
-_OMITTED_WHEN_EMPTY = frozenset(("constraints", "lights", "cameras", "draws", "mimics", "hidden", "names"))
+_OMITTED_WHEN_EMPTY = frozenset(
+    ("constraints", "lights", "cameras", "draws", "mimics", "hidden", "names", "optional_names")
+)
 """Lists that are left out where they are empty, and a flag where it is false."""
 
 _WIDTH = 100

@@ -45,12 +45,14 @@ class MeshGeometry:
         path: where it is, among the places where it may be.
         scale: of its vertices, nonzero; a negative one mirrors them.
         parts: whether each connected part is a collision shape, rather than the convex hull; None: an option.
+        optional_names: whether files that it names may be missing, and are then left out.
     """
 
     uri: str
     path: Path
     scale: Vec3
     parts: bool | None = None
+    optional_names: bool = False
 
 
 Geometry = SolidGeometry | PlaneGeometry | MeshGeometry
@@ -106,11 +108,14 @@ class DescribedVisual:
 
 @frozen
 class DescribedInertial:
-    """Mass [kg], centre of mass with the principal axes, principal moments [kg·m²]."""
+    """Mass [kg], centre of mass with the principal axes, principal moments [kg·m²].
+
+    `inertia` None: it and the centre of mass are those of the link's colliding shapes, scaled to the mass.
+    """
 
     mass: float
     com: Pose7
-    inertia: Vec3
+    inertia: Vec3 | None
     location: Location
 
 

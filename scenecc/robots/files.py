@@ -162,8 +162,19 @@ class RobotFiles:
     package: Callable[[str], ResolvedFile | Refusal] | None = None
     found: dict[str, DescribedFile] = field(default_factory=dict[str, DescribedFile])
 
-    def find(self, reference: str, location: Location, findings: FileReport) -> DescribedFile | None:
+    def find(
+        self,
+        reference: str,
+        location: Location,
+        findings: FileReport,
+        *,
+        repaired: str | None = None,
+        repairs: bool = False,
+    ) -> DescribedFile | None:
         """The file of a reference; None after an error, with a code of `scenecc.source.paths`.
+
+        `repaired` says what `repair: [files]` makes of a missing file: a note (SC488) with `repairs`, else a hint.
+
 
         A relative path is one from the robot's own folder. `package://PACKAGE/PATH` is `PACKAGE/PATH` in the folder
         that the scene gives, else in the robot's own, else in the nearest above it that has it: so does SAPIEN, which
@@ -177,9 +188,13 @@ class RobotFiles:
             )
         if isinstance(found, Refusal):
             hint = found.hint
+            if found.code == _FILE_NOT_FOUND and repaired is not None and repairs:
+                findings.report("SC488", f"{found.message}: {repaired}", location)
+                return None
             if found.code == _FILE_NOT_FOUND:
                 near = "" if hint is None else f"; {hint}"
-                hint = f"looked for {self._looked(reference)}{near}"
+                repair = "" if repaired is None else f"; with `repair: [files]` in the scene {repaired}"
+                hint = f"looked for {self._looked(reference)}{near}{repair}"
             findings.report(found.code, found.message, location, hint=hint)
             return None
         return self.add(found, location)

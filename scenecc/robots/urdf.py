@@ -34,6 +34,7 @@ from scenecc.robots.urdf_joints import (
     check_mimics,
     read_joint,
     read_joint_element,
+    resolve_fixed_mimics,
     scale_mimics,
 )
 from scenecc.robots.urdf_links import UrdfMaterials, read_geometry, read_inertial, read_origin
@@ -290,6 +291,7 @@ def read_urdf(
     srdf: ResolvedFile | Literal["sibling"] | None = "sibling",
     srdf_origin: Origin | None = None,
     package: Callable[[str], ResolvedFile | Refusal] | None = None,
+    repair: frozenset[str] = frozenset(),
     name: str | None = None,
     budget: ReadBudget | None = None,
 ) -> RobotDescription | None:
@@ -306,6 +308,7 @@ def read_urdf(
         srdf: pairs of links that do not collide; "sibling": from the file of the same name next to it, if any.
         srdf_origin: the node of the scene that names the SRDF; None: that of the URDF led to it.
         package: finds what follows `package://` in the folder that the scene gives; None: it gives none.
+        repair: of "inertia", "limits" and "files", what is repaired rather than refused, each repair told (SC488).
         name: the file's name as shown to people; None: its uri.
         budget: of all files of the scene; None: it is read alone.
     """
@@ -322,7 +325,7 @@ def read_urdf(
         return None
     files = RobotFiles(file, scope, package)
     pairing = FileReport(sink, srdf_origin or origin)
-    return _UrdfReader(root, files, findings, pairing, float(scale), is_seen=collision_is_visual).read(srdf)
+    return _UrdfReader(root, files, findings, pairing, float(scale), repair, is_seen=collision_is_visual).read(srdf)
 
 
 _FORMAT_HINT = "a MuJoCo model is given with `mjcf:`, and an SDF is not read"
@@ -338,6 +341,7 @@ class _UrdfReader:
         findings: FileReport,
         pairing: FileReport,
         scale: float,
+        repair: frozenset[str],
         *,
         is_seen: bool,
     ) -> None:
@@ -347,7 +351,8 @@ class _UrdfReader:
         self._pairing = pairing
         self._scale = scale
         self._is_seen = is_seen
-        self._looks = UrdfMaterials(root, files, findings)
+        self._repair = repair
+        self._looks = UrdfMaterials(root, files, findings, repair)
 
     def read(self, srdf: ResolvedFile | Literal["sibling"] | None) -> RobotDescription | None:
         """The whole, where nothing of it is wrong."""
@@ -372,8 +377,9 @@ class _UrdfReader:
         # Of two with one name both are read, for what else is wrong with them.
         read = [self._link(element) for element in self._root.all("link")]
         described = {link.name: link for link in reversed(read)}
-        made = (read_joint(row, self._scale, findings) for row in rows if row.kind != "floating")
-        joints = scale_mimics({joint.name: joint for joint in made if joint is not None}, self._scale)
+        made = (read_joint(row, self._scale, findings, self._repair) for row in rows if row.kind != "floating")
+        scaled = scale_mimics({joint.name: joint for joint in made if joint is not None}, self._scale)
+        joints = resolve_fixed_mimics(scaled, findings)
         pairs = self._pairs(srdf, links)
         branches = build_link_trees(links, rows, findings) if whole else None
         if branches is None or findings.errors or self._pairing.errors:
@@ -430,7 +436,7 @@ class _UrdfReader:
                 collisions.append(DescribedCollision(*shape))
                 if self._is_seen:
                     visuals.append(DescribedVisual(*shape))
-        inertial = read_inertial(element, self._scale, self._findings)
+        inertial = read_inertial(element, self._scale, self._findings, self._repair)
         return DescribedLink(
             element.attributes.get("name", ""),
             element.location,
@@ -442,7 +448,7 @@ class _UrdfReader:
     def _shape(self, element: SourceElement) -> tuple[Geometry, Pose7, Location] | None:
         pose = read_origin(element, self._scale, self._findings)
         # A shape whose pose is wrong is read all the same, for what else is wrong with it.
-        shape = read_geometry(element, pose or IDENTITY_POSE, self._scale, self._files, self._findings)
+        shape = read_geometry(element, pose or IDENTITY_POSE, self._scale, self._files, self._findings, self._repair)
         return None if pose is None else shape
 
     def _robot(

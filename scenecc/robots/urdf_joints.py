@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -82,22 +82,29 @@ def read_joint_element(element: SourceElement, findings: FileReport) -> JointEle
     return JointElement(name, kind, parent, child, element)
 
 
-def read_joint(row: JointElement, scale: float, findings: FileReport) -> DescribedJoint | None:
-    """The joint of a row that is not floating; None, reported, where something of it is wrong."""
+def read_joint(
+    row: JointElement, scale: float, findings: FileReport, repair: frozenset[str] = frozenset()
+) -> DescribedJoint | None:
+    """The joint of a row that is not floating; None, reported, where something of it is wrong.
+
+    `repair`: with "limits", a limit that is left out is none.
+    """
     before = findings.errors
     element = row.element
     origin = read_origin(element, scale, findings)
     axis = _read_axis(row, findings)
-    limits = _read_limits(row, scale, findings)
+    limits = _read_limits(row, scale, findings, repair)
     friction, damping = _read_dynamics(element, findings)
     effort, velocity = _read_actuator(row, scale, findings)
     mimic = _read_mimic(element, findings)
     if origin is None or axis is None or findings.errors > before:
         return None
     frame = axis_pose(axis)
+    # A joint that turns without limits is SAPIEN's `revolute`, which a file calls continuous.
+    endless = "limits" in repair and row.kind == "revolute" and limits == _NO_LIMITS
     return DescribedJoint(
         name=row.name,
-        type=_SAPIEN_TYPES[row.kind],
+        type="revolute" if endless else _SAPIEN_TYPES[row.kind],
         pose_in_parent=compose_poses(origin, frame),
         pose_in_child=frame,
         location=element.location,
@@ -134,35 +141,56 @@ def _read_axis(row: JointElement, findings: FileReport) -> Vec3 | None:
     return (float(axis[0]), float(axis[1]), float(axis[2]))
 
 
-def _read_limits(row: JointElement, scale: float, findings: FileReport) -> tuple[float, float] | None:
+_NO_LIMITS = (-math.inf, math.inf)
+
+_LIMITS_REPAIR = "`repair: [limits]`: a limit that is left out is then none"
+
+
+def _read_limits(
+    row: JointElement, scale: float, findings: FileReport, repair: frozenset[str]
+) -> tuple[float, float] | None:
     if row.kind not in {"revolute", "prismatic"}:
-        return None if row.kind == "fixed" else (-math.inf, math.inf)
+        return None if row.kind == "fixed" else _NO_LIMITS
     element = row.element.find("limit")
     if element is None:
-        findings.report(
-            "SC465",
-            f"the {row.kind} joint `{cut(row.name)}` has no <limit>",
-            row.element.location,
-            hint="write <limit lower=… upper=…/>"
-            + ("; a joint that turns without end is continuous" if row.kind == "revolute" else ""),
-        )
+        message = f"the {row.kind} joint `{cut(row.name)}` has no <limit>"
+        if "limits" in repair:
+            findings.report("SC488", f"{message}: it moves without limits", row.element.location)
+            return _NO_LIMITS
+        turns = "; a joint that turns without end is continuous" if row.kind == "revolute" else ""
+        hint = f"write <limit lower=… upper=…/>{turns}; or let the scene say {_LIMITS_REPAIR}"
+        findings.report("SC465", message, row.element.location, hint=hint)
         return None
-    ends: list[float | None] = []
-    for end in ("lower", "upper"):
-        if end not in element.attributes:
-            findings.report("SC465", f"<limit> has no `{end}`, which SAPIEN wants", element.location)
-        ends.append(read_number(element, end, findings, infinite=True) if end in element.attributes else None)
-    low, high = ends
-    if low is None or high is None:
-        return None
-    if low > high or math.inf in {low, -high}:
+    low, high = (_read_limit(row, element, end, findings, repair) for end in ("lower", "upper"))
+    if low is not None and high is not None and (low > high or math.inf in {low, -high}):
         message = f"the lower limit {low:g} is above the upper {high:g}" if low > high else "the limits leave nothing"
         findings.report("SC465", message, element.at("lower"))
+        low = None
+    if low is None or high is None:
         return None
-    if row.kind == "prismatic":
-        return low * scale, high * scale
-    warn_if_degrees((low, high), "a limit", element.at("upper" if abs(high) >= abs(low) else "lower"), findings)
-    return low, high
+    if row.kind == "revolute":
+        warn_if_degrees((low, high), "a limit", element.at("upper" if abs(high) >= abs(low) else "lower"), findings)
+        return low, high
+    return low * scale, high * scale
+
+
+def _read_limit(
+    row: JointElement,
+    element: SourceElement,
+    end: Literal["lower", "upper"],
+    findings: FileReport,
+    repair: frozenset[str],
+) -> float | None:
+    """One end of a <limit>; None, reported, where it is missing or wrong."""
+    if end in element.attributes:
+        return read_number(element, end, findings, infinite=True)
+    if "limits" in repair:
+        message = f"<limit> of the joint `{cut(row.name)}` has no `{end}`: there is no limit on that side"
+        findings.report("SC488", message, element.location)
+        return -math.inf if end == "lower" else math.inf
+    hint = f"write it, or let the scene say {_LIMITS_REPAIR}"
+    findings.report("SC465", f"<limit> has no `{end}`, which SAPIEN wants", element.location, hint=hint)
+    return None
 
 
 def _read_dynamics(element: SourceElement, findings: FileReport) -> tuple[float | None, float]:
@@ -219,6 +247,31 @@ def _read_mimic(element: SourceElement, findings: FileReport) -> DescribedMimic 
     return DescribedMimic(source, multiplier, 0.0 if offset is None else offset, mimic.at("joint"))
 
 
+def resolve_fixed_mimics(joints: Mapping[str, DescribedJoint], findings: FileReport) -> dict[str, DescribedJoint]:
+    """Joints by name, without mimics that name a fixed joint, which is told (SC489).
+
+    A fixed joint does not move, whatever it is to follow. One that follows a fixed joint stays where its offset puts
+    it.
+    """
+    made = dict(joints)
+    for name, joint in joints.items():
+        mimic = joint.mimic
+        source = None if mimic is None else joints.get(mimic.source)
+        if mimic is None or source is None or "fixed" not in {joint.type, source.type}:
+            continue
+        if joint.type == "fixed":
+            message = f"the joint `{cut(name)}` is fixed and follows nothing"
+            made[name] = replace(joint, mimic=None)
+        else:
+            message = (
+                f"the joint `{cut(name)}` follows `{cut(mimic.source)}`, which is fixed, and stays at {mimic.offset:g}"
+            )
+            kind: SapienJointType = "prismatic" if joint.type == "prismatic" else "revolute_unwrapped"
+            made[name] = replace(joint, type=kind, limits=(mimic.offset, mimic.offset), mimic=None)
+        findings.report("SC489", message, mimic.location, hint="take <mimic> away, or make both joints move")
+    return made
+
+
 def check_mimics(joints: Sequence[DescribedJoint], findings: FileReport) -> None:
     """Reports joints of one robot that follow what they cannot: SC472."""
     named = {joint.name: joint for joint in joints}
@@ -230,12 +283,6 @@ def check_mimics(joints: Sequence[DescribedJoint], findings: FileReport) -> None
         if source is None:
             message = f"the joint `{cut(joint.name)}` follows `{cut(mimic.source)}`, and its robot has no such joint"
             findings.report("SC472", message, mimic.location, hint=findings.near(mimic.source, named))
-        elif joint.type == "fixed":
-            message = f"the joint `{cut(joint.name)}` is fixed and can follow no other"
-            findings.report("SC472", message, mimic.location, hint="take <mimic> away")
-        elif source.type == "fixed":
-            message = f"the joint `{cut(joint.name)}` follows `{cut(mimic.source)}`, which is fixed"
-            findings.report("SC472", message, mimic.location, hint="make it a fixed joint too")
         elif _is_cyclic(joint, named):
             message = f"the joint `{cut(joint.name)}` follows itself, by way of `{cut(mimic.source)}`"
             findings.report("SC472", message, mimic.location, hint="let one of them follow none")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan.geometry import SOLIDS
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
@@ -61,9 +62,17 @@ def _rpy_matrix(rpy: Vec3) -> list[list[Any]]:
 
 
 def read_geometry(
-    element: SourceElement, pose: Pose7, scale: float, files: RobotFiles, findings: FileReport
+    element: SourceElement,
+    pose: Pose7,
+    scale: float,
+    files: RobotFiles,
+    findings: FileReport,
+    repair: frozenset[str] = frozenset(),
 ) -> tuple[Geometry, Pose7, Location] | None:
-    """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong."""
+    """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong.
+
+    `repair`: with "files", a <visual> whose mesh is missing is left out, and so is what a mesh names that is missing.
+    """
     holder = element.find("geometry")
     if holder is None:
         findings.report("SC455", f"<{element.tag}> has no <geometry>", element.location)
@@ -77,7 +86,7 @@ def read_geometry(
         return None
     kind = kinds[0]
     if kind.tag == "mesh":
-        mesh = _read_mesh(kind, scale, files, findings)
+        mesh = _read_mesh(kind, scale, files, findings, repair, is_visual=element.tag == "visual")
         return None if mesh is None else (mesh, pose, kind.at("filename"))
     if kind.tag == "box":
         size = read_vector3(kind, "size", findings)
@@ -110,54 +119,106 @@ def _check_size(kind: SourceElement, attribute: str, size: float, scale: float, 
     return False
 
 
-def _read_mesh(kind: SourceElement, scale: float, files: RobotFiles, findings: FileReport) -> MeshGeometry | None:
+def _read_mesh(
+    kind: SourceElement,
+    scale: float,
+    files: RobotFiles,
+    findings: FileReport,
+    repair: frozenset[str],
+    *,
+    is_visual: bool,
+) -> MeshGeometry | None:
     reference = read_text(kind, "filename", findings)
-    file = None if reference is None else files.find(reference, kind.at("filename"), findings)
+    repairs = "files" in repair
+    repaired = "the <visual> is left out" if is_visual else None
+    place = kind.at("filename")
+    file = reference and files.find(reference, place, findings, repaired=repaired, repairs=repairs)
     scales = read_vector3(kind, "scale", findings) if "scale" in kind.attributes else (1.0, 1.0, 1.0)
     if scales is not None and not all(FLOAT32_MIN <= abs(one * scale) <= FLOAT32_MAX for one in scales):
         why = "0, which leaves nothing of it" if 0.0 in scales else "what single precision does not hold"
         findings.report("SC466", f"the `scale` of <mesh> holds {why}", kind.at("scale"))
         return None
-    if file is None or scales is None:
+    if not file or scales is None:
         return None
-    return MeshGeometry(file.uri, file.path, (scales[0] * scale, scales[1] * scale, scales[2] * scale))
+    factors = (scales[0] * scale, scales[1] * scale, scales[2] * scale)
+    return MeshGeometry(file.uri, file.path, factors, optional_names=repairs)
 
 
-def read_inertial(link: SourceElement, scale: float, findings: FileReport) -> DescribedInertial | None:
+def read_inertial(
+    link: SourceElement, scale: float, findings: FileReport, repair: frozenset[str] = frozenset()
+) -> DescribedInertial | None:
     """Mass and inertia of a link; None: it has none, or it is reported as wrong, or SAPIEN takes it for none.
 
-    The principal axes are LAPACK's, as SAPIEN's loader asks NumPy for them.
+    The principal axes are LAPACK's, as SAPIEN's loader asks NumPy for them. `repair`: with "inertia", an inertia that
+    no body has, or that is left out beside a mass, becomes that of the colliding shapes.
     """
     element = link.find("inertial")
     if element is None:
         return None
     before = findings.errors
     mass_element, tensor = element.find("mass"), element.find("inertia")
-    for tag, found in (("mass", mass_element), ("inertia", tensor)):
-        if found is None:
-            findings.report("SC455", f"<inertial> has no <{tag}>", element.location)
+    repaired = link if "inertia" in repair else None
+    if mass_element is None:
+        findings.report("SC455", "<inertial> has no <mass>", element.location)
+    if tensor is None and repaired is None:
+        findings.report("SC455", "<inertial> has no <inertia>", element.location, hint=_INERTIA_HINT)
     mass = None if mass_element is None else read_number(mass_element, "value", findings)
     pose = read_origin(element, scale, findings)
-    if tensor is None or mass_element is None:
-        return None
-    xx, xy, xz, yy, yz, zz = (read_number(tensor, name, findings) for name in _INERTIA_KEYS)
+    inertia = _read_tensor(tensor, findings)
+    if mass_element is not None and mass is not None and mass < 0:
+        findings.report("SC467", f"the mass is {mass:g} kg, which is below 0", mass_element.at("value"))
     if mass is None or pose is None or findings.errors > before:
         return None
-    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=np.float64)
-    if mass < 0:
-        findings.report("SC467", f"the mass is {mass:g} kg, which is below 0", mass_element.at("value"))
-        return None
-    if mass == 0 or not inertia.any():
-        if mass or inertia.any():
-            what = "mass" if mass == 0 else "inertia"
-            findings.report(
-                "SC475",
-                f"the {what} is 0, so that SAPIEN leaves the whole <inertial> out",
-                element.location,
-                hint="mass and inertia then follow from the shapes and their densities",
-            )
-        return None
-    return _principal_inertia(mass, pose, inertia, scale, tensor, findings)
+    if mass and not inertia.any() and repaired is not None:
+        why = "there is no <inertia>" if tensor is None else "the inertia is 0"
+        return _from_shapes(mass, pose, scale, why, tensor or element, repaired, findings)
+    if mass and inertia.any() and tensor is not None:
+        return _principal_inertia(mass, pose, inertia, scale, tensor, findings, repaired)
+    if mass or inertia.any():
+        findings.report(
+            "SC475",
+            f"the {'inertia' if mass else 'mass'} is 0, so that SAPIEN leaves the whole <inertial> out",
+            element.location,
+            hint="mass and inertia then follow from the shapes and their densities",
+        )
+    return None
+
+
+def _read_tensor(tensor: SourceElement | None, findings: FileReport) -> NDArray[np.float64]:
+    """(3, 3) inertia of an <inertia> [kg·m²]; zeros where there is none, or a number of it is reported as wrong."""
+    numbers = [0.0 if tensor is None else read_number(tensor, name, findings) or 0.0 for name in _INERTIA_KEYS]
+    xx, xy, xz, yy, yz, zz = numbers
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=np.float64)
+
+
+_INERTIA_HINT = "write it, or let the scene say `repair: [inertia]`: it is then that of the colliding shapes"
+
+
+_WATER_DENSITY = 1000.0
+"""Of the ball whose inertia a link without colliding shapes gets [kg/m³]."""
+
+
+def _from_shapes(
+    mass: float,
+    pose: Pose7,
+    scale: float,
+    why: str,
+    element: SourceElement,
+    link: SourceElement,
+    findings: FileReport,
+) -> DescribedInertial:
+    """A mass whose inertia is that of the link's colliding shapes, or of a ball of water, I = 2/5 · m · r²; a note."""
+    mass *= scale**3
+    count = sum(1 for _ in link.all("collision"))
+    moments = None
+    source = f"of its {count} colliding shape{'s' if count > 1 else ''}, scaled to {mass:.4g} kg"
+    if not count:
+        radius = (3 * mass / (4 * np.pi * _WATER_DENSITY)) ** (1 / 3)
+        moment = float(0.4 * mass * radius**2)
+        moments, source = (moment, moment, moment), f"of a ball of water of {mass:.4g} kg, {moment:.4g} kg·m²"
+    message = f"{why}: the inertia of `{cut(link.attributes.get('name', ''))}` becomes that {source}"
+    findings.report("SC488", message, element.location)
+    return DescribedInertial(mass, pose, moments, element.location)
 
 
 _INERTIA_KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -170,7 +231,9 @@ def _principal_inertia(
     scale: float,
     tensor: SourceElement,
     findings: FileReport,
+    repaired: SourceElement | None,
 ) -> DescribedInertial | None:
+    """`repaired`: the link, where an inertia that no body has is repaired."""
     moments: Any
     axes: Any
     if np.array_equal(np.diag(np.diag(inertia)), inertia):
@@ -180,22 +243,27 @@ def _principal_inertia(
         if np.linalg.det(axes) < 0:
             axes[:, 2] = -axes[:, 2]
     shown = ", ".join(f"{moment:.4g}" for moment in moments)
+    ordered = sorted(moments)
+    breaks_triangle = ordered[0] + ordered[1] < ordered[2] * (1 - 1e-6)
+    if repaired is not None and (ordered[0] <= 0 or breaks_triangle):
+        why = f"no body has the principal moments of inertia {shown}"
+        return _from_shapes(mass, pose, scale, why, tensor, repaired, findings)
     if not all(moment > 0 for moment in moments):
         findings.report(
             "SC467",
             f"the principal moments of inertia are {shown}, of which one is not above 0",
             tensor.location,
-            hint="no body has such an inertia, and SAPIEN refuses it",
+            hint="no body has such an inertia, and SAPIEN refuses it: " + _INERTIA_HINT,
         )
         return None
-    ordered = sorted(moments)
-    if ordered[0] + ordered[1] < ordered[2] * (1 - 1e-6):
+    if breaks_triangle:
         findings.report_once(
             "SC468",
             "inertia",
             f"the principal moments of inertia are {shown}, of which one is above the sum of the others",
             tensor.location,
-            "no body has such an inertia; it is built as it is written, and so are others like it in this file",
+            "no body has such an inertia; it is built as it is written, and so are others like it in this file, unless "
+            "the scene says `repair: [inertia]`",
         )
     matrix: NDArray[np.float64] = np.eye(4)
     matrix[:3, :3] = axes
@@ -208,9 +276,12 @@ def _principal_inertia(
 class UrdfMaterials:
     """The materials of one URDF."""
 
-    def __init__(self, robot: SourceElement, files: RobotFiles, findings: FileReport) -> None:
+    def __init__(
+        self, robot: SourceElement, files: RobotFiles, findings: FileReport, repair: frozenset[str] = frozenset()
+    ) -> None:
         self._files = files
         self._findings = findings
+        self._repairs = "files" in repair
         self._elements: dict[str, SourceElement] = {}
         self._read: dict[int, DescribedMaterial | None] = {}
         for element in robot.all("material"):
@@ -274,9 +345,14 @@ class UrdfMaterials:
         if texture is None:
             return DescribedMaterial()
         reference = read_text(texture, "filename", self._findings)
-        place = texture.at("filename")
-        file = None if reference is None else self._files.find(reference, place, self._findings)
-        return None if file is None else DescribedMaterial(texture=file.path, texture_uri=file.uri)
+        if reference is None:
+            return None
+        before = self._findings.errors
+        place, repaired = texture.at("filename"), "the texture is left out"
+        file = self._files.find(reference, place, self._findings, repaired=repaired, repairs=self._repairs)
+        if file is None:
+            return DescribedMaterial() if self._findings.errors == before else None
+        return DescribedMaterial(texture=file.path, texture_uri=file.uri)
 
 
 def _material_key(element: SourceElement) -> tuple[str | None, str | None]:

@@ -245,6 +245,21 @@ class ArticulationKeys(EntityKeys, RepeatKeys):
     )
 
 
+def _check_distinct(repairs: list[str]) -> list[str]:
+    """Refuses a repair that is named twice."""
+    repeated = next((one for number, one in enumerate(repairs) if one in repairs[:number]), None)
+    if repeated is not None:
+        raise custom_error("SC104", f"`{repeated}` is named twice", hint="name each repair once")
+    return repairs
+
+
+Repairs = Annotated[
+    list[Literal["inertia", "limits", "files"]],
+    AfterValidator(_check_distinct),
+    WithJsonSchema({"type": "array", "items": {"enum": ["inertia", "limits", "files"]}, "uniqueItems": True}),
+]
+
+
 class Urdf(ArticulationKeys):
     """An articulation that a URDF describes."""
 
@@ -253,6 +268,12 @@ class Urdf(ArticulationKeys):
         "The file with the pairs of links that ignore one another, or `none`. Left out: the one beside the URDF."
     )
     package_dir: Maybe[Leaf[Text]] = key("Folder that resolves `package://` in the file.")
+    repair: Maybe[Fixed[Repairs]] = key(
+        "What to repair in the file: `inertia` (impossible moments become those of the collision shapes), `limits` "
+        "(missing limits are infinite), `files` (missing textures, .mtl and visual meshes are left out). Each repair "
+        "is a note.",
+        examples=[["inertia", "limits", "files"]],
+    )
     scale: Maybe[Leaf[Positive]] = key("Scale of all lengths.", default=1)
     collision_is_visual: Maybe[Fixed[bool]] = key("Show the collision shapes too.", default=False)
     load_multiple_collisions: Maybe[Fixed[bool]] = key(

@@ -256,6 +256,7 @@ class ArticulationLowerer:
             package_dir=values.get("package_dir"),
             scale=values.get("scale", 1.0),
             collision_is_visual=bool(getattr(entity, "collision_is_visual", None)),
+            repair=frozenset(getattr(entity, "repair", None) or ()),
         )
         return self._read(request, one.places)
 

@@ -114,6 +114,7 @@ class DraftLink:
         parent: number of its parent link, which comes before it; None: it is the root.
         own: its own keys, which go before what patterns say; None: it has none.
         inertial: mass properties from its file.
+        mass: from its file, without an inertia: the inertia of the shapes is scaled to it.
         ignore_bits: as `DescribedLink` has them.
     """
 
@@ -125,6 +126,7 @@ class DraftLink:
     own: Layer | None = None
     inertial: Inertial | None = None
     ignore_bits: int = 0
+    mass: Value | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -121,7 +121,7 @@ class LinkLowerer:
         """The mass that scales, and the mass properties that are given. `dense`: whether shapes give it any."""
         nearest = nearest_override(layers, "mass", "inertial")
         if nearest is None:
-            return None, link.inertial
+            return link.mass, link.inertial
         keys = nearest[0]
         if keys.mass is not None and keys.inertial is not None:
             report_exclusive_keys("mass", "inertial", nearest[1], self._sink)

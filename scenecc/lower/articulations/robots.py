@@ -82,11 +82,13 @@ class RobotDrafter:
             collisions = tuple(self._collision(shape, meshes, contact, origin, fields) for shape in link.collisions)
             return collisions, tuple(self._visual(shape, contact, origin, fields) for shape in link.visuals)
 
-        inertial = link.inertial and Inertial(
-            literal(link.inertial.mass), literal(link.inertial.com), literal(link.inertial.inertia)
-        )
+        weight, inertial, mass = link.inertial, None, None
+        if weight is not None and weight.inertia is not None:
+            inertial = Inertial(literal(weight.mass), literal(weight.com), literal(weight.inertia))
+        elif weight is not None:
+            mass = literal(weight.mass)
         joint = link.joint and _joint(link.joint, origin)
-        return DraftLink(link.name, place, shaping, link.parent, joint, None, inertial, link.ignore_bits)
+        return DraftLink(link.name, place, shaping, link.parent, joint, None, inertial, link.ignore_bits, mass)
 
     def _collision(
         self,
@@ -133,7 +135,7 @@ class RobotDrafter:
 
     def _colliding(self, geometry: robots.Geometry, meshes: _MeshCollision, location: Location, origin: Origin) -> Any:
         if isinstance(geometry, robots.MeshGeometry):
-            file = self._file(geometry.uri, geometry.path, location, origin)
+            file = self._file(geometry.uri, geometry.path, location, origin, optional_names=geometry.optional_names)
             scale = self._tables.size(geometry.scale)
             parts = meshes.parts if geometry.parts is None else geometry.parts
             return plan.ConvexParts(file, scale, meshes.coacd) if parts else plan.ConvexMesh(file, scale)
@@ -146,7 +148,9 @@ class RobotDrafter:
     ) -> VisualShape:
         geometry = shape.geometry
         if isinstance(geometry, robots.MeshGeometry):
-            file = self._file(geometry.uri, geometry.path, shape.location, origin)
+            file = self._file(
+                geometry.uri, geometry.path, shape.location, origin, optional_names=geometry.optional_names
+            )
             made: Any = plan.Mesh(file, literal(geometry.scale))
         elif isinstance(geometry, robots.PlaneGeometry):
             made = plan.VisualPlane(literal(geometry.half_size or (10.0, 10.0)))
@@ -189,8 +193,8 @@ class RobotDrafter:
         values = [size(solid.sizes)] if solid.kind == "box" else map(size, solid.sizes)
         return SOLIDS[solid.kind](*values)
 
-    def _file(self, uri: str, path: Any, location: Location, origin: Origin) -> Value:
-        file = AssetFile(uri, path)
+    def _file(self, uri: str, path: Any, location: Location, origin: Origin, *, optional_names: bool = False) -> Value:
+        file = AssetFile(uri, path, optional_names=optional_names)
         value = self._tables.files.value(file)
         self._tables.file_origins.setdefault(int(value.numbers()[0]), origin.into(location))
         return value

@@ -1,0 +1,184 @@
+"""`repair` of a URDF: what each repair makes of a file, that it is told, and that nothing is repaired unasked."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import scenecc
+from scenecc.diagnostics import Sink
+from scenecc.robots.urdf import read_urdf
+from scenecc.source.paths import AssetScope, ResolvedFile
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenecc.robots.description import DescribedLink
+
+BOX = '<collision><geometry><box size="1 2 0.5"/></geometry></collision>'
+ZEROS = 'ixy="0" ixz="0" iyz="0"'
+
+IMPOSSIBLE = {
+    "zero moment": f'<inertia ixx="0" iyy="1" izz="1" {ZEROS}/>',
+    "negative moment": f'<inertia ixx="-1" iyy="1" izz="1" {ZEROS}/>',
+    "triangle": f'<inertia ixx="1" iyy="1" izz="3" {ZEROS}/>',
+    "all zero": f'<inertia ixx="0" iyy="0" izz="0" {ZEROS}/>',
+    "none": "",
+}
+
+
+def joint(kind: str, inner: str = "", name: str = "j", ends: str = "ab") -> str:
+    return f'<joint name="{name}" type="{kind}"><parent link="{ends[0]}"/><child link="{ends[1]}"/>{inner}</joint>'
+
+
+def write(folder: Path, content: str) -> Path:
+    file = folder / "robot.urdf"
+    file.write_text(f'<robot name="r">{content}</robot>', encoding="utf-8")
+    return file
+
+
+def read(folder: Path, content: str, *repair: str) -> tuple[tuple[DescribedLink, ...] | None, list[str]]:
+    """The links of the first robot, and the codes and messages of what is told."""
+    file, sink = write(folder, content), Sink()
+    found = read_urdf(ResolvedFile(file, file.name), scope=AssetScope(folder), sink=sink, repair=frozenset(repair))
+    return None if found is None else found.robots[0].links, [f"{d.code} {d.message}" for d in sink.diagnostics()]
+
+
+def build(folder: Path, content: str, *repair: str) -> Any:
+    write(folder, content)
+    entity = {"urdf": "robot.urdf", "repair": list(repair)}
+    scene = folder / "scene.yaml"
+    scene.write_text(f"scenecc: 1\nentities: {{r: {entity}}}\n", encoding="utf-8")
+    return scenecc.load_scene(scene, render=False).articulations["r"].objs[0]
+
+
+@pytest.mark.parametrize("inertia", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
+def test_an_impossible_inertia_becomes_that_of_the_colliding_shapes(tmp_path: Path, inertia: str) -> None:
+    content = f'<link name="a"><inertial><mass value="3"/>{inertia}</inertial>{BOX}</link><link name="b"/>'
+    links, told = read(tmp_path, content + joint("fixed"), "inertia")
+    assert links is not None
+    assert [line[:5] for line in told] == ["SC488"]
+    assert "of its 1 colliding shape, scaled to 3 kg" in told[0]
+    base = build(tmp_path, content + joint("fixed"), "inertia").links[0]
+    # A solid box: m / 12 · (b² + c²).
+    expected = [3 / 12 * (2**2 + 0.5**2), 3 / 12 * (1 + 0.5**2), 3 / 12 * (1 + 2**2)]
+    assert base.mass == pytest.approx(3, rel=1e-6)
+    assert sorted(base.inertia) == pytest.approx(sorted(expected), rel=1e-5)
+
+
+def test_a_link_without_colliding_shapes_gets_the_inertia_of_a_ball_of_water(tmp_path: Path) -> None:
+    inertial = '<inertial><origin xyz="0 0 0.3"/><mass value="2"/></inertial>'
+    content = f'<link name="a">{BOX}</link><link name="b">{inertial}</link>' + joint("fixed")
+    links, told = read(tmp_path, content, "inertia")
+    assert links is not None
+    assert links[1].inertial is not None
+    radius = (3 * 2 / (4 * math.pi * 1000)) ** (1 / 3)
+    assert links[1].inertial.inertia == pytest.approx([0.4 * 2 * radius**2] * 3)
+    assert links[1].inertial.com[:3] == pytest.approx((0, 0, 0.3))
+    assert "a ball of water of 2 kg" in told[0]
+
+
+def test_the_scale_of_the_file_is_in_what_is_repaired(tmp_path: Path) -> None:
+    content = f'<link name="a"><inertial><mass value="3"/></inertial>{BOX}</link>'
+    file, sink = write(tmp_path, content), Sink()
+    scope = AssetScope(tmp_path)
+    found = read_urdf(ResolvedFile(file, file.name), scope=scope, sink=sink, scale=2.0, repair=frozenset({"inertia"}))
+    assert found is not None
+    inertial = found.robots[0].links[0].inertial
+    assert inertial is not None
+    assert (inertial.mass, inertial.inertia) == (24, None)
+
+
+@pytest.mark.parametrize(
+    ("kind", "limit", "type_", "limits"),
+    [
+        ("revolute", "", "revolute", (-math.inf, math.inf)),
+        ("revolute", '<limit effort="1" velocity="1"/>', "revolute", (-math.inf, math.inf)),
+        ("revolute", '<limit lower="-1"/>', "revolute_unwrapped", (-1, math.inf)),
+        ("prismatic", "", "prismatic", (-math.inf, math.inf)),
+        ("prismatic", '<limit upper="0.5"/>', "prismatic", (-math.inf, 0.5)),
+    ],
+)
+def test_a_limit_that_is_left_out_is_none(
+    tmp_path: Path, kind: str, limit: str, type_: str, limits: tuple[float, float]
+) -> None:
+    content = f'<link name="a">{BOX}</link><link name="b">{BOX}</link>' + joint(kind, limit)
+    links, told = read(tmp_path, content, "limits")
+    assert links is not None
+    assert links[1].joint is not None
+    assert (links[1].joint.type, links[1].joint.limits) == (type_, limits)
+    assert {line[:5] for line in told} == {"SC488"}
+    made = build(tmp_path, content, "limits").active_joints[0]
+    assert made.limits[0] == pytest.approx(np.float32(limits))
+
+
+def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> None:
+    (tmp_path / "there.obj").write_text("mtllib gone.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n")
+    meshes = "".join(
+        f'<visual><geometry><mesh filename="{name}.obj"/></geometry></visual>' for name in ("gone", "there")
+    )
+    material = '<material name="m"><texture filename="gone.png"/></material>'
+    texture = f'<visual><geometry><box size="1 1 1"/></geometry>{material}</visual>'
+    content = f'<link name="a">{meshes}{texture}{BOX}</link><link name="b"/>' + joint("fixed")
+    links, told = read(tmp_path, content, "files")
+    assert links is not None
+    assert told == [
+        "SC488 there is no file `gone.obj`: the <visual> is left out",
+        "SC488 there is no file `gone.png`: the texture is left out",
+    ]
+    assert len(links[0].visuals) == 2
+    built = build(tmp_path, content, "files")
+    assert len(built.links) == 2
+    found = scenecc.validate(tmp_path / "scene.yaml")
+    assert "SC488 there.obj names `gone.mtl`, which is missing" in [f"{d.code} {d.message}" for d in found]
+    # A plan that is written out knows of the repair, too.
+    plan = tmp_path / "plan.json"
+    plan.write_text(scenecc.emit_scene(tmp_path / "scene.yaml", "json"), encoding="utf-8")
+    assert len(scenecc.load_scene(plan, render=False).articulations["r"].objs[0].links) == 2
+
+
+def test_a_mesh_that_collides_is_not_left_out(tmp_path: Path) -> None:
+    content = '<link name="a"><collision><geometry><mesh filename="gone.obj"/></geometry></collision></link>'
+    links, told = read(tmp_path, content, "inertia", "limits", "files")
+    assert links is None
+    assert [line[:5] for line in told] == ["SC401"]
+
+
+def test_a_refusal_names_the_repair_that_would_take_it(tmp_path: Path) -> None:
+    inertial = f'<inertial><mass value="1"/><inertia ixx="0" iyy="1" izz="1" {ZEROS}/></inertial>'
+    visual = '<visual><geometry><mesh filename="gone.obj"/></geometry></visual>'
+    write(tmp_path, f'<link name="a">{inertial}{visual}</link><link name="b"/>' + joint("revolute"))
+    found = scenecc.validate(
+        {"scenecc": 1, "entities": {"r": {"urdf": str(tmp_path / "robot.urdf")}}}, allow_outside_assets=True
+    )
+    hints = {d.code: d.hint or "" for d in found if d.severity == "error"}
+    assert "repair: [inertia]" in hints["SC467"]
+    assert "repair: [files]" in hints["SC401"]
+    assert "repair: [limits]" in hints["SC465"]
+
+
+@pytest.mark.parametrize("repair", ["inertia", ["inertia", "inertia"], ["everything"]], ids=str)
+def test_what_is_no_list_of_repairs_is_refused(repair: object) -> None:
+    found = scenecc.validate({"scenecc": 1, "entities": {"r": {"urdf": "r.urdf", "repair": repair}}})
+    assert any(d.severity == "error" and "repair" in str(d.path) for d in found)
+
+
+def test_a_joint_that_follows_a_fixed_one_stays(tmp_path: Path) -> None:
+    content = "".join(f'<link name="{name}">{BOX}</link>' for name in "abc")
+    content += joint("fixed", name="f") + joint("continuous", '<mimic joint="f" offset="0.5"/>', ends="bc")
+    robot = build(tmp_path, content)
+    assert robot.active_joints[0].limits[0] == pytest.approx([0.5, 0.5])
+    assert robot.qpos == pytest.approx([0.5])
+
+
+def test_a_fixed_joint_follows_nothing(tmp_path: Path) -> None:
+    content = "".join(f'<link name="{name}">{BOX}</link>' for name in "abc")
+    content += joint("continuous", name="c") + joint("fixed", '<mimic joint="c"/>', ends="bc")
+    links, told = read(tmp_path, content)
+    assert links is not None
+    assert links[2].joint is not None
+    assert links[2].joint.mimic is None
+    assert told == ["SC489 the joint `j` is fixed and follows nothing"]
