@@ -101,3 +101,18 @@ def test_without_maniskill_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -
     with pytest.raises(SceneError, match=r"scenecc\[maniskill\]") as caught:
         load_into(scene, {"scenecc": 1})
     assert [d.code for d in caught.value.diagnostics] == ["SC805"]
+
+
+@pytest.mark.parametrize("installed", ["3.0.0", "3.0.0b21", "4.0.0a1", "4.1", "unknown"])
+def test_a_version_of_maniskill_that_is_not_tested_is_refused(installed: str) -> None:
+    from scenecc.backends.maniskill import compat
+
+    with pytest.raises(ImportError, match=r"3\.0\.1 to 3\.x, and .* is installed: pip install"):
+        compat.check_version(installed)
+
+
+@pytest.mark.parametrize("installed", ["3.0.1", "3.0.1.post2", "3.1.0"])
+def test_a_version_of_maniskill_that_is_tested_is_taken(installed: str) -> None:
+    from scenecc.backends.maniskill import compat
+
+    compat.check_version(installed)

@@ -5,8 +5,28 @@ They are untyped here: ManiSkill ships no types, and a type checker need not fin
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
+
+_OLDEST, _TOO_NEW = (3, 0, 1), (4,)
+"""Versions of ManiSkill: the oldest that the tests run with, and the first whose builders have moved."""
+
+
+def check_version(installed: str) -> None:
+    """Raises ImportError for a version of ManiSkill that scenecc does not work with."""
+    release = re.match(r"\d+(\.\d+)*", installed)
+    numbers = tuple(map(int, release[0].split("."))) if release else ()
+    if not _OLDEST <= numbers < _TOO_NEW:
+        message = f"scenecc works with ManiSkill 3.0.1 to 3.x, and {installed} is installed"
+        raise ImportError(f"{message}: pip install 'mani-skill>=3.0.1,<4'")
+
+
+try:
+    check_version(version("mani-skill"))
+except PackageNotFoundError as error:
+    raise ImportError("ManiSkill is not installed: pip install torch 'scenecc[maniskill]'") from error
 
 _STRUCTS = "mani_skill.utils.structs"
 

@@ -22,12 +22,16 @@ URDFS = [row for row in CODES.values() if "# robot.urdf: " in row.example]
 @pytest.mark.parametrize("row", URDFS, ids=lambda row: row.code)
 def test_the_file_gives_its_code(row: Code, tmp_path: Path) -> None:
     _, *files = row.example.split("   # ")
+    repair: frozenset[str] = frozenset()
     for file in files:
         name, content = file.split(": ", 1)
-        (tmp_path / name).write_text(content)
+        if name == "repair":
+            repair = frozenset(content.strip("[]").split(", "))
+        else:
+            (tmp_path / name).write_text(content)
     sink = Sink()
     path = tmp_path / "robot.urdf"
-    description = read_urdf(ResolvedFile(path, path.name), scope=AssetScope(tmp_path), sink=sink)
+    description = read_urdf(ResolvedFile(path, path.name), scope=AssetScope(tmp_path), sink=sink, repair=repair)
     assert [(found.code, found.severity) for found in sink.diagnostics()] == [(row.code, row.severity)]
     assert (description is None) == (row.severity == "error")
 
