@@ -160,7 +160,7 @@ def _link_facts(link: DescribedLink, *, is_root: bool) -> dict[str, Any]:
         "visuals": [(*_shape(shape), shape.name, _look(shape)) for shape in link.visuals],
         "inertial": None
         if inertial is None
-        else (_double(inertial.mass), _bits(inertial.com), tuple(_double(x) for x in inertial.inertia)),
+        else (_double(inertial.mass), _bits(inertial.com), tuple(_double(x) for x in (inertial.inertia or ()))),
         "groups": (1, 1, link.ignore_bits, 0),
         "name": link.name,
         "parent": link.parent,

@@ -112,7 +112,7 @@ def test_a_limit_that_is_left_out_is_none(
     assert (links[1].joint.type, links[1].joint.limits) == (type_, limits)
     assert {line[:5] for line in told} == {"SC488"}
     made = build(tmp_path, content, "limits").active_joints[0]
-    assert made.limits[0] == pytest.approx(np.float32(limits))
+    assert made.limits[0] == pytest.approx(np.array(limits, np.float32))
 
 
 def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> None:
