@@ -186,8 +186,9 @@ def read_inertial(
 
 def _read_tensor(tensor: SourceElement | None, findings: FileReport) -> NDArray[np.float64]:
     """(3, 3) inertia of an <inertia> [kg·m²]; zeros where there is none, or a number of it is reported as wrong."""
-    numbers = [0.0 if tensor is None else read_number(tensor, name, findings) or 0.0 for name in _INERTIA_KEYS]
-    xx, xy, xz, yy, yz, zz = numbers
+    read = [0.0 if tensor is None else read_number(tensor, name, findings) for name in _INERTIA_KEYS]
+    # To the bit: a number of -0.0 stays one.
+    xx, xy, xz, yy, yz, zz = (0.0 if number is None else number for number in read)
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=np.float64)
 
 

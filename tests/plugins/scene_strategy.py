@@ -214,6 +214,9 @@ def _value(random: Random, annotation: Any, said: list[Any], name: str) -> Any: 
         case origin if origin is list:
             least = _bound(said, "min_length", 0)
             size = random.randint(least, min(_bound(said, "max_length", 3), least + 3))
+            if typing.get_origin(args[0]) is typing.Literal:
+                words = typing.get_args(args[0])
+                return random.sample(words, min(size, len(words)))  # none of them twice
             return [_value(random, args[0], [], name) for _ in range(size)]
         case origin if origin is dict:
             names = {"frames": FRAMES, "cameras": CAMERAS}.get(name, ENTITIES)
