@@ -20,7 +20,10 @@ from plugins.struck import COMMANDS, hears, strike
 def test_a_signal_ends_a_command_at_any_moment_and_leaves_nothing(name: str, number: signal.Signals) -> None:
     after = random.uniform(0, 1)
     found = strike(name, number, after, ours=True)
-    # Scenes may have been checked by then.
+    while found.status == 0 and after > 0.05:
+        # It had finished by then, as a fast machine may: a signal that is not heeded would let it finish each time.
+        after /= 2
+        found = strike(name, number, after, ours=True)
     assert found.peace(number) or (name == "validate" and found.status == 0), (after, found)
 
 
