@@ -74,12 +74,3 @@ def test_the_lightest_ring_has_the_widest_hole() -> None:
     shape = {"type": "ring", **radii, "half_length": 0.0005}
     found = told({"scenecc": 1, "num_scenes": 256, "entities": {"washer": {"shapes": [shape]}}})
     assert [line[:5] for line in found] == ["SC511"]
-
-
-def test_flat_terrain_is_left_out_of_mjcf_with_a_warning() -> None:
-    mujoco = pytest.importorskip("mujoco")
-    emitted = scenecc.open_scene(terrain(heights=[[0, 0], [0, 0]])).emit("mjcf")
-    assert any("flat mesh" in d.message for d in emitted.diagnostics)
-    name, *others = emitted.files
-    model = mujoco.MjModel.from_xml_string(emitted.files[name].decode(), {one: emitted.files[one] for one in others})
-    assert model.ngeom == 1
