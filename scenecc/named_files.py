@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import posixpath
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -114,9 +115,10 @@ class _Robots:
             return None
         if request.package_dir is not None and folder is None:
             return None
-        key = (request.format, file.path, srdf, folder, request.scale, request.collision_is_visual, request.repair)
+        # All that decides what is read, with the files that are meant.
+        key = (replace(request, uri="", srdf=None, package_dir=None), file.path, srdf, folder)
         if key not in self._known:
-            described = self._described(request, file, srdf, folder, (origin, pairing))
+            described = self._described(request, file, srdf, folder, places)
             self._known[key] = described, origin, pairing
         found, first, first_pairing = self._known[key]
         # What is wrong with the file is told once, and who has it.
@@ -130,33 +132,35 @@ class _Robots:
         file: ResolvedFile,
         srdf: Srdf,
         folder: tuple[str, Path] | None,
-        origins: tuple[Origin, Origin],
+        places: Mapping[str, Origin],
     ) -> RobotDescription | None:
-        """What a file says. `origins`: of the nodes that name it and its SRDF."""
-        origin, pairing = origins
+        """What a file says. `places`: where the keys are written."""
+        origin = places[request.format]
         from scenecc.robots.files import ReadBudget
 
         self._budget = budget = self._budget or ReadBudget()
-        if request.format == "mjcf":
+        common: Any = {"scope": self._scope, "sink": self._sink, "origin": origin, "budget": budget}
+        if request.format == "mjcf" and request.loader == "maniskill":
             from scenecc.robots.mjcf import read_mjcf
 
-            return read_mjcf(
-                file, scope=self._scope, sink=self._sink, origin=origin, limits=self._limits, budget=budget
-            )
+            return read_mjcf(file, limits=self._limits, **common)
+        if request.format == "mjcf":
+            from scenecc.robots.mujoco.reader import VISUAL_GROUPS, read_mjcf
+
+            keyframe = None if request.keyframe is None else (request.keyframe, places["keyframe"])
+            groups = VISUAL_GROUPS if request.visual_groups is None else request.visual_groups
+            return read_mjcf(file, limits=self._limits, keyframe=keyframe, visual_groups=groups, **common)
         from scenecc.robots.urdf import read_urdf
 
         return read_urdf(
             file,
-            scope=self._scope,
-            sink=self._sink,
-            origin=origin,
             scale=request.scale,
             collision_is_visual=request.collision_is_visual,
             repair=request.repair,
             srdf=srdf,
-            srdf_origin=pairing,
+            srdf_origin=places.get("srdf", origin),
             package=None if folder is None else self._inside(folder),
-            budget=budget,
+            **common,
         )
 
     def _inside(self, folder: tuple[str, Path]) -> Callable[[str], ResolvedFile | Refusal]:

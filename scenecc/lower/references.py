@@ -388,6 +388,9 @@ class RobotRequest:
         scale: of all lengths.
         collision_is_visual: whether what collides is seen too.
         repair: what is repaired in a URDF.
+        loader: whose meaning an MJCF has.
+        keyframe: of an MJCF, that gives initial positions.
+        visual_groups: groups of geoms of an MJCF that are seen; None: MuJoCo's own.
     """
 
     format: Literal["urdf", "mjcf"]
@@ -397,6 +400,9 @@ class RobotRequest:
     scale: float = 1.0
     collision_is_visual: bool = False
     repair: frozenset[str] = frozenset()
+    loader: Literal["mujoco", "maniskill"] = "mujoco"
+    keyframe: str | None = None
+    visual_groups: tuple[int, ...] | None = None
 
 
 RobotReader = Callable[[RobotRequest, Mapping[str, "Origin"]], "tuple[AssetFile, RobotDescription] | None"]

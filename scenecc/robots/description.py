@@ -6,6 +6,7 @@ The file's scale is applied. Poses are seven numbers, p [m] then q (wxyz).
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
@@ -121,6 +122,16 @@ class DescribedInertial:
     location: Location
 
 
+def ball_moment(mass: float) -> float:
+    """Moment of inertia of a ball of water, 2/5 · m · r² [kg·m²], for a mass [kg] without shapes."""
+    radius = (3 * mass / (4 * math.pi * _WATER_DENSITY)) ** (1 / 3)
+    return 0.4 * mass * radius**2
+
+
+_WATER_DENSITY = 1000.0
+"""[kg/m³]."""
+
+
 @frozen
 class DescribedMimic:
     """Position is multiplier · source's + offset."""
@@ -129,6 +140,19 @@ class DescribedMimic:
     multiplier: float
     offset: float
     location: Location
+
+
+@frozen
+class DescribedDrive:
+    """A drive: stiffness and damping per metre or radian, force limit [N, N·m] (None: none), target [m, rad].
+
+    `target` None: the initial position of the joint.
+    """
+
+    stiffness: float
+    damping: float
+    force_limit: float | None = None
+    target: float | None = None
 
 
 @frozen
@@ -141,6 +165,8 @@ class DescribedJoint:
         friction, armature: None: not in the file.
         damping: 0 if it is not in the file.
         effort, velocity: limits of the actuator, above 0; None: not in the file.
+        qpos: initial position [m, rad], within the limits; None: not in the file.
+        drive: None: the joint has only its damping.
     """
 
     name: str
@@ -155,6 +181,8 @@ class DescribedJoint:
     effort: float | None = None
     velocity: float | None = None
     mimic: DescribedMimic | None = None
+    qpos: float | None = None
+    drive: DescribedDrive | None = None
 
 
 @frozen

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scenecc.diagnostics.diagnostic import Location
-    from scenecc.robots.mjcf import MjcfReport
+    from scenecc.robots.mjcf_files import MjcfReport
     from scenecc.robots.xml import SourceElement
 
 

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.geometry.rotations import Pose7
-    from scenecc.robots.mjcf import MjcfReport
     from scenecc.robots.mjcf_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
+    from scenecc.robots.mjcf_files import MjcfReport
     from scenecc.robots.mjcf_geoms import GeomReader
     from scenecc.robots.xml import SourceElement
 

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 
     from scenecc.geometry.rotations import Pose7
     from scenecc.robots.description import DescribedFile
-    from scenecc.robots.mjcf import MjcfFiles, MjcfReport
     from scenecc.robots.mjcf_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
+    from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
     from scenecc.robots.poses import Symmetry
     from scenecc.robots.xml import SourceElement
 

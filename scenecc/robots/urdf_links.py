@@ -12,7 +12,14 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan.geometry import SOLIDS
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
-from scenecc.robots.description import DescribedInertial, DescribedMaterial, Geometry, MeshGeometry, SolidGeometry
+from scenecc.robots.description import (
+    DescribedInertial,
+    DescribedMaterial,
+    Geometry,
+    MeshGeometry,
+    SolidGeometry,
+    ball_moment,
+)
 from scenecc.robots.poses import compose_poses, pose_numbers, pose_of_matrix
 from scenecc.robots.xml import read_number, read_numbers, read_text, read_vector3, warn_if_degrees
 
@@ -195,10 +202,6 @@ def _read_tensor(tensor: SourceElement | None, findings: FileReport) -> NDArray[
 _INERTIA_HINT = "write it, or let the scene say `repair: [inertia]`: it is then that of the colliding shapes"
 
 
-_WATER_DENSITY = 1000.0
-"""Of the ball whose inertia a link without colliding shapes gets [kg/m³]."""
-
-
 def _from_shapes(
     mass: float,
     pose: Pose7,
@@ -214,8 +217,7 @@ def _from_shapes(
     moments = None
     source = f"of its {count} colliding shape{'s' if count > 1 else ''}, scaled to {mass:.4g} kg"
     if not count:
-        radius = (3 * mass / (4 * np.pi * _WATER_DENSITY)) ** (1 / 3)
-        moment = float(0.4 * mass * radius**2)
+        moment = ball_moment(mass)
         moments, source = (moment, moment, moment), f"of a ball of water of {mass:.4g} kg, {moment:.4g} kg·m²"
     message = f"{why}: the inertia of `{cut(link.attributes.get('name', ''))}` becomes that {source}"
     findings.report("SC488", message, element.location)

@@ -260,6 +260,13 @@ Repairs = Annotated[
 ]
 
 
+VisualGroups = Annotated[
+    list[Annotated[int, Field(ge=0, le=5)]],
+    WithJsonSchema({"type": "array", "items": {"type": "integer", "minimum": 0, "maximum": 5}}),
+]
+"""MuJoCo's groups of geoms are 0 to 5."""
+
+
 class Urdf(ArticulationKeys):
     """An articulation that a URDF describes."""
 
@@ -289,6 +296,12 @@ class Mjcf(ArticulationKeys):
     """An articulation that an MJCF describes."""
 
     mjcf: Leaf[Text] = Field(description="The file.", examples=["robots/ant.xml"])
+    loader: Maybe[Fixed[Literal["mujoco", "maniskill"]]] = key(
+        "mujoco: what MuJoCo's compiler makes of the file (extra `mjcf`); maniskill: what ManiSkill's loader reads.",
+        default="mujoco",
+    )
+    keyframe: Maybe[Leaf[Text]] = key("The keyframe of the file that gives initial positions; `qpos` replaces it.")
+    visual_groups: Maybe[Fixed[VisualGroups]] = key("The groups of geoms that are seen.", default=[0, 1, 2])
 
 
 class Tree(ArticulationKeys):

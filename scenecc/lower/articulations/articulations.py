@@ -256,6 +256,7 @@ class ArticulationLowerer:
     ) -> tuple[AssetFile, RobotDescription] | None:
         """A file of robots; None where it was reported."""
         values = one.values
+        groups = getattr(entity, "visual_groups", None)
         request = RobotRequest(
             key,
             values[key],
@@ -264,6 +265,9 @@ class ArticulationLowerer:
             scale=values.get("scale", 1.0),
             collision_is_visual=bool(getattr(entity, "collision_is_visual", None)),
             repair=frozenset(getattr(entity, "repair", None) or ()),
+            loader=getattr(entity, "loader", None) or "mujoco",
+            keyframe=values.get("keyframe"),
+            visual_groups=None if groups is None else tuple(groups),
         )
         return self._read(request, one.places)
 

@@ -90,6 +90,7 @@ class DraftJoint:
         properties: values by field of `Joint`; what the file leaves out is missing.
         effort: the default of the drive's `force_limit`; None: unknown.
         limits_origin: where its limits are written, where that is a place of their own.
+        qpos: its initial position, where the file gives one.
     """
 
     type: JointType
@@ -102,6 +103,7 @@ class DraftJoint:
     properties: dict[str, Any] = field(default_factory=dict[str, Any])
     effort: Value | None = None
     mimic: DraftMimic | None = None
+    qpos: float | None = None
 
     @property
     def moves(self) -> bool:
@@ -349,6 +351,7 @@ _KEY_TYPES = {
     "scale": FieldType(fallback=1.0, within=POSITIVE),
     "srdf": _TEXT_TYPE,
     "package_dir": _TEXT_TYPE,
+    "keyframe": _TEXT_TYPE,
     "fix_root_link": FieldType(dtype="bool", fallback=False),
 }
 """The keys, in the order by which alternatives are compared."""

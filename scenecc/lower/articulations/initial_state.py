@@ -166,6 +166,10 @@ class InitialStateLowerer:
         if mimic is not None and source is not None and source in found:
             followed = self._following(mimic, joint.limits, found[source])
             return followed, followed.numbers() != (0.0,)
+        if joint.qpos is not None:
+            low, high = widest(joint.limits)
+            start = min(max(joint.qpos, low), high)
+            return literal(start), start != 0.0
         limits = joint.limits
         low, high = widest(joint.limits)
         # Limits the wrong way round are another rule's.

@@ -235,7 +235,8 @@ def lower_joint(
         **joint.properties,
     )
     if not drives:
-        return made
+        pulls = made.stiffness is not None and made.drive_target is None
+        return replace(made, drive_target=qpos) if pulls else made
     aimed, target = nearest_override(drives, "target"), None
     if aimed is not None:
         target = values.of(aimed, "target", _JOINT_TYPES["drive_target"], reset=True)

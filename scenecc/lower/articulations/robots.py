@@ -21,7 +21,7 @@ from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.references import compile_name_pattern
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Location, Origin
@@ -224,16 +224,8 @@ def _joint(joint: DescribedJoint, origin: Origin) -> DraftJoint:
         pose_in_parent=_pose(joint.pose_in_parent),
         pose_in_child=_pose(joint.pose_in_child),
         limits=None if joint.limits is None else literal(joint.limits),
-        properties={
-            name: literal(float(number))
-            for name, number in (
-                ("friction", joint.friction),
-                ("damping", joint.damping or None),
-                ("armature", joint.armature),
-                ("max_velocity", joint.velocity),
-            )
-            if number is not None
-        },
+        properties={name: literal(float(number)) for name, number in _numbers(joint) if number is not None},
+        qpos=joint.qpos,
         effort=None if joint.effort is None else literal(float(joint.effort)),
         mimic=None
         if mimic is None
@@ -241,6 +233,20 @@ def _joint(joint: DescribedJoint, origin: Origin) -> DraftJoint:
             mimic.source, literal(mimic.multiplier), literal(mimic.offset), origin.into(mimic.location, "mimic")
         ),
     )
+
+
+def _numbers(joint: DescribedJoint) -> Iterator[tuple[str, float | None]]:
+    """What a file says of a joint, by field of `Joint`."""
+    drive = joint.drive
+    yield "friction", joint.friction
+    # PhysX has one damping, of the drive; one that the joint has itself acts besides the actuator's.
+    yield "damping", (joint.damping + (0.0 if drive is None else drive.damping)) or None
+    yield "armature", joint.armature
+    yield "max_velocity", joint.velocity
+    if drive is not None:
+        yield "stiffness", drive.stiffness or None
+        yield "force_limit", drive.force_limit
+        yield "drive_target", drive.target
 
 
 def _groups(shape: DescribedCollision, contact: ContactDefaults) -> Value | None:

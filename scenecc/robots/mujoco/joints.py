@@ -1,0 +1,222 @@
+"""Joints of a compiled model, with the drives that its actuators are and the positions of a keyframe."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.robots.description import DescribedDrive, DescribedJoint, DescribedMimic
+from scenecc.robots.mujoco.model import BALL, FREE, HINGE, JOINT_EQUALITY, SLIDE, CompiledModel
+from scenecc.robots.poses import axis_pose
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Location
+    from scenecc.geometry.rotations import Vec3
+    from scenecc.robots.description import SapienJointType
+    from scenecc.robots.mjcf_files import MjcfReport
+
+_AXES: dict[str, Vec3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+_TO_JOINT, _TO_JOINT_IN_PARENT = 0, 1
+"""`mjtTrn`: an actuator on a joint; both are the same for hinges and slides."""
+
+_NO_DYNAMICS, _FIXED_GAIN, _AFFINE_BIAS = 0, 0, 1
+"""`mjtDyn`, `mjtGain` and `mjtBias` of the actuators that are drives."""
+
+
+class JointReader:
+    """Reads the joints of a compiled model.
+
+    Args:
+        model: compiled.
+        report: where findings go.
+        keyframe: number of the keyframe that gives initial positions; None: the model's own positions.
+    """
+
+    def __init__(self, model: CompiledModel, report: MjcfReport, keyframe: int | None) -> None:
+        self._model = model
+        self._report = report
+        self._keyframe = keyframe
+        self._mimics = self._read_mimics()
+        self._drives = self._read_drives()
+
+    def of_body(self, joints: list[int]) -> list[DescribedJoint]:
+        """The joints of a body, in its own frame: hinges and slides as they are, a ball joint as three hinges."""
+        return [made for joint in joints for made in self._joint(joint)]
+
+    def _joint(self, joint: int) -> list[DescribedJoint]:
+        model = self._model
+        kind, dof = int(model["jnt_type"][joint]), int(model["jnt_dofadr"][joint])
+        name, place = model.name("jnt", joint), model.location("jnt", joint)
+        if kind == FREE:
+            return []
+        anchor = tuple(model["jnt_pos"][joint].tolist())
+        start = self._start(joint)
+        if kind == BALL:
+            self._report.left_out("ball", "a ball joint becomes three hinges, about x, y and z", place)
+            angles = (None,) * 3 if start is None else _hinge_angles(start)
+            return [
+                self._described(f"{name}_{word}" if name else "", "revolute", axis, anchor, place, dof + i, qpos=angle)
+                for i, ((word, axis), angle) in enumerate(zip(_AXES.items(), angles, strict=True))
+            ]
+        zero = self._zero(joint)
+        limited = bool(model["jnt_limited"][joint])
+        low, high = model["jnt_range"][joint].tolist() if limited else (-math.inf, math.inf)
+        kinds: dict[int, SapienJointType] = {SLIDE: "prismatic", HINGE: "revolute_unwrapped" if limited else "revolute"}
+        made = self._described(
+            name, kinds[kind], tuple(model["jnt_axis"][joint].tolist()), anchor, place, dof, (low - zero, high - zero)
+        )
+        qpos = None if start is None else min(max(start[0] - zero, low - zero), high - zero)
+        return [replace(made, qpos=qpos, mimic=self._mimics.get(joint), drive=self._drive(joint, zero))]
+
+    def _described(
+        self,
+        name: str,
+        kind: SapienJointType,
+        axis: Any,
+        anchor: Any,
+        place: Location,
+        dof: int,
+        limits: tuple[float, float] = (-math.inf, math.inf),
+        *,
+        qpos: float | None = None,
+    ) -> DescribedJoint:
+        frame = axis_pose(axis, anchor)
+        return DescribedJoint(
+            name=name,
+            type=kind,
+            pose_in_parent=frame,
+            pose_in_child=frame,
+            location=place,
+            limits=limits,
+            # SAPIEN's own is 0.05, and MuJoCo's joints slide freely.
+            friction=0.0,
+            damping=float(self._model["dof_damping"][dof]),
+            armature=float(self._model["dof_armature"][dof]) or None,
+            qpos=qpos,
+        )
+
+    def _zero(self, joint: int) -> float:
+        """Where a hinge or slide stands in the model as written, which is 0 here: MuJoCo's `ref`."""
+        return float(self._model["qpos0"][self._model["jnt_qposadr"][joint]])
+
+    def _start(self, joint: int) -> list[float] | None:
+        """Of a joint in the keyframe."""
+        if self._keyframe is None:
+            return None
+        first = int(self._model["jnt_qposadr"][joint])
+        count = 4 if self._model["jnt_type"][joint] == BALL else 1
+        return self._model["key_qpos"][self._keyframe][first : first + count].tolist()
+
+    # --- equalities of two joints
+
+    def _read_mimics(self) -> dict[int, DescribedMimic]:
+        """Joints that follow another one, by number."""
+        model = self._model
+        found: dict[int, DescribedMimic] = {}
+        for number, kind in enumerate(model["eq_type"].tolist()):
+            if kind != JOINT_EQUALITY or not model["eq_active0"][number]:
+                continue
+            joint, source = int(model["eq_obj1id"][number]), int(model["eq_obj2id"][number])
+            offset, multiplier, *higher = model["eq_data"][number][:5].tolist()
+            place = model.location("eq", number)
+            if source < 0 or any(higher) or multiplier == 0 or {self._kind(joint), self._kind(source)} - {HINGE, SLIDE}:
+                message = "an equality of joints is built where one is a multiple of the other, plus an offset"
+                self._report.left_out("equality/joint", message, place)
+            elif joint not in found:
+                found[joint] = DescribedMimic(model.name("jnt", source), multiplier, offset, place)
+        return found
+
+    def _kind(self, joint: int) -> int:
+        return int(self._model["jnt_type"][joint])
+
+    # --- actuators
+
+    def _read_drives(self) -> dict[int, tuple[float, float, float, float | None]]:
+        """Stiffness, damping, position of the target in MuJoCo's joint, and force limit, by number of the joint."""
+        model = self._model
+        found: dict[int, tuple[float, float, float, float | None]] = {}
+        left: Counter[str] = Counter()
+        places: dict[str, Location] = {}
+        for number in range(len(model["actuator_trntype"])):
+            joint = int(model["actuator_trnid"][number][0])
+            on_joint = model["actuator_trntype"][number] in {_TO_JOINT, _TO_JOINT_IN_PARENT}
+            why = self._why_no_drive(number) if on_joint else "that pull on tendons, sites or bodies"
+            if why is None and self._kind(joint) in {HINGE, SLIDE}:
+                self._add_drive(number, joint, found)
+                continue
+            why = why or "on ball and free joints"
+            left[why] += 1
+            places.setdefault(why, model.location("actuator", number))
+        for why, count in left.items():
+            message = f"actuators {why} are not built (there are {count})"
+            self._report.left_out(f"actuator/{why}", message, places[why], "`drives` of the scene gives joints a drive")
+        return found
+
+    def _why_no_drive(self, number: int) -> str | None:
+        model = self._model
+        if model["actuator_dyntype"][number] != _NO_DYNAMICS:
+            return "with a state of their own"
+        if model["actuator_gaintype"][number] != _FIXED_GAIN:
+            return "with a gain that depends on the state"
+        # A motor is a force that somebody commands: it does nothing by itself.
+        return None if model["actuator_biastype"][number] <= _AFFINE_BIAS else "with the bias of a muscle or of a user"
+
+    def _add_drive(self, number: int, joint: int, found: dict[int, tuple[float, float, float, float | None]]) -> None:
+        model = self._model
+        gear = float(model["actuator_gear"][number][0])
+        _, position, velocity = model["actuator_biasprm"][number][:3].tolist()
+        if model["actuator_biastype"][number] != _AFFINE_BIAS or not (position or velocity):
+            return
+        if position > 0 or velocity > 0:
+            place = model.location("actuator", number)
+            self._report.left_out("actuator/sign", "an actuator that pushes away from its target is not built", place)
+            return
+        control = 0.0 if self._keyframe is None else float(model["key_ctrl"][self._keyframe][number])
+        gain, bias = float(model["actuator_gainprm"][number][0]), float(model["actuator_biasprm"][number][0])
+        target = (gain * control + bias) / (-position * gear) if position and gear else 0.0
+        limit = None
+        if model["actuator_forcelimited"][number]:
+            limit = float(abs(model["actuator_forcerange"][number]).max()) * abs(gear)
+        stiffness, damping, before, known = found.get(joint, (0.0, 0.0, 0.0, None))
+        limits = [one for one in (limit, known) if one is not None]
+        found[joint] = (
+            stiffness - position * gear**2,
+            damping - velocity * gear**2,
+            target if position else before,
+            max(limits) if limits else None,
+        )
+
+    def _drive(self, joint: int, zero: float) -> DescribedDrive | None:
+        """The drive of a hinge or slide: its actuators, or the spring that it has itself."""
+        model = self._model
+        spring = float(model["jnt_stiffness"][joint])
+        found = self._drives.get(joint)
+        place = model.location("jnt", joint)
+        if found is None and spring > 0:
+            rest = float(model["qpos_spring"][model["jnt_qposadr"][joint]]) - zero
+            return DescribedDrive(spring, 0.0, None, rest)
+        if found is None:
+            return None
+        if spring > 0:
+            message = "a spring of a joint that has a position or velocity actuator too is not built"
+            self._report.left_out("spring", message, place)
+        stiffness, damping, target, limit = found
+        if model["jnt_actfrclimited"][joint]:
+            most = float(abs(model["jnt_actfrcrange"][joint]).max())
+            limit = most if limit is None else min(limit, most)
+        aimed = None if self._keyframe is None else target - zero
+        return DescribedDrive(stiffness, damping, limit, aimed)
+
+
+def _hinge_angles(q: list[float]) -> tuple[float, float, float]:
+    """Angles about x, then y, then z, each in the frame that the one before leaves [rad]. `q`: wxyz."""
+    length = math.sqrt(sum(part * part for part in q)) or 1.0
+    w, x, y, z = (part / length for part in q)
+    # R = Rx·Ry·Rz, so that its first row is (cy·cz, -cy·sz, sy) and its last column (sy, -sx·cy, cx·cy).
+    about_y = math.asin(max(-1.0, min(1.0, 2 * (x * z + w * y))))
+    about_x = math.atan2(2 * (w * x - y * z), 1 - 2 * (x * x + y * y))
+    about_z = math.atan2(2 * (w * z - x * y), 1 - 2 * (y * y + z * z))
+    return about_x, about_y, about_z

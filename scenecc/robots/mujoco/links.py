@@ -1,0 +1,253 @@
+"""Robots and bodies of a compiled model: links, their joints and their masses.
+
+Positions, masses, inertias, limits and contacts are the compiled model's own. What MuJoCo has and PhysX has not is
+told, once a kind, at the line of the first element that has it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.robots.description import (
+    DescribedInertial,
+    DescribedJoint,
+    DescribedLink,
+    DescribedRobot,
+    ball_moment,
+)
+from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
+from scenecc.robots.mujoco.joints import JointReader
+from scenecc.robots.mujoco.model import FREE, WORLD, CompiledModel
+from scenecc.robots.mujoco.shapes import ShapeReader
+from scenecc.robots.poses import compose_poses
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.robots.mjcf_files import MjcfReport
+
+_DUMMY_SHARE = 1e-4
+"""Mass of a link between two joints of one body, as a share of what hangs on it: MuJoCo has no such body, and PhysX
+would make it weigh 1 kg."""
+
+
+@dataclass(slots=True)
+class _Draft:
+    """A link while it is made.
+
+    Attributes:
+        body: number of its body in the model.
+        parent: number of its parent among the links of its robot.
+        is_body: whether it is the body itself, rather than a link between its joints or the root that it needs.
+    """
+
+    name: str
+    body: int
+    parent: int | None
+    joint: DescribedJoint | None
+    is_body: bool = True
+
+
+class ModelReader:
+    """Describes the robots of a compiled model.
+
+    Args:
+        model: compiled.
+        report: where findings go.
+        keyframe: number of the keyframe that gives initial positions; None: there is none.
+        visual_groups: the groups of geoms that are seen.
+    """
+
+    def __init__(
+        self, model: CompiledModel, report: MjcfReport, keyframe: int | None, visual_groups: Collection[int]
+    ) -> None:
+        self._model = model
+        self._report = report
+        self._joint_numbers = model.rows_of_bodies("jnt_bodyid")
+        self._geoms = model.rows_of_bodies("geom_bodyid")
+        self._joints = JointReader(model, report, keyframe)
+        self._shapes = ShapeReader(model, report, visual_groups)
+
+    def robots(self) -> list[DescribedRobot]:
+        """All robots and bodies: articulations first, then bodies, then the world's own geoms."""
+        moving: list[tuple[DescribedRobot, list[int]]] = []
+        still: list[tuple[DescribedRobot, list[int]]] = []
+        for number, body in enumerate(self._model.children[WORLD]):
+            if any(self._joint_numbers[one] for one in self._subtree(body)):
+                moving.append(self._robot(body, number))
+            elif (made := self._static_body(body)) is not None:
+                still.append((made, [body]))
+        for geom in self._geoms[WORLD]:
+            name, place = self._model.name("geom", geom) or f"geom_{geom}", self._model.location("geom", geom)
+            collisions, visuals = self._shapes.of_geoms([(geom, IDENTITY_POSE)])
+            if collisions or visuals:
+                link = DescribedLink(name, place, collisions=collisions, visuals=visuals)
+                still.append((DescribedRobot((link,), "static", location=place), [WORLD]))
+        return self._distinct(self._with_ignore_bits([*moving, *still]))
+
+    def _subtree(self, body: int) -> Iterator[int]:
+        pending = [body]
+        while pending:
+            one = pending.pop()
+            yield one
+            pending.extend(reversed(self._model.children[one]))
+
+    def _robot(self, body: int, number: int) -> tuple[DescribedRobot, list[int]]:
+        """A body of the world that has a joint in it, and the body of each link."""
+        model = self._model
+        joints = self._joint_numbers[body]
+        free = bool(joints) and model["jnt_type"][joints[0]] == FREE
+        if free or not joints:
+            drafts, pose = [_Draft(model.body_name(body), body, None, None)], model.body_pose(body)
+            for child in model.children[body]:
+                self._add_links(child, 0, drafts)
+        else:
+            drafts, pose = [_Draft(f"dummy_root_{number}", WORLD, None, None, is_body=False)], IDENTITY_POSE
+            self._add_links(body, 0, drafts)
+        links = tuple(self._describe(draft) for draft in self._with_mimics(drafts))
+        kind = "dynamic" if free and len(links) == 1 else None
+        robot = DescribedRobot(links, kind, not free, pose, model.location("body", body))
+        return robot, [draft.body if draft.is_body else -1 for draft in drafts]
+
+    def _add_links(self, body: int, parent: int, drafts: list[_Draft]) -> None:
+        """Adds the links of a body, one a joint, and those of the bodies in it."""
+        pending = [(body, parent)]
+        while pending:
+            one, above = pending.pop()
+            name, in_parent = self._model.body_name(one), self._model.body_pose(one)
+            made = self._joints.of_body(self._joint_numbers[one])
+            if not made:
+                made = [DescribedJoint("", "fixed", IDENTITY_POSE, IDENTITY_POSE, self._model.location("body", one))]
+            for index, joint in enumerate(made):
+                # The links between stand where the body does, so that the joints follow one another there.
+                frame = compose_poses(in_parent, joint.pose_in_child) if index == 0 else joint.pose_in_child
+                last = index == len(made) - 1
+                whole = replace(joint, pose_in_parent=frame)
+                drafts.append(_Draft(name if last else f"{name}_dummy_{index}", one, above, whole, is_body=last))
+                above = len(drafts) - 1
+            pending += [(child, above) for child in reversed(self._model.children[one])]
+
+    def _with_mimics(self, drafts: list[_Draft]) -> list[_Draft]:
+        """The links, without mimics that PhysX cannot do."""
+        names = {draft.joint.name: number for number, draft in enumerate(drafts) if draft.joint is not None}
+        for number, draft in enumerate(drafts):
+            if draft.joint is None or draft.joint.mimic is None:
+                continue
+            source = names.get(draft.joint.mimic.source)
+            if source is None or not _can_follow(drafts, source, number):
+                message = (
+                    f"`{cut(draft.joint.name)}` cannot follow `{cut(draft.joint.mimic.source)}`: they must be in one "
+                    "robot, without a fixed joint between them, and the first may not carry the second"
+                )
+                self._report.left_out("equality/follow", message, draft.joint.mimic.location)
+                draft.joint = replace(draft.joint, mimic=None)
+        return drafts
+
+    def _describe(self, draft: _Draft) -> DescribedLink:
+        model = self._model
+        place = model.location("body", draft.body)
+        mass = float(model["body_mass"][draft.body])
+        if not draft.is_body or not mass:
+            inertial = self._light_inertial(draft)
+        else:
+            com = (*model["body_ipos"][draft.body].tolist(), *model["body_iquat"][draft.body].tolist())
+            inertial = DescribedInertial(mass, com, tuple(model["body_inertia"][draft.body].tolist()), place)
+        if not draft.is_body:
+            return DescribedLink(draft.name, place, draft.parent, draft.joint, inertial=inertial)
+        collisions, visuals = self._shapes.of_geoms([(geom, IDENTITY_POSE) for geom in self._geoms[draft.body]])
+        return DescribedLink(draft.name, place, draft.parent, draft.joint, collisions, visuals, inertial)
+
+    def _light_inertial(self, draft: _Draft) -> DescribedInertial | None:
+        """Of a link that has no mass in the model; None where it does not matter: a root that is fixed."""
+        if draft.parent is None and draft.body == WORLD:
+            return None
+        mass = max(_DUMMY_SHARE * float(self._model["body_subtreemass"][draft.body]), 1e-6)
+        moment = ball_moment(mass)
+        place = self._model.location("body", draft.body)
+        return DescribedInertial(mass, IDENTITY_POSE, (moment, moment, moment), place)
+
+    def _static_body(self, body: int) -> DescribedRobot | None:
+        """A body of the world without joints, with all that is in it; None: it has no shapes."""
+        model = self._model
+        geoms: list[tuple[int, Pose7]] = []
+        pending = [(body, IDENTITY_POSE)]
+        while pending:
+            one, pose = pending.pop()
+            geoms += [(geom, pose) for geom in self._geoms[one]]
+            pending += [(child, compose_poses(pose, model.body_pose(child))) for child in reversed(model.children[one])]
+        collisions, visuals = self._shapes.of_geoms(geoms)
+        if not (collisions or visuals):
+            return None
+        place = model.location("body", body)
+        link = DescribedLink(model.body_name(body), place, collisions=collisions, visuals=visuals)
+        kind = "kinematic" if model["body_mocapid"][body] >= 0 else "static"
+        return DescribedRobot((link,), kind, pose=model.body_pose(body), location=place)
+
+    def _with_ignore_bits(self, made: list[tuple[DescribedRobot, list[int]]]) -> list[DescribedRobot]:
+        """The robots, with the bits by which their links ignore one another."""
+        colliding: list[CollidingLink] = []
+        starts: list[int] = []
+        key = 0
+        for robot, bodies in made:
+            starts.append(key)
+            for link, body in zip(robot.links, bodies, strict=True):
+                if link.collisions and body >= 0:
+                    parent = None if link.parent is None else starts[-1] + link.parent
+                    colliding.append(self._colliding(link, body, key, parent))
+                key += 1
+        bits = find_ignore_bits(colliding, self._model, self._report)
+        return [
+            replace(
+                robot,
+                links=tuple(
+                    replace(link, ignore_bits=bits.get(start + number, 0)) for number, link in enumerate(robot.links)
+                ),
+            )
+            for (robot, _), start in zip(made, starts, strict=True)
+        ]
+
+    @staticmethod
+    def _colliding(link: DescribedLink, body: int, key: int, parent: int | None) -> CollidingLink:
+        contype = conaffinity = 0
+        for shape in link.collisions:
+            first, second = shape.bits or (0, 0)
+            contype, conaffinity = contype | first >> 1, conaffinity | second >> 1
+        return CollidingLink(body, key, parent, contype, conaffinity)
+
+    @staticmethod
+    def _distinct(robots: list[DescribedRobot]) -> list[DescribedRobot]:
+        """The robots, of which no two have a root of the same name."""
+        taken: set[str] = set()
+        made: list[DescribedRobot] = []
+        for robot in robots:
+            root, *others = robot.links
+            name, number = root.name, 1
+            while name in taken:
+                number += 1
+                name = f"{root.name}_{number}"
+            taken.add(name)
+            made.append(replace(robot, links=(replace(root, name=name), *others)))
+        return made
+
+
+def _can_follow(drafts: list[_Draft], source: int, follower: int) -> bool:
+    """Whether PhysX's tendons can have a joint follow another one: see `plan.articulation.why_no_tendon`."""
+
+    def above(link: int) -> list[int]:
+        chain = [link]
+        while (parent := drafts[chain[-1]].parent) is not None:
+            chain.append(parent)
+        return chain
+
+    to_source, to_follower = above(source), above(follower)
+    if follower in to_source:
+        return False
+    common = next(link for link in to_source if link in to_follower)
+    between = to_source[1 : to_source.index(common)] + to_follower[1 : to_follower.index(common)]
+    return all(
+        (joint := drafts[link].joint) is not None and joint.type != "fixed" for link in between if link != common
+    )

@@ -1,0 +1,107 @@
+"""A compiled model: the arrays of `mjModel`, and the names and places of its elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.robots.poses import compose_poses
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Location
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.robots.mujoco.source import MujocoSource
+
+FREE, BALL, SLIDE, HINGE = range(4)
+"""`mjtJoint`."""
+
+PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
+"""`mjtGeom`."""
+
+CONNECT_EQUALITY, WELD_EQUALITY, JOINT_EQUALITY = range(3)
+"""`mjtEq`."""
+
+DISABLE_CONTACT, DISABLE_FILTERPARENT = 1 << 4, 1 << 9
+"""Bits of `mjtDisableBit`."""
+
+WORLD: Final = 0
+"""The number of the world among bodies."""
+
+
+@dataclass(frozen=True)
+class CompiledModel:
+    """What MuJoCo's compiler gave back.
+
+    Attributes:
+        header: names and lines of elements, files of meshes and textures, options.
+        arrays: fields of `mjModel` by name.
+        source: leads lines back to the file.
+    """
+
+    header: dict[str, Any]
+    arrays: dict[str, NDArray[Any]]
+    source: MujocoSource
+
+    @staticmethod
+    def of(header: dict[str, Any], parts: Sequence[bytes], source: MujocoSource) -> CompiledModel:
+        """From the message of the process that compiled it."""
+        pairs = zip(header["arrays"].items(), parts, strict=True)
+        arrays = {name: np.frombuffer(part, dtype).reshape(shape) for (name, (dtype, shape)), part in pairs}
+        return CompiledModel(header, arrays, source)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self.arrays[name]
+
+    @cached_property
+    def _elements(self) -> dict[str, dict[int, list[Any]]]:
+        return {kind: {row[0]: row for row in rows} for kind, rows in self.header["elements"].items()}
+
+    def name(self, kind: str, number: int) -> str:
+        """The name of an element, "" where it has none. `kind`: as in `mjModel`: "body", "jnt", …"""
+        row = self._elements[kind].get(number)
+        return "" if row is None else str(row[1])
+
+    def names(self, kind: str) -> list[str]:
+        """The names of all elements of a kind."""
+        return [str(row[1]) for row in self.header["elements"][kind]]
+
+    def location(self, kind: str, number: int) -> Location:
+        """Where an element is written; of one that the file does not hold, the file's root."""
+        row = self._elements[kind].get(number)
+        found = None if row is None else self.source.element(row[2])
+        return (found or self.source.elements[0]).location
+
+    def body_name(self, body: int) -> str:
+        """The name of a body; `body_N` where it has none."""
+        return self.name("body", body) or f"body_{body}"
+
+    def body_pose(self, body: int) -> Pose7:
+        """Of a body in its parent."""
+        return (*self["body_pos"][body].tolist(), *self["body_quat"][body].tolist())
+
+    @cached_property
+    def children(self) -> list[list[int]]:
+        """The bodies in each body."""
+        # The world is its own parent.
+        return [[one for one in bodies if one != WORLD] for bodies in self.rows_of_bodies("body_parentid")]
+
+    def rows_of_bodies(self, array: str) -> list[list[int]]:
+        """The elements of each body. `array`: numbers of bodies, one an element ("jnt_bodyid")."""
+        found = [list[int]() for _ in range(len(self["body_parentid"]))]
+        for number, body in enumerate(self[array].tolist()):
+            found[int(body)].append(number)
+        return found
+
+
+def invert_pose(pose: Pose7) -> Pose7:
+    """The inverse of a pose."""
+    w, x, y, z = pose[3:]
+    turned = compose_poses((0.0, 0.0, 0.0, w, -x, -y, -z), (*pose[:3], 1.0, 0.0, 0.0, 0.0))
+    return (-turned[0], -turned[1], -turned[2], w, -x, -y, -z)

@@ -1,0 +1,90 @@
+"""Reader for MJCF: robots and bodies as MuJoCo's compiler understands them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.messages import cut, nearest
+from scenecc.robots.description import RobotDescription
+from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
+from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
+from scenecc.robots.mujoco.compiler import check_mujoco, compile_source
+from scenecc.robots.mujoco.links import ModelReader
+from scenecc.robots.mujoco.shapes import VISUAL_GROUPS
+from scenecc.robots.mujoco.source import SourceBuilder
+from scenecc.source.limits import Limits
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.robots.mujoco.model import CompiledModel
+    from scenecc.source.paths import AssetScope, ResolvedFile
+
+_DEFAULT_LIMITS = Limits()
+
+
+def read_mjcf(
+    file: ResolvedFile,
+    *,
+    scope: AssetScope,
+    sink: Sink,
+    origin: Origin | None = None,
+    keyframe: tuple[str, Origin | None] | None = None,
+    visual_groups: Collection[int] = VISUAL_GROUPS,
+    limits: Limits = _DEFAULT_LIMITS,
+    budget: ReadBudget | None = None,
+) -> RobotDescription | None:
+    """The robots and bodies of an MJCF; None where the file is wrong, all that is wrong having been reported.
+
+    First come the articulations, then bodies without joints, then the world's own geoms, with MuJoCo's names; what has
+    none is `body_N` or `geom_N`, and a root that a file does not have is `dummy_root_N`.
+
+    Args:
+        file: the MJCF, as `scenecc.source.paths.resolve_path` finds it.
+        scope: what may be read; meshes, textures and included files are looked for inside.
+        sink: takes what is wrong, at the file's own lines: codes SC401 to SC407 for files that it names, SC450 to SC458
+            where it cannot be read, SC480 to SC490 for the rest.
+        origin: the node of the scene that names the file, reported with each finding.
+        keyframe: the name of the keyframe that gives initial positions, and where the scene says it.
+        visual_groups: the groups of geoms that are seen.
+        limits: `includes`: how many files include one another; `asset_bytes`: size of each.
+        budget: of all files of the scene; None: it is read alone.
+    """
+    report = MjcfReport(FileReport(sink, origin, budget=budget))
+    files = MjcfFiles(RobotFiles(file, scope), file.uri, limits, report)
+    root = files.read()
+    if root is None or report.failed:
+        return None
+    if root.tag != "mujoco":
+        hint = "give a URDF with `urdf:`" if root.tag == "robot" else None
+        report.error("SC453", f"an MJCF is a <mujoco>, and this is a <{cut(root.tag)}>", root.location, hint)
+        return None
+    if not check_mujoco(report, root.location):
+        return None
+    source = SourceBuilder(files, report).build(root)
+    model = None if source is None else compile_source(source, report)
+    if model is None:
+        return None
+    number = None if keyframe is None else _keyframe(keyframe, model, report)
+    robots = ModelReader(model, report, number, visual_groups).robots()
+    if not robots and not report.failed:
+        report.nothing(root)
+    report.report_unread()
+    return None if report.failed else RobotDescription(tuple(robots), tuple(files.named.found.values()))
+
+
+def _keyframe(keyframe: tuple[str, Origin | None], model: CompiledModel, report: MjcfReport) -> int | None:
+    """The number of a keyframe; None, reported (SC482), where there is none of the name."""
+    name, origin = keyframe
+    names = model.names("key")
+    if name in names:
+        return names.index(name)
+    near = nearest(name, names)
+    hint = f"did you mean `{near}`?" if near else f"it has {', '.join(f'`{cut(one)}`' for one in names[:12]) or 'none'}"
+    message = f"the file has no keyframe `{cut(name)}`"
+    findings = report.findings
+    findings.errors += 1
+    findings.sink.report("SC482", message, origin or findings.place(model.source.elements[0].location), hint=hint)
+    return None

@@ -1,0 +1,177 @@
+"""Geoms of a compiled model as shapes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from scenecc.robots.description import (
+    DescribedCollision,
+    DescribedMaterial,
+    DescribedVisual,
+    MeshGeometry,
+    PlaneGeometry,
+    SolidGeometry,
+)
+from scenecc.robots.mujoco.contacts import MAX_BITS
+from scenecc.robots.mujoco.model import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    ELLIPSOID,
+    HFIELD,
+    MESH,
+    PLANE,
+    SDF,
+    SPHERE,
+    CompiledModel,
+    invert_pose,
+)
+from scenecc.robots.poses import compose_poses, pose_numbers
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.robots.description import Geometry
+    from scenecc.robots.mjcf_files import MjcfReport
+
+_X_TO_Z = pose_numbers((0.0, 0.0, 0.0), (0.7071067811865476, 0.0, -0.7071067811865476, 0.0))
+"""From SAPIEN's planes and solids, which point along x, to MuJoCo's, which point along z."""
+
+_DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
+"""A geom's colour where the file gives none: its material's counts then."""
+
+VISUAL_GROUPS: Final = (0, 1, 2)
+"""Groups of geoms that MuJoCo's viewer shows by default."""
+
+_MESH_FILES = frozenset({".obj", ".stl"})
+"""Formats that SAPIEN reads as MuJoCo does."""
+
+_FRICTIONLESS = 1
+"""The `condim` of contacts without friction."""
+
+_COLOR_ROLE = 1
+"""`mjTEXROLE_RGB`."""
+
+
+class ShapeReader:
+    """Reads the geoms of a compiled model.
+
+    Args:
+        model: compiled.
+        report: where findings go.
+        visual_groups: the groups of geoms that are seen.
+    """
+
+    def __init__(self, model: CompiledModel, report: MjcfReport, visual_groups: Collection[int]) -> None:
+        self._model = model
+        self._report = report
+        self._visual_groups = visual_groups
+        self._looks: dict[tuple[int, tuple[float, ...]], DescribedMaterial] = {}
+
+    def of_geoms(
+        self, geoms: Sequence[tuple[int, Pose7]]
+    ) -> tuple[tuple[DescribedCollision, ...], tuple[DescribedVisual, ...]]:
+        """What collides and what is seen of some geoms, each in a frame that has a pose in the link's."""
+        model = self._model
+        collisions: list[DescribedCollision] = []
+        visuals: list[DescribedVisual] = []
+        for geom, frame in geoms:
+            collides = bool(model["geom_contype"][geom] or model["geom_conaffinity"][geom])
+            seen = model["geom_group"][geom] in self._visual_groups
+            if not (collides or seen):
+                continue
+            made = self._geometry(geom)
+            if made is None:
+                continue
+            geometry, pose = made[0], compose_poses(frame, made[1])
+            place = model.location("geom", geom)
+            if collides:
+                slide = float(model["geom_friction"][geom][0]) if model["geom_condim"][geom] > _FRICTIONLESS else 0.0
+                friction = (slide, slide, 0.0)
+                collisions.append(DescribedCollision(geometry, pose, place, friction, 0.0, self._bits(geom)))
+            look = self._look(geom)
+            if seen and look is not None:
+                visuals.append(DescribedVisual(geometry, pose, place, model.name("geom", geom), look))
+        return tuple(collisions), tuple(visuals)
+
+    def _bits(self, geom: int) -> tuple[int, int] | None:
+        """By MuJoCo's rule within files, and colliding with all that has SAPIEN's own bits."""
+        contype, conaffinity = (int(self._model[name][geom]) for name in ("geom_contype", "geom_conaffinity"))
+        if not (0 <= contype < 1 << MAX_BITS and 0 <= conaffinity < 1 << MAX_BITS):
+            message = f"`contype` and `conaffinity` have {MAX_BITS} bits here, and {contype} and {conaffinity} have 32"
+            self._report.error("SC483", message, self._model.location("geom", geom))
+            return None
+        return contype << 1 | 1, conaffinity << 1
+
+    def _geometry(self, geom: int) -> tuple[Geometry, Pose7] | None:
+        """Shape and pose; None, reported, where it cannot be built."""
+        model = self._model
+        kind, size = int(model["geom_type"][geom]), model["geom_size"][geom].tolist()
+        pose: Pose7 = (*model["geom_pos"][geom].tolist(), *model["geom_quat"][geom].tolist())
+        if kind == BOX:
+            return SolidGeometry("box", tuple(size)), pose
+        if kind == SPHERE:
+            return SolidGeometry("sphere", (size[0],)), pose
+        if kind in {CAPSULE, CYLINDER}:
+            word = "capsule" if kind == CAPSULE else "cylinder"
+            return SolidGeometry(word, (size[0], size[1])), compose_poses(pose, _X_TO_Z)
+        if kind == PLANE:
+            half = (size[0], size[1]) if size[0] > 0 and size[1] > 0 else None
+            return PlaneGeometry(half), compose_poses(pose, _X_TO_Z)
+        if kind == MESH:
+            return self._mesh(geom, pose)
+        word = {HFIELD: "hfield", ELLIPSOID: "ellipsoid", SDF: "sdf"}.get(kind, "of this type")
+        self._report.error("SC483", f"a geom of type `{word}` cannot be built", model.location("geom", geom))
+        return None
+
+    def _mesh(self, geom: int, pose: Pose7) -> tuple[Geometry, Pose7] | None:
+        """A mesh as its file has it: MuJoCo puts its origin into the centre of mass and turns it to the main axes."""
+        model = self._model
+        mesh = int(model["geom_dataid"][geom])
+        file, scale, refpos, refquat = model.header["meshes"][mesh]
+        found = model.source.files.get(file)
+        if found is None or found.path.suffix.lower() not in _MESH_FILES or any(refpos) or refquat != [1, 0, 0, 0]:
+            message = "a mesh that MuJoCo makes itself cannot be built"
+            self._report.error("SC483", message, model.location("mesh", mesh))
+            return None
+        moved = (*model["mesh_pos"][mesh].tolist(), *model["mesh_quat"][mesh].tolist())
+        # MuJoCo reads no materials of a mesh's file.
+        geometry = MeshGeometry(found.uri, found.path, tuple(scale), parts=False, optional_names=True)
+        return geometry, compose_poses(pose, invert_pose(moved))
+
+    def _look(self, geom: int) -> DescribedMaterial | None:
+        """What a geom looks like; None: it is not seen."""
+        model = self._model
+        rgba, material = tuple(model["geom_rgba"][geom].tolist()), int(model["geom_matid"][geom])
+        if material >= 0 and rgba == _DEFAULT_RGBA:
+            rgba = tuple(model["mat_rgba"][material].tolist())
+        if rgba[3] <= 0:
+            return None
+        known = self._looks.get((material, rgba))
+        if known is None:
+            known = self._looks[material, rgba] = self._described_look(material, rgba)
+        return known
+
+    def _described_look(self, material: int, rgba: tuple[float, ...]) -> DescribedMaterial:
+        """A colour, with what a material adds; its number is negative where there is none."""
+        color = (rgba[0], rgba[1], rgba[2], rgba[3])
+        if material < 0:
+            return DescribedMaterial(base_color=color)
+        model = self._model
+        names = ("mat_emission", "mat_specular", "mat_shininess", "mat_metallic", "mat_roughness")
+        emission, specular, shininess, metallic, roughness = (float(model[name][material]) for name in names)
+        texture = int(model["mat_texid"][material][_COLOR_ROLE])
+        file = None if texture < 0 else model.source.files.get(model.header["textures"][texture])
+        if texture >= 0 and file is None:
+            message = "textures that MuJoCo paints, and those of cubes, are not shown"
+            self._report.left_out("texture", message, model.location("tex", texture), "paint the texture into a file")
+        return DescribedMaterial(
+            base_color=color,
+            texture=None if file is None else file.path,
+            texture_uri=None if file is None else file.uri,
+            emission=(color[0] * emission, color[1] * emission, color[2] * emission, 1.0) if emission else None,
+            specular=specular,
+            roughness=roughness if roughness >= 0 else 1 - shininess,
+            metallic=max(metallic, 0.0),
+        )

@@ -1,0 +1,176 @@
+"""An MJCF as MuJoCo's compiler gets it: one text without includes, and the content of every file that it names.
+
+MuJoCo opens files by itself, by absolute paths too, and makes as many bodies as a file asks for. So the tree is read
+here, includes are put in place, each file is found inside what the scene may read and gets a name of our own, and what
+the compiler would multiply is counted before it starts. Each element stands on a line of its own, so that the line
+that MuJoCo tells of an element leads back to the file in which it was written.
+"""
+
+from __future__ import annotations
+
+import math
+import posixpath
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import quoteattr
+
+from scenecc.diagnostics.messages import cut
+from scenecc.robots.files import read_robot_bytes
+from scenecc.robots.xml import parse_number
+
+if TYPE_CHECKING:
+    from scenecc.robots.description import DescribedFile
+    from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
+    from scenecc.robots.xml import SourceElement
+
+FILE_ATTRIBUTES: dict[str, tuple[str, ...]] = {
+    "mesh": ("file",),
+    "hfield": ("file",),
+    "skin": ("file",),
+    "flexcomp": ("file",),
+    "model": ("file",),
+    "texture": ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"),
+}
+"""The attributes that name files, of each kind of element that has any."""
+
+_REFUSED = {
+    "plugin": "a plugin is code, which is not run",
+    "extension": "a plugin is code, which is not run",
+    "flexcomp": "soft bodies are not built",
+    "flex": "soft bodies are not built",
+    "skin": "skins of soft bodies are not built",
+    "deformable": "soft bodies are not built",
+    "composite": "`<composite>` makes bodies of cables and cloth, which are not built",
+}
+
+_FOLDER_ATTRIBUTES = frozenset({"meshdir", "texturedir", "assetdir", "strippath"})
+
+MAX_ELEMENTS = 100_000
+"""How many elements a model has once MuJoCo has replicated and attached what the file says."""
+
+MAX_CELLS = 2**24
+"""Pixels of textures that MuJoCo paints, and cells of height fields, together."""
+
+
+@dataclass(slots=True)
+class MujocoSource:
+    """A model for MuJoCo's compiler.
+
+    Attributes:
+        lines: of the text; the element of each line, for what is told of it.
+        assets: content of each file, by the name that the text has for it.
+        files: the file that stands behind each name.
+    """
+
+    elements: list[SourceElement] = field(default_factory=list["SourceElement"])
+    lines: list[str] = field(default_factory=list[str])
+    assets: dict[str, bytes] = field(default_factory=dict[str, bytes])
+    files: dict[str, DescribedFile] = field(default_factory=dict[str, "DescribedFile"])
+
+    @property
+    def text(self) -> str:
+        """The whole model."""
+        return "\n".join(self.lines)
+
+    def element(self, line: int | None) -> SourceElement | None:
+        """The element on a line, counted from 1."""
+        return None if line is None or not 1 <= line <= len(self.elements) else self.elements[line - 1]
+
+
+@dataclass(slots=True)
+class SourceBuilder:
+    """Writes the text of a model from its tree.
+
+    Attributes:
+        files: finds and reads what the model names.
+        report: where faults go.
+    """
+
+    files: MjcfFiles
+    report: MjcfReport
+    source: MujocoSource = field(default_factory=MujocoSource)
+    _folders: dict[str, str] = field(default_factory=dict[str, str])
+    _known: dict[Path, str] = field(default_factory=dict[Path, str])
+    _cells: int = 0
+
+    def build(self, root: SourceElement) -> MujocoSource | None:
+        """The model of a tree whose includes are in place; None, reported, where it may not be compiled."""
+        self._read_folders(root)
+        if (count := self._count(root)) > MAX_ELEMENTS:
+            shown = f"{count:.0f}" if count < 1e15 else f"{count:.1g}"
+            message = f"the model is too large: it makes {shown} elements, and {MAX_ELEMENTS} are built"
+            self.report.error("SC452", message, root.location, "replicate less")
+        if not self.report.failed:
+            self._write(root)
+        return None if self.report.failed else self.source
+
+    def _read_folders(self, root: SourceElement) -> None:
+        for compiler in root.all("compiler"):
+            self._folders.update((name, value) for name, value in compiler.attributes.items())
+
+    def _count(self, element: SourceElement) -> float:
+        """How many elements MuJoCo makes of one and of what is in it."""
+        inner = 1 + sum(map(self._count, element.children))
+        if element.tag != "replicate":
+            return inner
+        count = parse_number(element.attributes.get("count", "1"))
+        return inner * max(1.0, count if count is not None and math.isfinite(count) else 1.0)
+
+    def _write(self, element: SourceElement) -> None:
+        reason = _REFUSED.get(element.tag)
+        if reason is not None:
+            self.report.error("SC483", f"`<{element.tag}>` cannot be built: {reason}", element.location)
+            return
+        self._check_cells(element)
+        attributes = dict(element.attributes)
+        if element.tag == "compiler":
+            attributes = {name: value for name, value in attributes.items() if name not in _FOLDER_ATTRIBUTES}
+        for name in FILE_ATTRIBUTES.get(element.tag, ()):
+            if name in attributes:
+                if name == "file" and element.tag in {"mesh", "hfield", "texture"} and not attributes.get("name"):
+                    attributes["name"] = Path(attributes[name]).stem
+                attributes[name] = self._asset(element, name)
+        self.source.elements.append(element)
+        words = "".join(f" {name}={quoteattr(value, {chr(10): ' '})}" for name, value in attributes.items())
+        if not element.children:
+            self.source.lines.append(f"<{element.tag}{words}/>")
+            return
+        self.source.lines.append(f"<{element.tag}{words}>")
+        for child in element.children:
+            self._write(child)
+        self.source.elements.append(element)
+        self.source.lines.append(f"</{element.tag}>")
+
+    def _check_cells(self, element: SourceElement) -> None:
+        """Counts what MuJoCo would paint or allot."""
+        if element.tag in {"texture", "hfield"}:
+            names = ("width", "height") if element.tag == "texture" else ("nrow", "ncol")
+            sizes = [parse_number(element.attributes.get(name, "0")) or 0 for name in names]
+            cells = sizes[0] * sizes[1] * (6 if element.attributes.get("type") in {"cube", "skybox"} else 1)
+            self._cells += int(min(cells, MAX_CELLS + 1)) if math.isfinite(cells) else MAX_CELLS + 1
+            if self._cells > MAX_CELLS:
+                message = f"the model is too large: its textures and height fields have more than {MAX_CELLS} cells"
+                self.report.error("SC452", message, element.location)
+
+    def _asset(self, element: SourceElement, attribute: str) -> str:
+        """The name that the compiler gets for a file."""
+        written, place = element.attributes[attribute], element.at(attribute)
+        if self._folders.get("strippath") == "true":
+            written = posixpath.basename(written.replace("\\", "/"))
+        own = "texturedir" if element.tag == "texture" else "meshdir"
+        folder = self._folders.get(own, self._folders.get("assetdir", ""))
+        found = self.files.find("" if element.tag == "model" else folder, written, place)
+        if found is None:
+            return ""
+        if found.path not in self._known:
+            name = f"file{len(self._known)}{found.path.suffix.lower()}"
+            limit = self.files.limits.asset_bytes
+            data = read_robot_bytes(found.path, found.uri, self.report.of(place), limit)
+            if data is None:
+                return ""
+            if element.tag == "model":
+                self.report.error("SC483", f"`<model>` names `{cut(written)}`, and models are not attached yet", place)
+            self._known[found.path] = name
+            self.source.assets[name], self.source.files[name] = data, found
+        return self._known[found.path]

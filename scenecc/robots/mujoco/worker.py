@@ -1,0 +1,134 @@
+"""The process in which MuJoCo compiles models: requests on standard input, compiled arrays on standard output.
+
+It runs beside the process that asks, with limits of memory and time, and opens no file: a model and all that it names
+come as bytes. It imports nothing of scenecc, so that it starts as fast as MuJoCo is imported.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import json
+import os
+import resource
+import signal
+import struct
+import sys
+from typing import Any, BinaryIO
+
+_PR_SET_PDEATHSIG = 1
+
+_ARRAY_NAMES = """
+body_parentid body_weldid body_pos body_quat body_ipos body_iquat body_mass body_subtreemass body_inertia
+body_gravcomp body_mocapid
+jnt_type jnt_bodyid jnt_pos jnt_axis jnt_range jnt_limited jnt_stiffness jnt_qposadr jnt_dofadr jnt_actfrcrange
+jnt_actfrclimited
+dof_damping dof_frictionloss dof_armature
+qpos0
+qpos_spring
+geom_type geom_contype geom_conaffinity geom_condim geom_bodyid geom_dataid geom_matid geom_group geom_size
+geom_pos geom_quat geom_friction geom_rgba
+mesh_vertadr mesh_vertnum mesh_vert mesh_faceadr mesh_facenum mesh_face mesh_pos mesh_quat mesh_scale
+hfield_nrow hfield_ncol hfield_adr hfield_size hfield_data
+mat_rgba mat_texid mat_emission mat_specular mat_shininess mat_reflectance mat_metallic mat_roughness
+exclude_signature
+eq_type eq_obj1id eq_obj2id eq_objtype eq_active0 eq_data
+actuator_trntype actuator_trnid actuator_gaintype actuator_biastype actuator_dyntype actuator_gainprm
+actuator_biasprm actuator_gear actuator_forcerange actuator_forcelimited
+key_qpos key_ctrl
+
+"""
+
+ARRAYS = _ARRAY_NAMES.split()
+"""Fields of `mjModel` that are given back."""
+
+NAMED = {
+    "body": "bodies",
+    "jnt": "joints",
+    "geom": "geoms",
+    "mesh": "meshes",
+    "hfield": "hfields",
+    "mat": "materials",
+    "tex": "textures",
+    "exclude": "excludes",
+    "eq": "equalities",
+    "tendon": "tendons",
+    "actuator": "actuators",
+    "key": "keys",
+    "flex": "flexes",
+}
+"""Kinds of elements of `mjModel`, and the lists of `MjSpec` that hold them."""
+
+
+def read_message(stream: BinaryIO) -> tuple[dict[str, Any], list[bytes]] | None:
+    """A header and the byte strings that follow it; None at the end of the stream."""
+    prefix = stream.read(4)
+    if len(prefix) < 4:
+        return None
+    header = json.loads(stream.read(struct.unpack("<I", prefix)[0]))
+    return header, [stream.read(size) for size in header["sizes"]]
+
+
+def write_message(stream: BinaryIO, header: dict[str, Any], parts: list[bytes]) -> None:
+    """Writes what `read_message` reads."""
+    text = json.dumps({**header, "sizes": [len(part) for part in parts]}).encode()
+    stream.write(struct.pack("<I", len(text)) + text)
+    stream.writelines(parts)
+    stream.flush()
+
+
+def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict[str, Any], list[bytes]]:
+    """The arrays of a model; under "error" what MuJoCo says of one that it does not compile.
+
+    Args:
+        mujoco: the package.
+        xml: the model, without includes, naming its files as `assets` does.
+        assets: content of each file.
+    """
+    try:
+        spec = mujoco.MjSpec.from_string(xml, assets=assets)
+        model = spec.compile()
+    except (ValueError, TypeError, RuntimeError, MemoryError) as error:
+        return {"error": str(error)}, []
+    arrays = {name: getattr(model, name) for name in ARRAYS if hasattr(model, name)}
+    elements = {kind: [_element(one) for one in getattr(spec, several)] for kind, several in NAMED.items()}
+    header = {
+        "arrays": {name: [array.dtype.str, list(array.shape)] for name, array in arrays.items()},
+        "elements": elements,
+        "meshes": [[one.file, list(one.scale), list(one.refpos), list(one.refquat)] for one in spec.meshes],
+        "textures": [one.file for one in spec.textures],
+        "option": {"timestep": model.opt.timestep, "gravity": model.opt.gravity.tolist()},
+        "disable_flags": int(model.opt.disableflags),
+    }
+    return header, [array.tobytes() for array in arrays.values()]
+
+
+def _element(one: Any) -> list[Any]:
+    """Number, name and line of an element, which MuJoCo says as `line N`."""
+    line = str(one.info).rpartition("line ")[2].split(",")[0].strip()
+    return [int(one.id), one.name, int(line) if line.isdigit() else None]
+
+
+def main() -> None:
+    """Answers requests until the stream ends."""
+    arguments = json.loads(sys.argv[1])
+    sys.path[:] = arguments["path"]
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != arguments["parent"]:
+        sys.exit()
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    answers = os.fdopen(os.dup(1), "wb")
+    # Whatever MuJoCo prints must not get into the answers.
+    os.dup2(2, 1)
+    mujoco: Any = importlib.import_module("mujoco")
+    resource.setrlimit(resource.RLIMIT_AS, (arguments["memory"], arguments["memory"]))
+    # Any file that MuJoCo would open by itself is refused by the kernel.
+    resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))
+    while (request := read_message(sys.stdin.buffer)) is not None:
+        header, parts = request
+        xml, *files = parts
+        write_message(answers, *compile_model(mujoco, xml.decode(), dict(zip(header["names"], files, strict=True))))
+
+
+if __name__ == "__main__":
+    main()
