@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import re
+from base64 import b64decode, b64encode
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.diagnostic import Path as Keys
+from scenecc.files import keep_file
 from scenecc.plan.articulation import ArticulationStructure, Joint, Link, Mimic
 from scenecc.plan.body import AssetFile, BodyStructure, CollisionShape, VisualShape, rebase_file
 from scenecc.plan.constraint import Constraint, Drive
@@ -42,6 +44,7 @@ from scenecc.plan.properties import Quantity
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import Entity, Physics, ScenePlan
 from scenecc.plan.schema import (
+    BytesKind,
     ChoiceKind,
     FieldKind,
     ListKind,
@@ -127,6 +130,8 @@ def _format_item(kind: FieldKind, item: Any, indent: str) -> str:
             text = _dumps(item + 0.0 if kind.type is float else int(item) if kind.type is int else item)
         case ChoiceKind():
             text = _dumps(item)
+        case BytesKind():
+            text = _dumps(b64encode(item).decode("ascii"))
         case VectorKind():
             text = _break_array(_dumps([number + 0.0 for number in item]), indent)
         case SceneSelectionKind():
@@ -319,6 +324,8 @@ class PlanDecoder:
                 read = self._plain(kind, data, path)
             case ChoiceKind():
                 read = self._choice(kind, data, path)
+            case BytesKind():
+                read = self._bytes(data, path)
             case VectorKind():
                 rows = self._rows(Quantity(shape=(kind.count,), bounds=kind.bounds), [data], path, in_list=False)
                 read = tuple(rows.data[0].tolist()) if isinstance(rows, Value) else rows
@@ -341,6 +348,14 @@ class PlanDecoder:
             return data
         words = ", ".join(f'"{option}"' for option in kind.options)
         return self._fault("SC705", f"{describe_json(data)} is none of {words}", path)
+
+    def _bytes(self, data: object, path: Keys) -> object:
+        try:
+            if isinstance(data, str):
+                return b64decode(data, validate=True)
+        except ValueError:  # letters that base64 has not
+            pass
+        return self._fault("SC705", f"base64 is wanted here, not {describe_json(data)}", path)
 
     def _many(self, kind: ListKind, data: object, path: Keys) -> object:
         if not is_list(data):
@@ -374,7 +389,7 @@ class PlanDecoder:
 
     def _made(self, cls: type, read: dict[str, Any], path: Keys) -> object:
         if cls is AssetFile:
-            found = self._resolve(read["uri"], self._origin((*path, "uri")))
+            found = self._file_path(read["uri"], read.get("data"), (*path, "uri"))
             return INVALID if found is None else AssetFile(path=found, **read)
         if cls in _RULES and self._told(_RULES[cls](read), path):
             return INVALID
@@ -383,6 +398,15 @@ class PlanDecoder:
         if cls in _CLASSES_WITH_ORIGIN:
             read["origin"] = self._origin(path)
         return cls(**read)
+
+    def _file_path(self, uri: str, data: bytes | None, path: Keys) -> Path | None:
+        if data is None:
+            return self._resolve(uri, self._origin(path))
+        try:
+            return keep_file("meshes", data, ".ply")
+        except OSError as error:
+            self._fault("SC711", f"'{uri[:200]}' cannot be kept in the cache folder: {error}", path)
+            return None
 
     def _pick_holds(self, read: dict[str, Any], path: Keys) -> bool:
         pick = read.get("pick")
