@@ -23,7 +23,7 @@ from scenecc.lower.references import qualified, scope_of, select_per_scene
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
 from scenecc.plan.body import VisualMaterial as SeenMaterial
 from scenecc.plan.body import groups_collide
-from scenecc.plan.geometry import REVOLVED_SOLIDS, SOLIDS, heights_fault
+from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS, REVOLVED_SOLIDS, SOLIDS, heights_fault
 from scenecc.plan.properties import DEFAULT_DENSITY, properties_of
 
 if TYPE_CHECKING:
@@ -215,12 +215,6 @@ def _of_file(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any]
 
     return lower
 
-
-MAX_HEIGHTS = 262_144
-"""Of a heightfield: 512 × 512."""
-
-MAX_TOTAL_HEIGHTS = 16 * MAX_HEIGHTS
-"""Of all heightfields of a document, each counted as often as it is used."""
 
 _MAX_PNG_BYTES = 4 * MAX_HEIGHTS
 
