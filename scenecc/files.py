@@ -103,6 +103,28 @@ def _remove(folder: Path) -> None:
         folder.rmdir()
 
 
+def cache_folder(kind: str) -> Path:
+    """Where files of a kind are kept that are made of others: under `$XDG_CACHE_HOME`, or `~/.cache` without it."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "scenecc" / kind
+
+
+def keep_file(kind: str, content: bytes, suffix: str) -> Path:
+    """A file of the cache folder that holds `content`; its stem is the SHA-256 of that.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    from hashlib import sha256  # noqa: PLC0415 - few commands keep anything
+
+    folder = cache_folder(kind)
+    file = folder / f"{sha256(content).hexdigest()}{suffix}"
+    if not file.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        replace_all({file: content})
+    return file
+
+
 State = tuple[int, int, int, int, int]
 """Device, inode, size, and when its content and anything about it last changed [ns]: tells that a file changed."""
 

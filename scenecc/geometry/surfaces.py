@@ -1,4 +1,4 @@
-"""Solids of revolution and terrain: their vertices, triangles and convex parts."""
+"""Solids of revolution, ellipsoids and terrain: their vertices, triangles and convex parts."""
 
 from __future__ import annotations
 
@@ -70,6 +70,31 @@ def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
 def cached_parts(profile: Profile) -> tuple[NDArray[Any], ...]:
     """As `revolved_parts`, the same arrays for the same profile; nobody writes into them."""
     return tuple(revolved_parts(profile))
+
+
+def ellipsoid_surface(radii: Any) -> tuple[NDArray[Any], ...]:
+    """A convex polyhedron of the volume of an ellipsoid about its origin; nobody has a shape for one.
+
+    A globe of 22 meridians and 10 parallels, poles on z, is stretched: its 222 corners and 242 sides are within the
+    255 that PhysX has for a hull. Inscribed, it would have 3.4 % less volume; its corners lie 1.1 % outside.
+
+    Args:
+        radii: along x, y and z [m].
+
+    Returns:
+        As `revolved_surface`; equal vertices stand together at the poles.
+    """
+    down, around = np.meshgrid(np.linspace(0, np.pi, 12), np.arange(22) * (2 * np.pi / 22), indexing="ij")
+    globe = np.stack([np.sin(down) * np.cos(around), np.sin(down) * np.sin(around), np.cos(down)], -1).reshape(-1, 3)
+    globe[:22], globe[-22:] = (0, 0, 1), (0, 0, -1)
+    a = np.arange(11 * 22)
+    b = a - a % 22 + (a + 1) % 22
+    triangles = np.concatenate([np.stack([a, a + 22, b + 22], 1)[:-22], np.stack([a, b + 22, b], 1)[22:]])
+    inscribed = np.linalg.det(globe[triangles]).sum() / 6
+    vertices = globe * (4 / 3 * np.pi / inscribed) ** (1 / 3) * np.array(radii, np.float64)
+    normals = globe / radii
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return vertices, triangles, normals, np.zeros((len(vertices), 2))
 
 
 def heightfield_surface(size: Any, heights: Any) -> tuple[NDArray[Any], ...]:

@@ -23,7 +23,7 @@ from scenecc.lower.references import qualified, scope_of, select_per_scene
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
 from scenecc.plan.body import VisualMaterial as SeenMaterial
 from scenecc.plan.body import groups_collide
-from scenecc.plan.geometry import REVOLVED_SOLIDS, SOLIDS, heights_fault
+from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS, REVOLVED_SOLIDS, SOLIDS, heights_fault
 from scenecc.plan.properties import DEFAULT_DENSITY, properties_of
 
 if TYPE_CHECKING:
@@ -216,12 +216,6 @@ def _of_file(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any]
     return lower
 
 
-MAX_HEIGHTS = 262_144
-"""Of a heightfield: 512 × 512."""
-
-MAX_TOTAL_HEIGHTS = 16 * MAX_HEIGHTS
-"""Of all heightfields of a document, each counted as often as it is used."""
-
 _MAX_PNG_BYTES = 4 * MAX_HEIGHTS
 
 
@@ -237,6 +231,15 @@ def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: O
         heights, place = _file_heights(shape.file, tables, origin.child("file"), fields.sink), origin.child("file")
     if heights is None:
         return None
+    fault = count_heights(heights, tables)
+    if fault is not None:
+        fields.sink.report("SC529", f"invalid heightfield: {fault}", place)
+        return None
+    return plan.Heightfield(_size(shape, "size", _TERRAIN_SIZE, tables, fields, origin), heights)
+
+
+def count_heights(heights: tuple[tuple[float, ...], ...], tables: PlanTables) -> str | None:
+    """Adds the heights of terrain to those of the document. Why they cannot be, or None."""
     count = len(heights) * len(heights[0]) if heights else 0
     tables.height_count += count
     fault = heights_fault(heights)
@@ -244,10 +247,7 @@ def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: O
         fault = f"there are more than {MAX_HEIGHTS} heights"
     if fault is None and tables.height_count > MAX_TOTAL_HEIGHTS:
         fault = f"all terrain of the scene has more than {MAX_TOTAL_HEIGHTS} heights"
-    if fault is not None:
-        fields.sink.report("SC529", f"invalid heightfield: {fault}", place)
-        return None
-    return plan.Heightfield(_size(shape, "size", _TERRAIN_SIZE, tables, fields, origin), heights)
+    return fault
 
 
 def _height_rows(heights: list[list[float]]) -> tuple[tuple[float, ...], ...]:

@@ -46,6 +46,8 @@ class AssetFile:
         names: the files that it names in turn, and which a build opens.
         state: it was in when it was checked, by which a build tells that it changed since.
         optional_names: whether images and material files that it names may be missing, and are then not seen.
+        data: what it holds, where no file of the scene does: a PLY of `robots.numeric_meshes`, which lies in the
+            user's cache folder. None: the scene's own file holds it.
     """
 
     uri: str
@@ -54,6 +56,7 @@ class AssetFile:
     names: tuple[NamedFile, ...] = ()
     state: State | None = field(default=None, compare=False)
     optional_names: bool = False
+    data: bytes | None = field(default=None, repr=False)
 
 
 @frozen

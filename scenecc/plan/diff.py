@@ -83,7 +83,7 @@ class MergedTables:
         numbers: tuple[list[int], list[int]] = ([], [])
         for side, files in enumerate((a, b)):
             for file in files:
-                content = (file.sha256, tuple(one.sha256 for one in file.names))
+                content = (file.sha256, file.data, tuple(one.sha256 for one in file.names))
                 number = known.get((file.uri, content), known.get((file.path, content), len(self.names)))
                 if number == len(self.names):
                     self.names.append(file.uri)

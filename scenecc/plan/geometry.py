@@ -316,6 +316,10 @@ class Mesh:
     scale: Value
 
 
+Heights = tuple[tuple[float, ...], ...]
+"""Rows of numbers."""
+
+
 @frozen
 class Heightfield:
     """Terrain of triangles, which does not move. It is told by numbers also where a file had them.
@@ -324,7 +328,7 @@ class Heightfield:
     """
 
     size: Value
-    heights: tuple[tuple[float, ...], ...]
+    heights: Heights
 
     @property
     def values(self) -> tuple[Value, ...]:
@@ -362,7 +366,14 @@ MeshGeometry = ConvexMesh | ConvexParts | TriangleMesh | Mesh
 """Those that a file has: each has a `file` and a `scale`."""
 
 
-def heights_fault(heights: tuple[tuple[float, ...], ...]) -> str | None:
+MAX_HEIGHTS: Final = 262_144
+"""Of a heightfield: 512 × 512."""
+
+MAX_TOTAL_HEIGHTS: Final = 16 * MAX_HEIGHTS
+"""Of all heightfields of a document, each counted as often as it is used."""
+
+
+def heights_fault(heights: Heights) -> str | None:
     """Why rows of heights are no grid; None where they are one."""
     if len(heights) < 2 or len(heights[0]) < 2:
         return "a grid has two rows and two columns at least"

@@ -5,17 +5,20 @@ from __future__ import annotations
 import difflib
 import json
 import re
+from base64 import b64decode, b64encode
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.diagnostic import Path as Keys
+from scenecc.files import keep_file
 from scenecc.plan.articulation import ArticulationStructure, Joint, Link, Mimic
 from scenecc.plan.body import AssetFile, BodyStructure, CollisionShape, VisualShape, rebase_file
 from scenecc.plan.constraint import Constraint, Drive
-from scenecc.plan.geometry import Heightfield
+from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS, Heightfield
 from scenecc.plan.json_values import (
     JsonProblem,
     RepeatedKeyError,
@@ -42,6 +45,7 @@ from scenecc.plan.properties import Quantity
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import Entity, Physics, ScenePlan
 from scenecc.plan.schema import (
+    BytesKind,
     ChoiceKind,
     FieldKind,
     ListKind,
@@ -60,6 +64,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.diagnostics import Sink
+    from scenecc.plan.geometry import Heights
     from scenecc.plan.recipes import Shape
     from scenecc.variation.nodes import Node as RecipeNode
 
@@ -71,6 +76,10 @@ _OMITTED_WHEN_EMPTY = frozenset(
     ("constraints", "lights", "cameras", "draws", "mimics", "hidden", "names", "optional_names")
 )
 """Lists that are left out where they are empty, and a flag where it is false."""
+
+_HEIGHTS = ListKind(ListKind(ScalarKind(float)))
+
+_MAX_INLINE_HEIGHTS = 10_000
 
 _WIDTH = 100
 
@@ -86,7 +95,8 @@ def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
     Keys stand in the order of the dataclasses and what is None is left out, as are origins. Floats are the
     shortest decimals that give the same float64. A quantity that is the same in every scene is written plainly,
     another one as `{"per_scene": [...]}`; one that a reset draws anew has its `recipe` beside that, or beside its
-    `value` where that is the same in every scene. Equal steps in `scene_idxs` are written as a slice, `"0:4"`.
+    `value` where that is the same in every scene. Equal steps in `scene_idxs` are written as a slice, `"0:4"`. Terrain
+    of more than 10 000 heights names them, and they stand once, at the end.
 
     Args:
         plan: what to write.
@@ -99,8 +109,31 @@ def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
     if base is not None:
         plan = replace(plan, files=tuple(rebase_file(file, base) for file in plan.files))
     members = [("scenecc_plan", str(PLAN_VERSION)), *_format_members(plan, _INDENT)]
+    bodies = [body for entity in plan.entities for body in entity.bodies]
+    shared = {
+        _heights_name(heights): heights
+        for shape in chain.from_iterable((*body.collisions, *body.visuals) for body in bodies)
+        if isinstance(shape.geometry, Heightfield) and _are_shared(heights := shape.geometry.heights)
+    }
+    if shared:
+        tables = {name: [[number + 0.0 for number in row] for row in heights] for name, heights in shared.items()}
+        texts = [(name, _break_array(_dumps(table), 3 * _INDENT)) for name, table in tables.items()]
+        members.append(("heights", _join_parts("{}", _join_members(texts), 2 * _INDENT)))
     body = f",\n{_INDENT}".join(_join_members(members))
     return _escape(f"{{\n{_INDENT}{body}\n}}\n")
+
+
+def _are_shared(heights: Heights) -> bool:
+    """Whether heights stand in a table of the JSON, and their name where they are used."""
+    return sum(map(len, heights)) > _MAX_INLINE_HEIGHTS
+
+
+def _heights_name(heights: Heights) -> str:
+    from hashlib import sha256  # noqa: PLC0415 - most plans have no terrain
+
+    import numpy as np  # noqa: PLC0415 - likewise
+
+    return sha256((np.array(heights, np.float64) + 0.0).tobytes()).hexdigest()
 
 
 def _escape(text: str) -> str:
@@ -127,6 +160,8 @@ def _format_item(kind: FieldKind, item: Any, indent: str) -> str:
             text = _dumps(item + 0.0 if kind.type is float else int(item) if kind.type is int else item)
         case ChoiceKind():
             text = _dumps(item)
+        case BytesKind():
+            text = _dumps(b64encode(item).decode("ascii"))
         case VectorKind():
             text = _break_array(_dumps([number + 0.0 for number in item]), indent)
         case SceneSelectionKind():
@@ -139,6 +174,8 @@ def _format_item(kind: FieldKind, item: Any, indent: str) -> str:
         case SharedDrawsKind():
             inner = indent + _INDENT
             text = _join_parts("{}", [f"{_dumps(name)}: {_format_recipe(node, inner)}" for name, node in item], indent)
+        case ListKind() if isinstance(kind.item, ListKind) and _are_shared(item):
+            text = _dumps(_heights_name(item))
         case ListKind():
             text = _join_parts("[]", [_format_item(kind.item, one, indent + _INDENT) for one in item], indent)
     return text
@@ -270,6 +307,8 @@ class PlanDecoder:
         self._row_count: int | None = None
         self._selections: dict[str, tuple[int, ...]] = {}
         self._object_count = 0
+        self._heights: dict[str, object] = {}
+        self._height_count = 0
         self._draws: list[tuple[str, RecipeNode]] = []
         self._draw_shapes: dict[str, Shape] = {}
         self._draws_hold = True
@@ -287,6 +326,13 @@ class PlanDecoder:
             return self._fault("SC712", message, ("num_scenes",))
         self._num_scenes = num_scenes if type(num_scenes) is int and num_scenes > 0 else None
         self._read_draws(data.get("draws", {}))
+        heights: object = data.pop("heights", {})
+        if not is_object(heights):
+            return self._fault("SC705", f"an object is wanted here, not {describe_json(heights)}", ("heights",))
+        for name, rows in heights.items():
+            self._heights[name] = self._many(_HEIGHTS, rows, ("heights", name[:80]))
+        if INVALID in self._heights.values():
+            return INVALID
         plan = self._node(ScenePlan, data, ())
         if self._told(check_names(data), ()) or not isinstance(plan, ScenePlan) or self._told(check_mounts(plan), ()):
             return INVALID
@@ -319,6 +365,8 @@ class PlanDecoder:
                 read = self._plain(kind, data, path)
             case ChoiceKind():
                 read = self._choice(kind, data, path)
+            case BytesKind():
+                read = self._bytes(data, path)
             case VectorKind():
                 rows = self._rows(Quantity(shape=(kind.count,), bounds=kind.bounds), [data], path, in_list=False)
                 read = tuple(rows.data[0].tolist()) if isinstance(rows, Value) else rows
@@ -342,7 +390,19 @@ class PlanDecoder:
         words = ", ".join(f'"{option}"' for option in kind.options)
         return self._fault("SC705", f"{describe_json(data)} is none of {words}", path)
 
+    def _bytes(self, data: object, path: Keys) -> object:
+        try:
+            if isinstance(data, str):
+                return b64decode(data, validate=True)
+        except ValueError:  # letters that base64 has not
+            pass
+        return self._fault("SC705", f"base64 is wanted here, not {describe_json(data)}", path)
+
     def _many(self, kind: ListKind, data: object, path: Keys) -> object:
+        if isinstance(kind.item, ListKind) and isinstance(data, str):
+            if data in self._heights:
+                return self._heights[data]
+            return self._fault("SC708", f"there is no entry {describe_json(data)} in `heights`", path)
         if not is_list(data):
             return self._fault("SC705", f"a list is wanted here, not {describe_json(data)}", path)
         items = [self._read(kind.item, item, (*path, index)) for index, item in enumerate(data)]
@@ -374,15 +434,35 @@ class PlanDecoder:
 
     def _made(self, cls: type, read: dict[str, Any], path: Keys) -> object:
         if cls is AssetFile:
-            found = self._resolve(read["uri"], self._origin((*path, "uri")))
+            found = self._file_path(read["uri"], read.get("data"), (*path, "uri"))
             return INVALID if found is None else AssetFile(path=found, **read)
         if cls in _RULES and self._told(_RULES[cls](read), path):
             return INVALID
         if cls is Entity and not self._pick_holds(read, path):
             return INVALID
+        if cls is Heightfield and not self._counted(read["heights"], path):
+            return INVALID
         if cls in _CLASSES_WITH_ORIGIN:
             read["origin"] = self._origin(path)
         return cls(**read)
+
+    def _file_path(self, uri: str, data: bytes | None, path: Keys) -> Path | None:
+        if data is None:
+            return self._resolve(uri, self._origin(path))
+        try:
+            return keep_file("meshes", data, ".ply")
+        except OSError as error:
+            self._fault("SC711", f"'{uri[:200]}' cannot be kept in the cache folder: {error}", path)
+            return None
+
+    def _counted(self, heights: Heights, path: Keys) -> bool:
+        """Whether terrain is within the limits of a scene's."""
+        count = len(heights) * len(heights[0])
+        self._height_count += count
+        if count <= MAX_HEIGHTS and self._height_count <= MAX_TOTAL_HEIGHTS:
+            return True
+        message = f"terrain has {count} heights, more than {MAX_HEIGHTS}, or all of it more than {MAX_TOTAL_HEIGHTS}"
+        return self._fault("SC712", message, (*path, "heights")) is not INVALID
 
     def _pick_holds(self, read: dict[str, Any], path: Keys) -> bool:
         pick = read.get("pick")

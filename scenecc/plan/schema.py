@@ -40,6 +40,11 @@ class ScalarKind:
 
 
 @dataclass(frozen=True, slots=True)
+class BytesKind:
+    """The content of a file."""
+
+
+@dataclass(frozen=True, slots=True)
 class ChoiceKind:
     """One of some words."""
 
@@ -89,6 +94,7 @@ class SharedDrawsKind:
 FieldKind = (
     Quantity
     | ScalarKind
+    | BytesKind
     | ChoiceKind
     | VectorKind
     | SceneSelectionKind
@@ -195,6 +201,8 @@ def _field_kind(cls: type, name: str, hint: Any) -> FieldKind:
         kind = _lookup(QUANTITIES, cls, name)
     elif hint in {bool, str, int, float}:
         kind = _scalar_kind(cls, name, hint)
+    elif hint is bytes:
+        kind = BytesKind()
     elif get_origin(hint) is Literal:
         kind = ChoiceKind(get_args(hint))
     elif get_origin(hint) is tuple and get_args(hint)[1] is ...:

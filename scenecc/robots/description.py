@@ -47,6 +47,7 @@ class MeshGeometry:
         scale: of its vertices, nonzero; a negative one mirrors them.
         parts: whether each connected part is a collision shape, rather than the convex hull; None: an option.
         optional_names: whether files that it names may be missing, and are then left out.
+        data: what it holds, where no file of the robot does: `robots.numeric_meshes` makes such a mesh.
     """
 
     uri: str
@@ -54,9 +55,18 @@ class MeshGeometry:
     scale: Vec3
     parts: bool | None = None
     optional_names: bool = False
+    data: bytes | None = None
 
 
-Geometry = SolidGeometry | PlaneGeometry | MeshGeometry
+@frozen
+class HeightfieldGeometry:
+    """Terrain. `size` and `heights`: as those of `plan.geometry.Heightfield`, the same in every scene."""
+
+    size: Vec3
+    heights: tuple[tuple[float, ...], ...]
+
+
+Geometry = SolidGeometry | PlaneGeometry | MeshGeometry | HeightfieldGeometry
 
 
 @frozen

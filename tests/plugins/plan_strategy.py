@@ -36,6 +36,7 @@ from scenecc.plan.articulation import MOVING_JOINT_FIELDS, NON_LINK_FIELDS
 from scenecc.plan.body import AssetFile, NamedFile
 from scenecc.plan.properties import ANY, Bounds, Quantity
 from scenecc.plan.schema import (
+    BytesKind,
     ChoiceKind,
     FieldKind,
     ListKind,
@@ -196,8 +197,8 @@ def _of(kind: FieldKind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any
             return _nodes(kind.cls, scope)
         case UnionKind():
             return st.one_of(*[_nodes(cls, scope) for _, cls in kind.by_type])
-        case SceneSelectionKind() | SharedDrawsKind():
-            raise AssertionError("drawn by those who know the scenes")
+        case SceneSelectionKind() | SharedDrawsKind() | BytesKind():
+            raise AssertionError("drawn by those who know the scenes and the files")
 
 
 @st.composite
@@ -208,7 +209,8 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope, its: dict[str, Any] | None
             st.sampled_from(["a.obj", "sub/b.stl", "../c.png", "pkg://some/d.glb", "asset://e f.ply", "/x/g.obj"])
         )
         names = draw(st.sampled_from([(), (NamedFile("a.mtl", "0" * 64), NamedFile("maps/b.png", "f" * 64))]))
-        return AssetFile(uri, Path("/files") / uri, draw(st.sampled_from([None, "0" * 64])), names)
+        data = draw(st.sampled_from([None, None, b"ply\n"]))
+        return AssetFile(uri, Path("/files") / uri, draw(st.sampled_from([None, "0" * 64])), names, data=data)
     made: dict[str, Any] = dict(its or {})
     if cls is Heightfield:
         made["heights"] = draw(st.sampled_from([((0.0, 0.5, 0.25), (1.0, -1.0, 0.0)), ((0.0, 1.0), (1e-3, 2.0))]))

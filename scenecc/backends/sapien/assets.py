@@ -28,7 +28,6 @@ from weakref import WeakSet
 
 import numpy as np
 
-from scenecc.backends.sapien.coacd_worker import encode_ply
 from scenecc.backends.sapien.engine import (
     DROPPED_PART,
     EngineFailure,
@@ -38,7 +37,8 @@ from scenecc.backends.sapien.engine import (
     report_failure,
 )
 from scenecc.backends.sapien.properties import select_rows
-from scenecc.files import State, open_regular, replace_all, state_now
+from scenecc.files import State, cache_folder, keep_file, open_regular, replace_all, state_now
+from scenecc.geometry.ply import encode_parts
 from scenecc.interrupt import child
 from scenecc.plan import MeshGeometry
 
@@ -237,12 +237,6 @@ def decompose(file: AssetFile, params: CoacdParams) -> Path:
     return result
 
 
-def cache_folder(kind: str) -> Path:
-    """Where files of a kind are kept that are made of others."""
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "scenecc" / kind
-
-
 def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
     """Arguments of `coacd.run_coacd`: the plan's, and SAPIEN's own defaults for those left out."""
     do_coacd: Any = importlib.import_module("sapien.wrapper.coacd").do_coacd
@@ -320,17 +314,12 @@ def mirror_mesh(mesh: str, signs: AxisSigns, *, parts: bool) -> str:
     except (RuntimeError, ValueError) as error:
         raise EngineFailure("SC801", f"the engine cannot make this shape: {error}") from error
     turned = -1 if np.prod(signs) < 0 else 1
-    content = encode_ply([(shape.vertices * np.array(signs), shape.triangles[:, ::turned]) for shape in shapes])
-    folder = cache_folder("mirrored")
-    file = folder / f"{hashlib.sha256(content).hexdigest()}.ply"
+    content = encode_parts([(shape.vertices * np.array(signs), shape.triangles[:, ::turned]) for shape in shapes])
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if not file.exists():
-            replace_all({file: content})
+        return str(keep_file("mirrored", content, ".ply"))
     except OSError as error:
-        hint = f"mirrored meshes are kept in '{folder}'; XDG_CACHE_HOME names another place"
+        hint = f"mirrored meshes are kept in '{cache_folder('mirrored')}'; XDG_CACHE_HOME names another place"
         raise EngineFailure("SC801", f"the mirrored '{mesh}' cannot be written: {error}", hint=hint) from error
-    return str(file)
 
 
 def _load_hulls(mesh: str, *, parts: bool) -> list[Any]:

@@ -12,39 +12,10 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from scenecc.files import read_checked
+from scenecc.geometry.ply import encode_parts
 
-PLY_HEADER = """ply
-format binary_little_endian 1.0
-element vertex {vertices}
-property uchar none
-property float x
-property float y
-property float z
-element face {faces}
-property list uchar int vertex_indices
-end_header
-"""
-"""The engine's reader takes a first byte of data that equals a line break for a part of the header, and loses its
-place: so a byte of 0 that nobody reads stands before the numbers."""
 _PR_SET_PDEATHSIG = 1
-
-
-def encode_ply(parts: list[tuple[Any, Any]]) -> bytes:
-    """One mesh of separate parts, each (vertices, faces)."""
-    points = np.concatenate([np.asarray(points, dtype="<f4") for points, _ in parts])
-    if not len(points):
-        raise ValueError("no part has a vertex")
-    vertices = np.zeros(len(points), dtype=[("none", "u1"), ("point", "<f4", 3)])
-    vertices["point"] = points
-    starts = np.cumsum([0, *(len(points) for points, _ in parts)])
-    indices = np.concatenate([np.asarray(faces) + start for (_, faces), start in zip(parts, starts, strict=False)])
-    faces = np.empty(len(indices), dtype=[("count", "u1"), ("indices", "<i4", 3)])
-    faces["count"], faces["indices"] = 3, indices
-    header = PLY_HEADER.format(vertices=len(vertices), faces=len(faces))
-    return header.encode("ascii") + vertices.tobytes() + faces.tobytes()
 
 
 def main() -> None:
@@ -62,7 +33,7 @@ def main() -> None:
     # SAPIEN passes each part through trimesh, which joins equal vertices; so must this, to be equal.
     meshes = [trimesh.Trimesh(vertices, faces) for vertices, faces in parts]
     with os.fdopen(request["output"], "wb") as file:
-        file.write(encode_ply([(mesh.vertices, mesh.faces) for mesh in meshes]))
+        file.write(encode_parts([(mesh.vertices, mesh.faces) for mesh in meshes]))
 
 
 def _exit_with_parent(parent: int) -> None:

@@ -304,11 +304,12 @@ def plan_values(node: object) -> Iterator[tuple[object, FieldKind, Value]]:
 
 
 def _is_packed(file: AssetFile) -> bool:
-    return file.uri.startswith(_PACKAGE_PREFIX) and file.path.is_file()
+    return file.data is not None or (file.uri.startswith(_PACKAGE_PREFIX) and file.path.is_file())
 
 
 def _packed_file_call(file: AssetFile) -> SourceNode:
-    text = base64.b64encode(zlib.compress(read_checked(file.path, file.sha256), 9)).decode("ascii")
+    data = read_checked(file.path, file.sha256) if file.data is None else file.data
+    text = base64.b64encode(zlib.compress(data, 9)).decode("ascii")
     lines = [string(text[start : start + _PACKED_LINE_WIDTH]) for start in range(0, len(text), _PACKED_LINE_WIDTH)]
     return call("packed_file", string(file.path.name), list_of(lines))
 

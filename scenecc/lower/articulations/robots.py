@@ -11,7 +11,7 @@ from scenecc.lower.articulations.drafts import ArticulationDraft, ContactDefault
 from scenecc.lower.materials import LoweredMaterial, MaterialChoice
 from scenecc.lower.poses import lower_limits
 from scenecc.lower.references import select_per_scene
-from scenecc.lower.shapes import coacd_params
+from scenecc.lower.shapes import coacd_params, count_heights
 from scenecc.plan import CollisionShape, Inertial, Value, VisualShape, literal
 from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.plan.geometry import SOLIDS, Solid
@@ -110,7 +110,7 @@ class RobotDrafter:
             material, dense = surface.physical, surface.density
         shape_density = contact.default.density if dense is None else dense
         return CollisionShape(
-            geometry=self._colliding(shape.geometry, meshes, shape.location, origin),
+            geometry=self._colliding(shape.geometry, meshes, place, fields),
             pose=_pose(shape.pose),
             material=described if material is None else material,
             density=density if shape_density is None else shape_density,
@@ -134,31 +134,28 @@ class RobotDrafter:
             dense = select_per_scene([surface.density or default for surface in surfaces.each], surfaces.pick, rows)
         return material, dense
 
-    def _colliding(self, geometry: robots.Geometry, meshes: _MeshCollision, location: Location, origin: Origin) -> Any:
+    def _colliding(self, geometry: robots.Geometry, meshes: _MeshCollision, place: Origin, fields: FieldLowerer) -> Any:
         if isinstance(geometry, robots.MeshGeometry):
-            file = self._file(geometry.uri, geometry.path, location, origin, optional_names=geometry.optional_names)
+            file = self._mesh_file(geometry, place)
             scale = self._tables.size(geometry.scale)
             parts = meshes.parts if geometry.parts is None else geometry.parts
             return plan.ConvexParts(file, scale, meshes.coacd) if parts else plan.ConvexMesh(file, scale)
         if isinstance(geometry, robots.PlaneGeometry):
             return plan.Plane()
-        return self._solid(geometry)
+        return self._other(geometry, place, fields)
 
     def _visual(
         self, shape: DescribedVisual, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
     ) -> VisualShape:
-        geometry = shape.geometry
+        geometry, place = shape.geometry, origin.into(shape.location)
         if isinstance(geometry, robots.MeshGeometry):
-            file = self._file(
-                geometry.uri, geometry.path, shape.location, origin, optional_names=geometry.optional_names
-            )
-            made: Any = plan.Mesh(file, literal(geometry.scale))
+            made: Any = plan.Mesh(self._mesh_file(geometry, place), literal(geometry.scale))
         elif isinstance(geometry, robots.PlaneGeometry):
             made = plan.VisualPlane(literal(geometry.half_size or (10.0, 10.0)))
         else:
-            made = self._solid(geometry)
+            made = self._other(geometry, place, fields)
         material = self._seen(shape, contact, origin, fields)
-        return VisualShape(made, _pose(shape.pose), material, shape.name or None, None, origin.into(shape.location))
+        return VisualShape(made, _pose(shape.pose), material, shape.name or None, None, place)
 
     def _seen(
         self, shape: DescribedVisual, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
@@ -178,7 +175,8 @@ class RobotDrafter:
             return known[1]
         texture = None
         if look.texture is not None:
-            texture = Texture(self._file(look.texture_uri or str(look.texture), look.texture, location, origin))
+            file = AssetFile(look.texture_uri or str(look.texture), look.texture)
+            texture = Texture(self._file(file, origin.into(location)))
         numbers: dict[str, Any] = {
             name: literal(item)
             for name in ("base_color", "emission", "specular", "roughness", "metallic")
@@ -189,15 +187,24 @@ class RobotDrafter:
         self._looks[id(look)] = look, made
         return made
 
-    def _solid(self, solid: robots.SolidGeometry) -> Solid:
+    def _other(
+        self, geometry: robots.SolidGeometry | robots.HeightfieldGeometry, place: Origin, fields: FieldLowerer
+    ) -> plan.Heightfield | Solid:
         size = self._tables.size
-        values = [size(solid.sizes)] if solid.kind == "box" else map(size, solid.sizes)
-        return SOLIDS[solid.kind](*values)
+        if isinstance(geometry, robots.HeightfieldGeometry):
+            fault = count_heights(geometry.heights, self._tables)
+            if fault is not None:
+                fields.sink.report("SC529", f"invalid heightfield: {fault}", place)
+            return plan.Heightfield(size(geometry.size), geometry.heights)
+        values = [size(geometry.sizes)] if geometry.kind == "box" else map(size, geometry.sizes)
+        return SOLIDS[geometry.kind](*values)
 
-    def _file(self, uri: str, path: Any, location: Location, origin: Origin, *, optional_names: bool = False) -> Value:
-        file = AssetFile(uri, path, optional_names=optional_names)
+    def _mesh_file(self, mesh: robots.MeshGeometry, place: Origin) -> Value:
+        return self._file(AssetFile(mesh.uri, mesh.path, optional_names=mesh.optional_names, data=mesh.data), place)
+
+    def _file(self, file: AssetFile, place: Origin) -> Value:
         value = self._tables.files.value(file)
-        self._tables.file_origins.setdefault(int(value.numbers()[0]), origin.into(location))
+        self._tables.file_origins.setdefault(int(value.numbers()[0]), place)
         return value
 
 

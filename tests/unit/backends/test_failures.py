@@ -19,10 +19,10 @@ import pytest
 
 from scenecc.backends.sapien import build, instantiate
 from scenecc.backends.sapien.assets import crashes_ply_reader
-from scenecc.backends.sapien.coacd_worker import encode_ply
 from scenecc.backends.sapien.engine import physx
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Origin
+from scenecc.geometry.ply import encode_ply
 from scenecc.plan import (
     BodyStructure,
     Box,
@@ -287,7 +287,7 @@ def test_ply_of_parts_never_starts_like_a_line_break(tmp_path: Path) -> None:
     for byte in b"\n\r":
         vertices[0, 0] = np.frombuffer(bytes([byte, 0, 0, 61]), "<f4")[0]
         path = tmp_path / f"{byte}.ply"
-        path.write_bytes(encode_ply([(vertices, faces)]))
+        path.write_bytes(encode_ply(vertices, faces))
         assert not crashes_ply_reader(path)
         (part,) = physx.PhysxCollisionShapeConvexMesh.load_multiple(str(path), (1, 1, 1), physx.PhysxMaterial(0, 0, 0))
         assert {*map(tuple, part.vertices)} == {*map(tuple, vertices)}

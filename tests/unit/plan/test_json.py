@@ -19,7 +19,18 @@ from scenecc import plan as plan_package
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.diagnostic import Origin
-from scenecc.plan import Entity, Physics, ScenePlan, Sphere, constant, per_scene
+from scenecc.plan import (
+    BodyStructure,
+    CollisionShape,
+    Entity,
+    Heightfield,
+    Physics,
+    ScenePlan,
+    Sphere,
+    VisualShape,
+    constant,
+    per_scene,
+)
 from scenecc.plan.body import AssetFile
 from scenecc.plan.json_codec import PlanLimits, plan_from_json, plan_to_json
 from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
@@ -219,6 +230,59 @@ def test_relative_uris_start_at_the_folder_of_the_json() -> None:
     assert again is not None
     assert again == plan
     assert again.files[0].path == Path("/files/sub/../a.obj")
+
+
+def terrain(*heights: tuple[tuple[float, ...], ...]) -> ScenePlan:
+    """Static terrain that is seen and collides, once for each of some heights."""
+    shapes = [Heightfield(constant([4.0, 3.0, 0.5]), one) for one in heights]
+    body = BodyStructure("static", tuple(map(CollisionShape, shapes)), tuple(map(VisualShape, shapes)))
+    return ScenePlan("t", 1, (Entity("t", (0,), pose(0, 0, 0), (body,)),), Physics())
+
+
+def test_heights_of_large_terrain_stand_once() -> None:
+    row = tuple(number / 7 for number in range(101))
+    small, large, other = (row,) * 2, (row,) * 100, (row[::-1],) * 100
+    plan = terrain(small, large, other, large)
+    text = plan_to_json(plan)
+    data = json.loads(text)
+    collisions = data["entities"][0]["structures"][0]["collisions"]
+    first, one, two, again = [shape["geometry"]["heights"] for shape in collisions]
+    assert first == [list(row)] * 2
+    assert one == again != two
+    assert {name: len(rows) for name, rows in data["heights"].items()} == {one: 100, two: 100}
+    assert load(text) == plan
+    assert plan_to_json(load(text)) == text
+    assert plan_to_json(terrain(((0.0,) * 101,) * 100)) == plan_to_json(terrain(((-0.0,) * 101,) * 100))
+    collisions[1]["geometry"]["heights"] = data["heights"][one]
+    assert load(json.dumps(data)) == plan
+
+
+HEIGHTS = ("entities", 0, "structures", 0, "collisions", 0, "geometry", "heights")
+AT_HEIGHTS = "entities[0].structures[0].collisions[0].geometry.heights"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "code", "where"),
+    [
+        (HEIGHTS, "hill", "SC708", AT_HEIGHTS),
+        (HEIGHTS, [[0.0] * 513] * 512, "SC712", AT_HEIGHTS),
+        (HEIGHTS, [[0.0], [0.0]], "SC706", AT_HEIGHTS),
+        (("heights",), [], "SC705", "heights"),
+        (("heights",), {"hill": [[1, "2"]]}, "SC705", "heights.hill[0][1]"),
+    ],
+    ids=["name", "count", "columns", "table", "number"],
+)
+def test_each_fault_of_heights_is_told_at_its_place(path: tuple[Any, ...], value: Any, code: str, where: str) -> None:
+    assert faults(edited(terrain(((0.0, 1.0), (2.0, 3.0))), (path, value))) == [(code, where)]
+
+
+def test_one_table_of_heights_cannot_become_terrain_without_end() -> None:
+    data = json.loads(plan_to_json(terrain(((0.0,) * 512,) * 512)))
+    shapes = data["entities"][0]["structures"][0]["collisions"]
+    shapes *= 15
+    assert len(body_of(load(json.dumps(data)).entities[0]).collisions) == 15
+    shapes *= 2
+    assert {code for code, _ in faults(json.dumps(data))} == {"SC712"}
 
 
 def test_origins_lead_to_the_json() -> None:
