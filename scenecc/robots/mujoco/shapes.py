@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
+from scenecc.geometry.surfaces import ellipsoid_surface
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedMaterial,
     DescribedVisual,
+    HeightfieldGeometry,
     MeshGeometry,
     PlaneGeometry,
     SolidGeometry,
@@ -21,22 +26,26 @@ from scenecc.robots.mujoco.model import (
     HFIELD,
     MESH,
     PLANE,
-    SDF,
     SPHERE,
     CompiledModel,
     invert_pose,
 )
+from scenecc.robots.numeric_meshes import numeric_mesh
 from scenecc.robots.poses import compose_poses, pose_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
+    from scenecc.diagnostics import Location
     from scenecc.geometry.rotations import Pose7
     from scenecc.robots.description import Geometry
     from scenecc.robots.mjcf_files import MjcfReport
 
 _X_TO_Z = pose_numbers((0.0, 0.0, 0.0), (0.7071067811865476, 0.0, -0.7071067811865476, 0.0))
 """From SAPIEN's planes and solids, which point along x, to MuJoCo's, which point along z."""
+
+_SOLIDS = {BOX: ("box", 3), SPHERE: ("sphere", 1), CAPSULE: ("capsule", 2), CYLINDER: ("cylinder", 2)}
+"""Name and number of sizes."""
 
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 """A geom's colour where the file gives none: its material's counts then."""
@@ -67,6 +76,7 @@ class ShapeReader:
         self._model = model
         self._report = report
         self._visual_groups = visual_groups
+        self._meshes: dict[int, MeshGeometry] = {}
         self._looks: dict[tuple[int, tuple[float, ...]], DescribedMaterial] = {}
 
     def of_geoms(
@@ -106,39 +116,68 @@ class ShapeReader:
 
     def _geometry(self, geom: int) -> tuple[Geometry, Pose7] | None:
         """Shape and pose; None, reported, where it cannot be built."""
-        model = self._model
+        model, place = self._model, self._model.location("geom", geom)
         kind, size = int(model["geom_type"][geom]), model["geom_size"][geom].tolist()
         pose: Pose7 = (*model["geom_pos"][geom].tolist(), *model["geom_quat"][geom].tolist())
-        if kind == BOX:
-            return SolidGeometry("box", tuple(size)), pose
-        if kind == SPHERE:
-            return SolidGeometry("sphere", (size[0],)), pose
-        if kind in {CAPSULE, CYLINDER}:
-            word = "capsule" if kind == CAPSULE else "cylinder"
-            return SolidGeometry(word, (size[0], size[1])), compose_poses(pose, _X_TO_Z)
-        if kind == PLANE:
+        made: tuple[Geometry, Pose7] | None = None
+        if kind in _SOLIDS:
+            word, count = _SOLIDS[kind]
+            upright = word in {"capsule", "cylinder"}
+            made = SolidGeometry(word, tuple(size[:count])), compose_poses(pose, _X_TO_Z) if upright else pose
+        elif kind == PLANE:
             half = (size[0], size[1]) if size[0] > 0 and size[1] > 0 else None
-            return PlaneGeometry(half), compose_poses(pose, _X_TO_Z)
-        if kind == MESH:
-            return self._mesh(geom, pose)
-        word = {HFIELD: "hfield", ELLIPSOID: "ellipsoid", SDF: "sdf"}.get(kind, "of this type")
-        self._report.error("SC483", f"a geom of type `{word}` cannot be built", model.location("geom", geom))
-        return None
+            made = PlaneGeometry(half), compose_poses(pose, _X_TO_Z)
+        elif kind == MESH:
+            made = self._mesh(geom, pose)
+        elif kind == HFIELD:
+            made = self._height_field(int(model["geom_dataid"][geom])), pose
+        elif kind == ELLIPSOID:
+            words = "an ellipsoid becomes a convex mesh of 242 sides, of the same volume"
+            self._report.left_out("ellipsoid", words, place)
+            made = self._numeric_mesh("ellipsoid", place, *ellipsoid_surface(size)), pose
+        else:
+            self._report.error("SC483", "a geom with a signed distance field cannot be built", place)
+        return made
 
-    def _mesh(self, geom: int, pose: Pose7) -> tuple[Geometry, Pose7] | None:
+    def _mesh(self, geom: int, pose: Pose7) -> tuple[Geometry, Pose7]:
         """A mesh as its file has it: MuJoCo puts its origin into the centre of mass and turns it to the main axes."""
         model = self._model
         mesh = int(model["geom_dataid"][geom])
         file, scale, refpos, refquat = model.header["meshes"][mesh]
         found = model.source.files.get(file)
         if found is None or found.path.suffix.lower() not in _MESH_FILES or any(refpos) or refquat != [1, 0, 0, 0]:
-            message = "a mesh that MuJoCo makes itself cannot be built"
-            self._report.error("SC483", message, model.location("mesh", mesh))
-            return None
+            return self._compiled_mesh(mesh), pose
         moved = (*model["mesh_pos"][mesh].tolist(), *model["mesh_quat"][mesh].tolist())
         # MuJoCo reads no materials of a mesh's file.
         geometry = MeshGeometry(found.uri, found.path, tuple(scale), parts=False, optional_names=True)
         return geometry, compose_poses(pose, invert_pose(moved))
+
+    def _compiled_mesh(self, mesh: int) -> MeshGeometry:
+        """A mesh that SAPIEN cannot read, by the numbers of the model."""
+        model = self._model
+        if mesh not in self._meshes:
+            first, count = int(model["mesh_vertadr"][mesh]), int(model["mesh_vertnum"][mesh])
+            start, faces = int(model["mesh_faceadr"][mesh]), int(model["mesh_facenum"][mesh])
+            vertices = model["mesh_vert"][first : first + count].astype(np.float64)
+            triangles = model["mesh_face"][start : start + faces]
+            name, place = model.name("mesh", mesh) or f"mesh_{mesh}", model.location("mesh", mesh)
+            self._meshes[mesh] = self._numeric_mesh(name, place, vertices, triangles)
+        return self._meshes[mesh]
+
+    def _numeric_mesh(self, name: str, place: Location, vertices: Any, triangles: Any, *others: Any) -> MeshGeometry:
+        try:
+            return numeric_mesh(name, vertices, triangles, *others)
+        except OSError as error:
+            self._report.error("SC450", f"the cache folder cannot be written: {error.strerror or error}", place)
+            return MeshGeometry(name, Path(name), (1.0, 1.0, 1.0))
+
+    def _height_field(self, number: int) -> HeightfieldGeometry:
+        """MuJoCo has rows from -y to +y, of heights from 0 to 1."""
+        model = self._model
+        rows, columns, first = (int(model[f"hfield_{name}"][number]) for name in ("nrow", "ncol", "adr"))
+        x, y, top, _ = model["hfield_size"][number].tolist()
+        grid = model["hfield_data"][first : first + rows * columns].reshape(rows, columns)[::-1]
+        return HeightfieldGeometry((2 * x, 2 * y, top), tuple(map(tuple, grid.astype(np.float64).tolist())))
 
     def _look(self, geom: int) -> DescribedMaterial | None:
         """What a geom looks like; None: it is not seen."""

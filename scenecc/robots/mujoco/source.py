@@ -39,9 +39,7 @@ _REFUSED = {
     "extension": "a plugin is code, which is not run",
     "flexcomp": "soft bodies are not built",
     "flex": "soft bodies are not built",
-    "skin": "skins of soft bodies are not built",
     "deformable": "soft bodies are not built",
-    "composite": "`<composite>` makes bodies of cables and cloth, which are not built",
 }
 
 _FOLDER_ATTRIBUTES = frozenset({"meshdir", "texturedir", "assetdir", "strippath"})
@@ -121,6 +119,9 @@ class SourceBuilder:
         reason = _REFUSED.get(element.tag)
         if reason is not None:
             self.report.error("SC483", f"`<{element.tag}>` cannot be built: {reason}", element.location)
+            return
+        if element.tag == "skin":
+            self.report.left_out("skin", "a skin is not shown", element.location)
             return
         self._check_cells(element)
         attributes = dict(element.attributes)
