@@ -29,6 +29,8 @@ NO_FILE = {
     "SC407": "tests/unit/source/test_paths.py",
     "SC422": "tests/unit/test_plan_files.py",
     "SC452": "tests/unit/robots/test_urdf.py",
+    "SC457": "tests/unit/robots/test_mujoco_hostile.py",
+    "SC458": "tests/unit/robots/test_mujoco_hostile.py",
     "SC473": "tests/unit/robots/test_srdf.py",
     "SC477": "tests/unit/robots/test_urdf.py",
     "SC513": "tests/unit/lower/test_draws.py",

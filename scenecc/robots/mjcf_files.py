@@ -104,6 +104,10 @@ class MjcfReport:
         """Warns of something that ManiSkill's loader reads differently, once per kind."""
         self.of(location).report_once("SC485", kind, message, location)
 
+    def elsewhere(self, kind: str, message: str, location: Location) -> None:
+        """Notes what a scene says in another place, once per kind."""
+        self.of(location).report_once("SC490", kind, message, location)
+
     def unread_element(self, element: SourceElement) -> None:
         """Records an unread element."""
         self._elements.setdefault(element.tag, []).append(element)

@@ -233,7 +233,11 @@ entities:
     qpos: [{uniform: [-0.1, 0.1]}, 0.39, 0, -1.96, 0, 2.36, 0.79, 0.04, 0.04]
     drives: {"panda_joint.*": {stiffness: 1000, damping: 100, force_limit: 100}}
     links: {"panda_.*finger": {patch_radius: 0.1, min_patch_radius: 0.1}}
-  humanoid: {mjcf: pkg://mani_skill/assets/robots/humanoid/humanoid.xml, fix_root_link: false, pose: [2, 0, 0]}
+  humanoid:
+    mjcf: pkg://mani_skill/assets/robots/humanoid/humanoid.xml
+    loader: maniskill
+    fix_root_link: false
+    pose: [2, 0, 0]
   cube: {pose: [0, 0, 0.5], shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]}
 """
 

@@ -44,7 +44,7 @@ entities:
   floor: {body_type: static, shapes: [{type: plane}]}
   hulls: {urdf: r.urdf, fix_root_link: false, pose: [0, 0, 1]}
   parts: {urdf: r.urdf, fix_root_link: false, load_multiple_collisions: true, pose: [3, 0, 1]}
-  other: {mjcf: r.xml, pose: [6, 0, 1]}
+  other: {mjcf: r.xml, loader: maniskill, pose: [6, 0, 1]}
 """
 
 

@@ -51,7 +51,7 @@ def egg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         visuals=(DescribedVisual(mesh, IDENTITY_POSE, HERE),),
     )
     robot = RobotDescription((DescribedRobot((link,), body_type="dynamic"),))
-    monkeypatch.setattr("scenecc.robots.mjcf.read_mjcf", lambda *_, **__: robot)
+    monkeypatch.setattr("scenecc.robots.mujoco.reader.read_mjcf", lambda *_, **__: robot)
     (tmp_path / "robot.xml").touch()
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities: {egg: {mjcf: robot.xml, pose: [0, 0, 1]}}\n")

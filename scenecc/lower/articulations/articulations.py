@@ -318,7 +318,12 @@ class ArticulationLowerer:
         )
 
     def _meshes(self, entity: Any, origin: Origin) -> None:
-        """Reports keys of decompositions that do nothing."""
+        """Reports keys of decompositions, and of MuJoCo's files, that do nothing."""
+        if getattr(entity, "loader", None) == "maniskill":
+            for key in ("keyframe", "visual_groups"):
+                if getattr(entity, key) is not None:
+                    hint = f"leave `{key}` out, or `loader`"
+                    report_unused_key(key, "with `loader: maniskill`", origin, self._sink, hint=hint)
         decomposes = getattr(entity, "decomposition", None) == "coacd"
         for key, does_nothing, without in (
             ("decomposition", decomposes and not entity.load_multiple_collisions, "load_multiple_collisions: true"),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from scenecc.robots.mujoco.model import DISABLE_CONTACT, DISABLE_FILTERPARENT, WORLD, CompiledModel
+from scenecc.robots.mujoco.model import WORLD, CompiledModel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,7 +49,7 @@ class CollidingLink:
 
 def find_ignore_bits(links: Sequence[CollidingLink], model: CompiledModel, report: MjcfReport) -> dict[int, int]:
     """The bits of each link that has any, by its key; after an error (SC483: too many sets), none."""
-    if model.header["disable_flags"] & DISABLE_CONTACT:
+    if "CONTACT" in model.header["disabled"]:
         return {link.key: 1 for link in links}
     wanted, free = _pairs(links, model)
     sets: list[list[int]] = []
@@ -76,7 +76,7 @@ def _pairs(links: Sequence[CollidingLink], model: CompiledModel) -> tuple[_Pairs
     """Pairs that need a bit, and all that never collide."""
     weld, parent = model["body_weldid"].tolist(), model["body_parentid"].tolist()
     excluded = {(one >> 16, one & 0xFFFF) for one in model["exclude_signature"].tolist()}
-    filters = not model.header["disable_flags"] & DISABLE_FILTERPARENT
+    filters = "FILTERPARENT" not in model.header["disabled"]
     wanted: _Pairs = set()
     never: _Pairs = set()
     for (i, a), (j, b) in combinations(enumerate(links), 2):

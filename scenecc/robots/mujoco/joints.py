@@ -39,6 +39,7 @@ class JointReader:
         self._model = model
         self._report = report
         self._keyframe = keyframe
+        self._tell_friction()
         self._mimics = self._read_mimics()
         self._drives = self._read_drives()
 
@@ -109,6 +110,17 @@ class JointReader:
         first = int(self._model["jnt_qposadr"][joint])
         count = 4 if self._model["jnt_type"][joint] == BALL else 1
         return self._model["key_qpos"][self._keyframe][first : first + count].tolist()
+
+    def _tell_friction(self) -> None:
+        rough = [joint for joint, dof in enumerate(self._model["jnt_dofadr"].tolist()) if self._loss(joint, dof)]
+        if rough:
+            message = f"`frictionloss` is not built (there are {len(rough)}): it is a force, and PhysX has a ratio"
+            place = self._model.location("jnt", rough[0])
+            self._report.left_out("frictionloss", message, place, "`joints: {NAME: {friction: …}}` gives a ratio")
+
+    def _loss(self, joint: int, dof: int) -> bool:
+        count = {FREE: 6, BALL: 3}.get(self._kind(joint), 1)
+        return bool(self._model["dof_frictionloss"][dof : dof + count].any())
 
     # --- equalities of two joints
 

@@ -28,9 +28,6 @@ PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 CONNECT_EQUALITY, WELD_EQUALITY, JOINT_EQUALITY = range(3)
 """`mjtEq`."""
 
-DISABLE_CONTACT, DISABLE_FILTERPARENT = 1 << 4, 1 << 9
-"""Bits of `mjtDisableBit`."""
-
 WORLD: Final = 0
 """The number of the world among bodies."""
 

@@ -10,6 +10,7 @@ from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
 from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
 from scenecc.robots.mujoco.compiler import check_mujoco, compile_source
 from scenecc.robots.mujoco.links import ModelReader
+from scenecc.robots.mujoco.model import FREE
 from scenecc.robots.mujoco.shapes import VISUAL_GROUPS
 from scenecc.robots.mujoco.source import SourceBuilder
 from scenecc.source.limits import Limits
@@ -68,6 +69,9 @@ def read_mjcf(
     if model is None:
         return None
     number = None if keyframe is None else _keyframe(keyframe, model, report)
+    if number is not None and FREE in model["jnt_type"]:
+        message = "the pose of a free root is that of the scene, and not that of the keyframe"
+        report.elsewhere("keyframe", message, model.location("key", number))
     robots = ModelReader(model, report, number, visual_groups).robots()
     if not robots and not report.failed:
         report.nothing(root)

@@ -44,6 +44,30 @@ _REFUSED = {
 
 _FOLDER_ATTRIBUTES = frozenset({"meshdir", "texturedir", "assetdir", "strippath"})
 
+_ELSEWHERE = {
+    "camera": "cameras are the scene's: declare them under `cameras`, with `mount` where they move with a link",
+    "light": "lights are the scene's: declare them under `lights`",
+    "option": "the time step, gravity and the solver are the scene's `physics`",
+    "sensor": "sensors are read from the live scene",
+    "site": "sites are not links: declare a frame, or mount on the link",
+    "custom": "numbers and texts of the user are not read",
+    "visual": "what MuJoCo's viewer shows is not read",
+    "statistic": "what MuJoCo's viewer shows is not read",
+}
+"""What a scene has in other places, and what says nothing of the machine: told with a count, as a note."""
+
+_LEFT_OUT = {
+    "tendon": ("tendons are not built", "a joint that follows another one is an `<equality>` of joints"),
+    "pair": ("pairs of contacts are not built: `contype` and `conaffinity` say what collides", None),
+    "skin": ("skins are not shown", None),
+}
+"""What changes the machine, and is a warning."""
+
+_SOFTNESS = frozenset(
+    {"solref", "solimp", "solmix", "margin", "gap", "priority", "solreflimit", "solimplimit", "solreffriction"}
+)
+"""Attributes of MuJoCo's soft contacts and limits."""
+
 MAX_ELEMENTS = 100_000
 """How many elements a model has once MuJoCo has replicated and attached what the file says."""
 
@@ -91,6 +115,7 @@ class SourceBuilder:
     _folders: dict[str, str] = field(default_factory=dict[str, str])
     _known: dict[Path, str] = field(default_factory=dict[Path, str])
     _cells: int = 0
+    _unbuilt: dict[str, tuple[SourceElement, int]] = field(default_factory=dict[str, "tuple[SourceElement, int]"])
 
     def build(self, root: SourceElement) -> MujocoSource | None:
         """The model of a tree whose includes are in place; None, reported, where it may not be compiled."""
@@ -101,6 +126,7 @@ class SourceBuilder:
             self.report.error("SC452", message, root.location, "replicate less")
         if not self.report.failed:
             self._write(root)
+            self._report_notes()
         return None if self.report.failed else self.source
 
     def _read_folders(self, root: SourceElement) -> None:
@@ -110,18 +136,18 @@ class SourceBuilder:
     def _count(self, element: SourceElement) -> float:
         """How many elements MuJoCo makes of one and of what is in it."""
         inner = 1 + sum(map(self._count, element.children))
-        if element.tag != "replicate":
+        if element.tag not in {"replicate", "composite"}:
             return inner
-        count = parse_number(element.attributes.get("count", "1"))
-        return inner * max(1.0, count if count is not None and math.isfinite(count) else 1.0)
+        counts = map(parse_number, element.attributes.get("count", "1").split())
+        return inner * math.prod(max(1.0, count) for count in counts if count is not None and math.isfinite(count))
 
     def _write(self, element: SourceElement) -> None:
         reason = _REFUSED.get(element.tag)
         if reason is not None:
             self.report.error("SC483", f"`<{element.tag}>` cannot be built: {reason}", element.location)
             return
+        self._note(element)
         if element.tag == "skin":
-            self.report.left_out("skin", "a skin is not shown", element.location)
             return
         self._check_cells(element)
         attributes = dict(element.attributes)
@@ -142,6 +168,29 @@ class SourceBuilder:
             self._write(child)
         self.source.elements.append(element)
         self.source.lines.append(f"</{element.tag}>")
+
+    def _note(self, element: SourceElement) -> None:
+        """Counts what is not built, by kind."""
+        kind, count = element.tag, int("site" not in element.attributes)
+        if kind in {"tendon", "sensor", "custom"}:
+            count = len(element.children)
+        if (kind in _ELSEWHERE or kind in _LEFT_OUT) and count:
+            first, before = self._unbuilt.get(kind, (element, 0))
+            self._unbuilt[kind] = first, before + count
+        if not _SOFTNESS.isdisjoint(element.attributes):
+            first, before = self._unbuilt.get("softness", (element, 0))
+            self._unbuilt["softness"] = first, before + 1
+
+    def _report_notes(self) -> None:
+        """One finding a kind, at the first element."""
+        for kind, (element, count) in self._unbuilt.items():
+            more = f" (there are {count})" if count > 1 else ""
+            if kind in _LEFT_OUT:
+                words, hint = _LEFT_OUT[kind]
+                self.report.left_out(kind, words + more, element.location, hint)
+                continue
+            words = _ELSEWHERE.get(kind, "contacts and limits of PhysX are stiff: `solref`, `margin` and the like")
+            self.report.elsewhere(kind, words + more, element.location)
 
     def _check_cells(self, element: SourceElement) -> None:
         """Counts what MuJoCo would paint or allot."""

@@ -90,6 +90,7 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict
         model = spec.compile()
     except (ValueError, TypeError, RuntimeError, MemoryError) as error:
         return {"error": str(error)}, []
+    disable = mujoco.mjtDisableBit
     arrays = {name: getattr(model, name) for name in ARRAYS if hasattr(model, name)}
     elements = {kind: [_element(one) for one in getattr(spec, several)] for kind, several in NAMED.items()}
     header = {
@@ -98,7 +99,10 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict
         "meshes": [[one.file, list(one.scale), list(one.refpos), list(one.refquat)] for one in spec.meshes],
         "textures": [one.file for one in spec.textures],
         "option": {"timestep": model.opt.timestep, "gravity": model.opt.gravity.tolist()},
-        "disable_flags": int(model.opt.disableflags),
+        # Their bits differ between versions.
+        "disabled": [
+            name for name in ("CONTACT", "FILTERPARENT") if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}")
+        ],
     }
     return header, [array.tobytes() for array in arrays.values()]
 

@@ -45,10 +45,10 @@ def test_contacts_that_a_file_switches_off_are_off_between_its_robots_and_bodies
     world = f'<worldbody>{ARM}<geom name="rail" type="box" size="1 1 .1"/></worldbody>'
     batch = build(tmp_path, f"<mujoco>{SILENT}{world}</mujoco>", one={}, two={})
     found = ids(batch)
-    assert found["one/rail"] == {(2, 0)}
-    assert found["two/rail"] == {(2, 1)}
+    assert found["one/rail"] == {(1, 0)}
+    assert found["two/rail"] == {(1, 1)}
     # The links of both robots are named alike: each has the id of its own rail.
-    assert found["arm"] == {(3, 0), (3, 1)}
+    assert found["arm"] == {(1, 0), (1, 1)}
 
 
 def test_a_body_that_stands_still_stands_where_file_and_scene_say(tmp_path: Path) -> None:
@@ -72,5 +72,5 @@ def test_a_mistake_in_the_file_is_an_error_of_the_scene(tmp_path: Path) -> None:
     with pytest.raises(SceneError) as caught:
         build(tmp_path, '<mujoco>\n<worldbody>\n<geom type="mesh" mesh="m"/></worldbody></mujoco>')
     (one,) = [one for one in caught.value.diagnostics if one.severity == "error"]
-    assert (one.code, one.file, one.line) == ("SC482", "asset://robot.xml", 3)
+    assert (one.code, one.file, one.line) == ("SC481", "asset://robot.xml", 3)
     assert one.related[0].message == "used from here"

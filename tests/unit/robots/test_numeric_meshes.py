@@ -53,7 +53,7 @@ def scene_of(*geometries: Geometry, folder: Path, monkeypatch: pytest.MonkeyPatc
         visuals=tuple(DescribedVisual(one, IDENTITY_POSE, HERE) for one in geometries),
     )
     robot = RobotDescription((DescribedRobot((link,), body_type="static"),))
-    monkeypatch.setattr("scenecc.robots.mjcf.read_mjcf", lambda *_, **__: robot)
+    monkeypatch.setattr("scenecc.robots.mujoco.reader.read_mjcf", lambda *_, **__: robot)
     (folder / "robot.xml").touch()
     (folder / "scene.yaml").write_text("scenecc: 1\nentities: {rock: {mjcf: robot.xml}}\n")
     return open_scene(folder / "scene.yaml")

@@ -58,9 +58,9 @@ def test_of_many_ten_are_shown_and_copies_of_one_entity_counted(tmp_path: Path) 
 
 
 def test_a_warning_names_all_users_too_and_so_does_an_mjcf(tmp_path: Path) -> None:
-    (doubt,) = found(tmp_path, "  a: {mjcf: r.xml}\n  b: {mjcf: r.xml}\n", r_xml="<mujoco><visual/><worldbody><body>"
-                     '<geom type="sphere" size="1"/></body></worldbody></mujoco>')  # fmt: skip
-    assert (doubt.code, [line for _, line, _ in notes(doubt)]) == ("SC484", [3, 4])
+    world = '<worldbody><body><geom type="sphere" size="1"/></body><camera/></worldbody>'
+    (doubt,) = found(tmp_path, "  a: {mjcf: r.xml}\n  b: {mjcf: r.xml}\n", r_xml=f"<mujoco>{world}</mujoco>")
+    assert (doubt.code, [line for _, line, _ in notes(doubt)]) == ("SC490", [3, 4])
 
 
 def test_faults_of_an_srdf_lead_to_the_key_that_names_it(tmp_path: Path) -> None:
