@@ -5,10 +5,18 @@ plan has them.
 
 from __future__ import annotations
 
+from operator import gt
 from typing import TYPE_CHECKING, Protocol
 
 from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia, check_mass_unique
-from scenecc.checks.value_queries import alternatives_or_extremes, highest, is_deferred, judged_pairs, lowest
+from scenecc.checks.value_queries import (
+    alternatives_or_extremes,
+    highest,
+    is_deferred,
+    lowest,
+    report_fault,
+    wrong_pair,
+)
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import BodyStructure, Heightfield, Mesh, Plane, Ring, TriangleMesh, literal
 from scenecc.plan.body import COLLISION_ID_BITS, PhysicalMaterial, groups_collide
@@ -92,16 +100,12 @@ def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Si
         sink: takes the diagnostics.
         drawn: check only values of expressions, which are deferred until they are drawn.
     """
-    frictions = judged_pairs(material.dynamic_friction, material.static_friction, drawn=drawn)
-    slides_harder = next(((dynamic, static) for dynamic, static in frictions if dynamic > static), None)
-    if slides_harder is not None:
-        dynamic, static = slides_harder
-        sink.report(
-            "SC504",
-            f"dynamic friction {dynamic:g} is above static friction {static:g}",
-            origin,
-            hint="what is left out is the default material's; sliding never rubs more than sticking",
-        )
+    found = wrong_pair(material.dynamic_friction, material.static_friction, gt, drawn=drawn)
+    if found is not None:
+        (dynamic, static), possible = found
+        message = f"dynamic friction {dynamic:g} is above static friction {static:g}"
+        hint = "what is left out is the default material's; sliding never rubs more than sticking"
+        report_fault(sink, "SC504", message, origin, hint, possible=possible)
     if not is_deferred([material.restitution], drawn=drawn):
         bouncy = [number for (number,) in alternatives_or_extremes(material.restitution) if not 0 <= number <= 1]
         if bouncy:
@@ -123,9 +127,9 @@ def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None
             PhysicalMaterial(*map(literal, given)), origin.child("default_material"), sink, drawn=False
         )
     contact, rest = _default_offsets(physics)
-    if round_to_float32(contact) <= round_to_float32(rest):
+    if not _begins_before(contact, rest):
         key = "rest_offset" if physics.rest_offset is not None else "contact_offset"
-        _report_offsets(contact, rest, origin.child(key), sink)
+        _report_offsets(contact, rest, origin.child(key), sink, possible=False)
 
 
 def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin, sink: Sink, *, drawn: bool) -> None:
@@ -142,12 +146,12 @@ def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin,
         if shape.contact_offset is None and shape.rest_offset is None:
             continue
         default_contact, default_rest = map(literal, _default_offsets(physics))
-        pairs = judged_pairs(shape.rest_offset or default_rest, shape.contact_offset or default_contact, drawn=drawn)
-        for rest, contact in pairs:
-            if round_to_float32(contact) <= round_to_float32(rest):
-                key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
-                _report_offsets(contact, rest, (shape.origin or origin).child(key), sink)
-                break
+        offsets = shape.rest_offset or default_rest, shape.contact_offset or default_contact
+        found = wrong_pair(*offsets, lambda rest, contact: not _begins_before(contact, rest), drawn=drawn)
+        if found is not None:
+            (rest, contact), possible = found
+            key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
+            _report_offsets(contact, rest, (shape.origin or origin).child(key), sink, possible=possible)
 
 
 def _default_offsets(physics: Physics) -> tuple[float, float]:
@@ -155,13 +159,14 @@ def _default_offsets(physics: Physics) -> tuple[float, float]:
     return contact, REST_OFFSET if physics.rest_offset is None else physics.rest_offset
 
 
-def _report_offsets(contact: float, rest: float, origin: Origin, sink: Sink) -> None:
-    sink.report(
-        "SC507",
-        f"contact_offset {contact:g} is not above rest_offset {rest:g}",
-        origin,
-        hint="contacts must begin before shapes rest: raise contact_offset or lower rest_offset",
-    )
+def _begins_before(contact: float, rest: float) -> bool:
+    return round_to_float32(contact) > round_to_float32(rest)
+
+
+def _report_offsets(contact: float, rest: float, origin: Origin, sink: Sink, *, possible: bool) -> None:
+    message = f"contact_offset {contact:g} is not above rest_offset {rest:g}"
+    hint = "contacts must begin before shapes rest: raise contact_offset or lower rest_offset"
+    report_fault(sink, "SC507", message, origin, hint, possible=possible)
 
 
 class NumberRule(Protocol):
@@ -388,13 +393,14 @@ def check_rings(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, d
         place = (shape.origin or origin).child("inner_radius")
         if not isinstance(shape.geometry, Ring) or place in told:
             continue
-        radii = judged_pairs(shape.geometry.inner_radius, shape.geometry.outer_radius, drawn=drawn)
-        wrong = next((pair for pair in radii if pair[0] > MAX_RADIUS_RATIO * pair[1]), None)
-        if wrong is not None:
+        radii = shape.geometry.inner_radius, shape.geometry.outer_radius
+        found = wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer, drawn=drawn)
+        if found is not None:
+            (inner, outer), possible = found
             told.append(place)
-            message = f"a ring of `{name}` with an inner radius of {wrong[0]:g} m and an outer one of {wrong[1]:g} m"
+            message = f"a ring of `{name}` with an inner radius of {inner:g} m and an outer one of {outer:g} m"
             hint = f"`inner_radius` is at most {MAX_RADIUS_RATIO} of `outer_radius`"
-            sink.report("SC528", f"{message} has no wall that can be built", place, hint=hint)
+            report_fault(sink, "SC528", f"{message} has no wall that can be built", place, hint, possible=possible)
 
 
 MIN_TERRAIN, MAX_TERRAIN = 1e-6, 1e6
