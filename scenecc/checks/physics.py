@@ -6,12 +6,13 @@ plan has them.
 from __future__ import annotations
 
 from operator import gt
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia, check_mass_unique
 from scenecc.checks.value_queries import (
     alternatives_or_extremes,
     highest,
+    is_bounded,
     is_deferred,
     lowest,
     report_fault,
@@ -20,7 +21,7 @@ from scenecc.checks.value_queries import (
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import BodyStructure, Heightfield, Mesh, Plane, Ring, TriangleMesh, literal
 from scenecc.plan.body import COLLISION_ID_BITS, PhysicalMaterial, groups_collide
-from scenecc.plan.properties import PROPERTIES, property_fields, round_to_float32
+from scenecc.plan.properties import MAX_COORDINATE, PROPERTIES, property_fields, round_to_float32
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -176,7 +177,7 @@ class NumberRule(Protocol):
         """Reports what is wrong. `drawn`: check only deferred values."""
 
 
-LANGUAGE_KEYS = {knob.field: knob.key for knob in PROPERTIES if knob.field != knob.key}
+LANGUAGE_KEYS = {row.field: row.key for row in PROPERTIES if row.field != row.key}
 """Fields of the plan with a different key in scene files."""
 
 DYNAMIC_FIELDS = (*property_fields("mass"), "inertial", *property_fields("body"))
@@ -353,7 +354,8 @@ def _check_moving_meshes(body: BodyStructure, name: str, origin: Origin, sink: S
     for shape in body.collisions:
         if isinstance(shape.geometry, Heightfield):
             message = f"`{name}` is {what}, and PhysX moves no heightfield"
-            sink.report("SC508", message, shape.origin or origin, hint="make the body static or kinematic")
+            hint = "use convex shapes" if body.body_type == "link" else "make the body static or kinematic"
+            sink.report("SC508", message, shape.origin or origin, hint=hint)
         if isinstance(shape.geometry, TriangleMesh) and not shape.geometry.sdf:
             sink.report(
                 "SC508",
@@ -383,55 +385,68 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
 )
 
 MAX_RADIUS_RATIO = 0.999
-"""Of the hole of a ring by its outside: PhysX makes something else of parts that are thinner."""
+"""Largest ratio of a ring's inner radius to its outer one: PhysX merges the corners of thinner parts."""
+
+MIN_TERRAIN = 1e-6
+"""Least extent of terrain along x and y [m]: PhysX drops smaller triangles."""
 
 
-def check_rings(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """A ring has a wall between its hole and its outside."""
-    told: list[Origin] = []  # what collides and is seen is one shape in the file
-    for shape in (*body.collisions, *body.visuals):
-        place = (shape.origin or origin).child("inner_radius")
-        if not isinstance(shape.geometry, Ring) or place in told:
-            continue
-        radii = shape.geometry.inner_radius, shape.geometry.outer_radius
-        found = wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer, drawn=drawn)
-        if found is not None:
-            (inner, outer), possible = found
-            told.append(place)
-            message = f"a ring of `{name}` with an inner radius of {inner:g} m and an outer one of {outer:g} m"
-            hint = f"`inner_radius` is at most {MAX_RADIUS_RATIO} of `outer_radius`"
-            report_fault(sink, "SC528", f"{message} has no wall that can be built", place, hint, possible=possible)
+def check_geometries(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Applies the rule of each shape's type."""
+    # A shape that collides and is visible has one geometry.
+    checked = {id(one.geometry): one for one in (*body.collisions, *body.visuals) if type(one.geometry) in SHAPE_RULES}
+    for shape in checked.values():
+        SHAPE_RULES[type(shape.geometry)](shape.geometry, name, shape.origin or origin, sink, drawn=drawn)
 
 
-MIN_TERRAIN, MAX_TERRAIN = 1e-6, 1e6
-"""Least extent of terrain, below which PhysX drops its triangles, and how far it may reach, as a mesh may [m]."""
+def _check_ring(ring: Ring, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Checks that a ring has a wall between its inner and its outer radius."""
+    radii = ring.inner_radius, ring.outer_radius
+    found = wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer, drawn=drawn)
+    if found is not None:
+        (inner, outer), possible = found
+        message = f"a ring of `{name}` with an inner radius of {inner:g} m and an outer one of {outer:g} m"
+        hint, place = f"`inner_radius` is at most {MAX_RADIUS_RATIO} of `outer_radius`", origin.child("inner_radius")
+        report_fault(sink, "SC528", f"{message} has no wall that can be built", place, hint, possible=possible)
 
 
-def check_terrain(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """Terrain must not reach farther than a mesh may, and PhysX must keep its triangles."""
-    told: list[Origin] = []  # what collides and is seen is one shape in the file
-    for shape in (*body.collisions, *body.visuals):
-        terrain, place = shape.geometry, (shape.origin or origin).child("size")
-        if not isinstance(terrain, Heightfield) or place in told or is_deferred([terrain.size], drawn=drawn):
-            continue
-        x, y, z = highest(terrain.size)
-        reach = max(x / 2, y / 2, z * max(abs(height) for row in terrain.heights for height in row))
-        if reach > MAX_TERRAIN:
-            told.append(place)
-            message = f"the terrain of `{name}` reaches {reach:.3g} m, and {MAX_TERRAIN:.0e} m is the most"
-            sink.report("SC529", message, place, hint="a height is multiplied by the third number of `size`")
-        elif min(lowest(terrain.size)[:2]) < MIN_TERRAIN:
-            told.append(place)
-            message = f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y"
-            sink.report("SC529", message, place, hint="lengths are in metres")
+def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Checks that terrain reaches no farther than a mesh may, and that PhysX keeps its triangles."""
+    possible = not drawn and is_deferred([terrain.size], drawn=False)
+    most, least = highest(terrain.size), lowest(terrain.size)
+    if (drawn and is_deferred([terrain.size], drawn=True)) or not is_bounded((*most, *least)):
+        return
+    x, y, z = most
+    reach = max(x / 2, y / 2, z * max(abs(height) for row in terrain.heights for height in row))
+    if reach > MAX_COORDINATE:
+        message = f"the terrain of `{name}` reaches {reach:.3g} m, and {MAX_COORDINATE:.0e} m is the most"
+        hint = "a height is multiplied by the third number of `size`"
+    elif min(least[:2]) < MIN_TERRAIN:
+        message = f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y"
+        hint = "lengths are in metres"
+    else:
+        return
+    report_fault(sink, "SC529", message, origin.child("size"), hint, possible=possible)
 
+
+class ShapeRule(Protocol):
+    """A rule about numbers of one geometry of a body."""
+
+    def __call__(self, geometry: Any, name: str, origin: Origin, sink: Sink, /, *, drawn: bool) -> None:
+        """Reports what is wrong. `drawn`: check only deferred values."""
+
+
+SHAPE_RULES: Mapping[type, ShapeRule] = {
+    Ring: _check_ring,
+    Heightfield: _check_terrain,
+}
+"""Rules of one type of shape, by its geometry."""
 
 NUMBER_RULES: tuple[NumberRule, ...] = (
     check_density_mass,
     check_explicit_mass,
     check_inertia,
-    check_rings,
-    check_terrain,
+    check_geometries,
 )
 """Rules about numbers that may differ from scene to scene."""
 
