@@ -461,15 +461,13 @@ class Scene:
         self,
         *,
         scene_idxs: Iterable[int] | None = None,
-        device: Backend = "cpu",
+        backend: Backend = "cpu",
         render: bool | None = None,
         audit: Audit = "fast",
     ) -> SceneBatch:
-        """The live scenes. Arguments and errors are those of `load_scene`; `device` is where PhysX runs."""
-        if device not in {"cpu", "cuda"}:
-            raise ValueError(f"device is one of cpu, cuda, not {device!r}")
+        """The live scenes. Arguments and errors are those of `load_scene`."""
         return load_scene(
-            self._compiled, scene_idxs=scene_idxs, backend=device, render=render, audit=audit, **self._given
+            self._compiled, scene_idxs=scene_idxs, backend=backend, render=render, audit=audit, **self._given
         )
 
     def emit(self, target: str, *, base: Path | None = None, **choices: Unpack[EmitChoices]) -> Emitted:

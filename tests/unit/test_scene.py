@@ -121,7 +121,7 @@ def test_results_tell_what_the_scene_and_the_work_found(tmp_path: Path) -> None:
 def test_an_engines_failure_is_told_at_its_line(file: Path) -> None:
     scene = open_scene(file)
     with pytest.raises(SceneError) as error:
-        scene.build(device="cuda", render=False)
+        scene.build(backend="cuda", render=False)
     assert error.value.diagnostics[0].code.startswith("SC8")
     with pytest.raises(ValueError, match="scene_idxs"):
         scene.build(scene_idxs=[7], render=False)
@@ -132,8 +132,8 @@ def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
     assert scene._given.get("asset_roots") == (str(file.parent),)
     with pytest.raises(TypeError, match="as `open_scene` gives it, not with str"):
         scene.diff(str(file))  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ValueError, match="device is one of cpu, cuda, not 'gpu'"):
-        scene.build(device="gpu")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="backend is one of cpu, cuda, not 'gpu'"):
+        scene.build(backend="gpu")  # pyright: ignore[reportArgumentType]
     for wrong in ({"limits": 3}, {"asset_roots": 3}, {"asset_roots": [3]}):
         with pytest.raises(TypeError, match=f"{next(iter(wrong))} must be .*, not"):
             open_scene(file, **wrong)  # pyright: ignore[reportArgumentType]
