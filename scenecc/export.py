@@ -18,7 +18,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.emit import EMITTERS, EXPORTS, ExportOptions, emit, export
 from scenecc.errors import SceneError
 from scenecc.files import replace_set
-from scenecc.options import CompileOptions, Options, flag, integer
+from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Source, build_batch, compile_or_raise, select_scenes
 
 if TYPE_CHECKING:
@@ -137,11 +137,9 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
     options = Options.of_call(emit_source, given, ExportArguments)
     scene, entity = given.get("scene"), given.get("entity")
     show = given.get("show", "visual")
-    flags = {word: flag(given.get(word, False), word) for word in ("grid", "folder", "binary")}
+    flags = {word: bool(given.get(word, False)) for word in ("grid", "folder", "binary")}
     asked = {"scene": scene is not None, "show": show != "visual", "entity": entity is not None, **flags}
     check_target(target, SUFFIXES)
-    if show not in {"visual", "collision"}:
-        raise ValueError(f"show is visual or collision, not {show!r}")
     check_choice(target, [word for word, on in asked.items() if on])
     sink = Sink()
     if target in EXPORTS:
