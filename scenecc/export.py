@@ -158,19 +158,19 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
     return Emitted(files, sink.diagnostics())
 
 
-def write_emitted(made: Emitted, target: Path, *, folder: bool = False) -> Emitted:
-    """Writes what was made, all files or none.
+def write_emitted(made: Emitted, target: Path) -> Emitted:
+    """Writes what was made, all files or none. Returns it with the name that its first file has now, and the paths.
 
     Args:
         made: the files.
-        target: the file that takes the first of them, whatever that is called; or the folder for all of them.
-        folder: whether `target` is a folder.
+        target: the file that takes the first of them, whatever that is called.
 
     Raises:
         OSError: they cannot be written.
     """
-    paths = replace_set(target, made.files, folder=folder)
-    return Emitted(made.files, made.diagnostics, tuple(paths))
+    paths = replace_set(target, made.files, folder=False)
+    (_, content), *others = made.files.items()
+    return Emitted({paths[0].name: content, **dict(others)}, made.diagnostics, tuple(paths))
 
 
 def _file_name(name: str) -> str:

@@ -96,6 +96,25 @@ def test_it_is_exported_by_the_suffix(file: Path, name: str) -> None:
     assert again.files == made.files
 
 
+@pytest.mark.parametrize(
+    ("name", "choices"),
+    [
+        ("other.xml", {"target": "urdf", "entity": "ball"}),
+        ("a: b.xml", {}),
+        (f"{'long' * 20}.py", {}),
+        ("scene.mjcf", {}),
+        ("scene.usd", {}),
+    ],
+)
+def test_the_files_of_an_export_are_those_that_were_written(file: Path, name: str, choices: dict[str, Any]) -> None:
+    if name.endswith("usd"):
+        pytest.importorskip("pxr")
+    made = open_scene(file).export(file.parent / name, **choices)
+    assert made.paths[0] == file.parent.resolve() / name
+    assert [one.relative_to(file.parent.resolve()).as_posix() for one in made.paths] == [*made.files]
+    assert [one.read_bytes() for one in made.paths] == [*made.files.values()]
+
+
 def test_a_suffix_can_stand_for_another_target_and_must_stand_for_one(file: Path) -> None:
     scene = open_scene(file)
     assert b"<robot" in next(iter(scene.export(file.with_suffix(".xml"), target="urdf", entity="ball").files.values()))
