@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
 DEFAULT_GROUPS = (1, 1, 0, 0)
 
-CollisionKey = tuple[tuple[int, ...], "tuple[int, ...] | None", "Value | None"]
-"""The scenes of an entity, those of its rows that have a structure (None: all), and the structure's groups."""
+CollisionKey = tuple[tuple[int, ...], "tuple[int, ...] | None", "tuple[Value | None, ...]"]
+"""The scenes of an entity, those of its rows that have a structure (None: all), and the groups of its shapes."""
 
 
 def may_collide(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: BodyStructure) -> bool:
@@ -44,7 +44,7 @@ def may_collide(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: B
     if not any(_varies_by_scene(*body) for body in ((a, a_structure), (b, b_structure))):
         # The many bodies that are everywhere share one tuple.
         together = a.scene_idxs is b.scene_idxs or not set(a.scene_idxs).isdisjoint(b.scene_idxs)
-        return together and groups_collide(_collision_groups(a_structure, 0), _collision_groups(b_structure, 0))
+        return together and _groups_collide(a_structure, 0, b_structure, 0)
     rows = {scene: row for row, scene in enumerate(b.scene_idxs)}
     for row_a, scene in enumerate(a.scene_idxs):
         row_b = rows.get(scene)
@@ -52,7 +52,7 @@ def may_collide(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: B
             _may_have_structure(a, a_structure, row_a) and _may_have_structure(b, b_structure, row_b)
         ):
             continue
-        if groups_collide(_collision_groups(a_structure, row_a), _collision_groups(b_structure, row_b)):
+        if _groups_collide(a_structure, row_a, b_structure, row_b):
             return True
     return False
 
@@ -62,13 +62,12 @@ def collision_key(entity: Entity, structure: BodyStructure) -> CollisionKey:
     rows = None
     if entity.pick is not None:
         rows = tuple(row for row in range(len(entity.scene_idxs)) if _may_have_structure(entity, structure, row))
-    return entity.scene_idxs, rows, structure.collision_groups
+    return entity.scene_idxs, rows, _distinct_groups(structure)
 
 
 def _varies_by_scene(entity: Entity, structure: BodyStructure) -> bool:
     """Whether the entity's scenes differ in what `may_collide` looks at."""
-    groups = structure.collision_groups
-    return entity.pick is not None or (groups is not None and groups.may_vary)
+    return entity.pick is not None or any(groups is not None and groups.may_vary for groups in structure.shape_groups())
 
 
 def _may_have_structure(entity: Entity, structure: BodyStructure, row: int) -> bool:
@@ -82,10 +81,21 @@ def _contains_body(whole: BodyStructure | ArticulationStructure, body: BodyStruc
     return any(one is body for one in whole.bodies)
 
 
-def _collision_groups(structure: BodyStructure, row: int) -> Sequence[int]:
-    if structure.collision_groups is None:
-        return DEFAULT_GROUPS
-    return [int(x) for x in structure.collision_groups.row(row)]
+def _groups_collide(a: BodyStructure, row_a: int, b: BodyStructure, row_b: int) -> bool:
+    """Whether the groups of any shape of the one and any of the other let them collide."""
+    theirs = _collision_groups(b, row_b)
+    return any(groups_collide(mine, other) for mine in _collision_groups(a, row_a) for other in theirs)
+
+
+def _collision_groups(structure: BodyStructure, row: int) -> Sequence[Sequence[int]]:
+    """The groups of the shapes of a body, each once."""
+    each = _distinct_groups(structure)
+    return [DEFAULT_GROUPS if groups is None else [int(x) for x in groups.row(row)] for groups in each]
+
+
+def _distinct_groups(structure: BodyStructure) -> tuple[Value | None, ...]:
+    """By identity: the values of many scenes take long to compare."""
+    return tuple({id(groups): groups for groups in structure.shape_groups()}.values())
 
 
 CONTACT_OFFSET, REST_OFFSET = 0.01, 0.0
@@ -321,8 +331,9 @@ def _check_unused_fields(body: BodyStructure, name: str, origin: Origin, sink: S
         for field in VISUAL_FIELDS:
             if getattr(body, field) is not None:
                 _report_unused_field(field, "body without a visible shape", origin, sink)
-    if not body.collisions and body.collision_groups is not None:
-        _report_unused_field("collision_groups", "body without a colliding shape", origin, sink)
+    if body.collision_groups is not None and all(shape.collision_groups is not None for shape in body.collisions):
+        what = "body of which each shape has its own" if body.collisions else "body without a colliding shape"
+        _report_unused_field("collision_groups", what, origin, sink)
     if kind == "none" and body.collisions:
         sink.report(
             "SC115",
@@ -339,12 +350,15 @@ def _report_unused_field(field: str, what: str, origin: Origin, sink: Sink) -> N
 
 def _check_group_bits(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Checks the fourth integer, whose top 16 bits PhysX uses to separate scenes in one simulation."""
-    if body.collision_groups is not None and any(
-        bits > COLLISION_ID_BITS for bits in body.collision_groups.numbers()[3::4]
-    ):
-        most = f"above {COLLISION_ID_BITS}, and its top 16 bits are reserved"
-        message = f"the fourth of the collision bits of `{name}` is {most}"
-        sink.report("SC104", message, origin.child(LANGUAGE_KEYS["collision_groups"]))
+    given = [
+        (body.collision_groups, origin),
+        *((one.collision_groups, one.origin or origin) for one in body.collisions),
+    ]
+    for groups, place in given:
+        if groups is not None and any(bits > COLLISION_ID_BITS for bits in groups.numbers()[3::4]):
+            most = f"above {COLLISION_ID_BITS}, and its top 16 bits are reserved"
+            message = f"the fourth of the collision bits of `{name}` is {most}"
+            sink.report("SC104", message, place.child(LANGUAGE_KEYS["collision_groups"]))
 
 
 def _check_moving_meshes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:

@@ -92,7 +92,8 @@ def heightfield_surface(size: Any, heights: Any) -> tuple[NDArray[Any], ...]:
     grid = np.stack([u - 0.5, 0.5 - v, levels], axis=-1) * np.array(size, np.float64)
     here = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     a, b, c, d = here, here + columns, here + columns + 1, here + 1
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    # MuJoCo cuts the cells of its height fields along the same diagonal.
+    triangles = np.concatenate([np.stack([a, b, d], axis=1), np.stack([b, c, d], axis=1)])
     along_x = np.gradient(grid[..., 2], axis=1) / np.gradient(grid[..., 0], axis=1)
     along_y = np.gradient(grid[..., 2], axis=0) / np.gradient(grid[..., 1], axis=0)
     normals = np.stack([-along_x, -along_y, np.ones_like(levels)], axis=-1)

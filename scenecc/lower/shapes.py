@@ -24,7 +24,7 @@ from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, litera
 from scenecc.plan.body import VisualMaterial as SeenMaterial
 from scenecc.plan.body import groups_collide
 from scenecc.plan.geometry import REVOLVED_SOLIDS, SOLIDS, heights_fault
-from scenecc.plan.properties import DEFAULT_DENSITY
+from scenecc.plan.properties import DEFAULT_DENSITY, properties_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -150,13 +150,15 @@ def _colliding(
         near = other in (number, link.parent) or draft.links[other].parent == number
         if near or not body.collisions:
             continue
-        if (all_of_them or link.ignore_bits & draft.links[other].ignore_bits) and groups_collide(mine, _bits(body)):
+        ignored = all_of_them or link.ignore_bits & draft.links[other].ignore_bits
+        if ignored and any(groups_collide(a, b) for a in mine for b in _bits(body)):
             yield number, other
 
 
-def _bits(body: BodyStructure) -> tuple[int, ...]:
-    groups = body.collision_groups
-    return DEFAULT_BITS if groups is None else tuple(map(int, groups.numbers()))
+def _bits(body: BodyStructure) -> list[tuple[int, ...]]:
+    """SAPIEN's four integers of the shapes of a link, each once."""
+    each = dict.fromkeys(body.shape_groups())
+    return [DEFAULT_BITS if groups is None else tuple(map(int, groups.numbers())) for groups in each]
 
 
 def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Origin | None) -> Origin:
@@ -311,11 +313,14 @@ VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
 }
 """What is seen of a type; likewise."""
 
-_CONTACT_TYPES = tuple(
-    (name, field_type(name)) for name in ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
+_CONTACT_FIELDS = tuple(
+    (row.key, row.field, field_type(row.field)) for row in properties_of("shape", "groups") if row.field != "density"
 )
+"""Key of the language, field of the plan, and what a row of it holds."""
 
-_LEFT_OUT = (None,) * len(_CONTACT_TYPES)
+_CONTACT_ITEMS = attrgetter(*(key for key, _, _ in _CONTACT_FIELDS))
+
+_LEFT_OUT = (None,) * len(_CONTACT_FIELDS)
 
 _SHAPE_LISTS = ("shapes", "collisions", "visuals")
 """Keys of the lists of shapes: of those that collide and are seen, and of those that do one of these."""
@@ -401,14 +406,15 @@ class ShapeLowerer:
             physical, otherwise = self._physicals(surface, default, geometry, fields)
         else:
             physical, otherwise = surface.physical, default.density if surface.density is None else surface.density
-        near = (shape.contact_offset, shape.rest_offset, shape.patch_radius, shape.min_patch_radius)
-        if near != _LEFT_OUT:
-            near = tuple(
-                fields.optional(item, kind, origin, key) for item, (key, kind) in zip(near, _CONTACT_TYPES, strict=True)
-            )
-        contact, rest, patch, min_patch = near
+        written = _CONTACT_ITEMS(shape)
+        values: dict[str, Value | None] = {}
+        if written != _LEFT_OUT:
+            values = {
+                field: fields.optional(item, kind, origin, key)
+                for item, (key, field, kind) in zip(written, _CONTACT_FIELDS, strict=True)
+            }
         density = otherwise if density is None else density
-        return CollisionShape(geometry, pose, physical, density, contact, rest, patch, min_patch, origin)
+        return CollisionShape(geometry, pose, physical, density, **values, origin=origin)
 
     def _physicals(
         self, surfaces: MaterialChoice, default: ShapeDefaults, geometry: Any, fields: FieldLowerer

@@ -165,6 +165,7 @@ class CollisionShape:
         material: (·,) index into `ScenePlan.physical_materials`; None: the default material.
         density: (·,) [kg/m³]; None: SAPIEN's (1000, a plane's 0).
         contact_offset, rest_offset, patch_radius, min_patch_radius: (·,) [m].
+        collision_groups: (·, 4) SAPIEN's four integers; None: those of the body.
     """
 
     geometry: CollisionGeometry
@@ -175,6 +176,7 @@ class CollisionShape:
     rest_offset: Value | None = None
     patch_radius: Value | None = None
     min_patch_radius: Value | None = None
+    collision_groups: Value | None = None
     origin: Origin | None = field(default=None, compare=False)
 
 
@@ -227,7 +229,7 @@ class BodyStructure:
         max_linear_velocity [m/s], max_angular_velocity [rad/s], max_depenetration_velocity [m/s],
         max_contact_impulse [N·s], sleep_threshold [m²/s²]: (·,).
         solver_position_iterations, solver_velocity_iterations: (·,) integers.
-        collision_groups: (·, 4) SAPIEN's four integers, for every shape of the body.
+        collision_groups: (·, 4) SAPIEN's four integers, for every shape that has none of its own.
         visibility: (·,) in 0..1; shading_mode: (·,) integer; of the render body.
     """
 
@@ -253,6 +255,12 @@ class BodyStructure:
     visibility: Value | None = None
     shading_mode: Value | None = None
     origin: Origin | None = field(default=None, compare=False)
+
+    def shape_groups(self) -> tuple[Value | None, ...]:
+        """SAPIEN's four integers of each colliding shape, (·, 4); None: the default ones."""
+        if all(shape.collision_groups is None for shape in self.collisions):
+            return (self.collision_groups,) * len(self.collisions)
+        return tuple(shape.collision_groups or self.collision_groups for shape in self.collisions)
 
     @property
     def bodies(self) -> tuple[BodyStructure, ...]:

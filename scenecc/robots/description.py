@@ -85,6 +85,7 @@ class DescribedCollision:
         pose: in the link's frame.
         friction: static friction, dynamic friction and restitution; None: not in the file.
         density: [kg/m³]; None: not in the file.
+        bits: the first two of SAPIEN's collision integers; None: not in the file.
         location: the line that names the geometry.
     """
 
@@ -93,6 +94,7 @@ class DescribedCollision:
     location: Location
     friction: tuple[float, float, float] | None = None
     density: float | None = None
+    bits: tuple[int, int] | None = None
 
 
 @frozen

@@ -23,12 +23,12 @@ from scenecc.spec.base import (
     custom_error,
     key,
 )
-from scenecc.spec.body import CollisionBits, EntityKeys, MotionKeys
+from scenecc.spec.body import EntityKeys, MotionKeys
 from scenecc.spec.nodes import COMPONENTS, MAPPING, LazyType, union_by_kind
 from scenecc.spec.pose import Direction, Pose
 from scenecc.spec.references import PatternError, compile_name_pattern
 from scenecc.spec.repetition import RepeatKeys
-from scenecc.spec.shapes import CollisionSpec, MaterialRef, ShapeSpec, VisualSpec
+from scenecc.spec.shapes import CollisionBits, CollisionSpec, MaterialRef, ShapeSpec, VisualSpec
 from scenecc.spec.values import Fixed, Leaf
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, Strict, Tag
+from pydantic import Field, Tag
 
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
@@ -20,7 +20,7 @@ from scenecc.spec.base import (
 )
 from scenecc.spec.nodes import LIST, NUMBER, WORD, LazyType, union_by_kind
 from scenecc.spec.pose import Pose
-from scenecc.spec.shapes import CollisionSpec, Color, MaterialRef, ShapeSpec, VisualSpec
+from scenecc.spec.shapes import CollisionBits, CollisionSpec, Color, MaterialRef, ShapeSpec, VisualSpec
 from scenecc.spec.values import Fixed, Leaf
 
 if TYPE_CHECKING:
@@ -31,11 +31,6 @@ else:
 BodyTypeName = Literal["dynamic", "kinematic", "static", "none"]
 MotionAxis = Literal["x", "y", "z", "rx", "ry", "rz"]
 MOTION_AXES: tuple[MotionAxis, ...] = ("x", "y", "z", "rx", "ry", "rz")
-
-_Bits = Fixed[Annotated[int, Field(ge=0, lt=2**32)]]
-_Ids = Fixed[Annotated[int, Field(ge=0, lt=2**16)]]
-CollisionBits = Annotated[tuple[_Bits, _Bits, _Bits, _Ids], Strict(strict=False)]
-
 
 SceneItem = Fixed[
     Annotated[

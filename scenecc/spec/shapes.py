@@ -5,7 +5,7 @@
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, StringConstraints, Tag
+from pydantic import ConfigDict, Field, Strict, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.plan.properties import DEFAULT_DENSITY
@@ -168,6 +168,11 @@ class ShapeKeys(SpecModel):
     material: Maybe[MaterialRef] = key("A name from `materials`, or {physical, visual}.")
 
 
+_Bits = Fixed[Annotated[int, Field(ge=0, lt=2**32)]]
+_Ids = Fixed[Annotated[int, Field(ge=0, lt=2**16)]]
+CollisionBits = Annotated[tuple[_Bits, _Bits, _Bits, _Ids], Strict(strict=False)]
+
+
 class CollisionKeys(ShapeKeys):
     """Keys of shapes that collide."""
 
@@ -176,6 +181,7 @@ class CollisionKeys(ShapeKeys):
     rest_offset: Maybe[Leaf[Finite]] = key("Distance at which shapes rest, below `contact_offset` [m].", default=0)
     patch_radius: Maybe[Leaf[NonNegative]] = key("Radius of the torsional friction patch [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest radius of the torsional friction patch [m].", default=0)
+    collision_bits: Maybe[Fixed[CollisionBits]] = key("SAPIEN's four integers, in place of the body's.")
 
 
 class VisualKeys(ShapeKeys):

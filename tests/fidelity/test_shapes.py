@@ -83,7 +83,7 @@ def terrain(size: list[float]) -> Any:
     """The triangles of `HILL`, seen from above: its first row is at +y."""
     places = [(x, y, HILL[i][j]) for i, y in enumerate((0.5, -0.5)) for j, x in enumerate((-0.5, 0, 0.5))]
     vertices = [[number * factor for number, factor in zip(place, size, strict=True)] for place in places]
-    triangles = [[0, 3, 4], [1, 4, 5], [0, 4, 1], [1, 5, 2]]
+    triangles = [[0, 3, 1], [1, 4, 2], [3, 4, 1], [4, 5, 2]]
     return physx.PhysxCollisionShapeTriangleMesh(vertices, triangles, [1, 1, 1], physx.get_default_material())
 
 

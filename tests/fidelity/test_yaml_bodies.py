@@ -141,6 +141,22 @@ def test_collision_groups() -> None:
     )
 
 
+def test_collision_bits_of_a_shape_replace_those_of_its_body() -> None:
+    def component(c: Any) -> None:
+        c.collision_shapes[1].set_collision_groups([5, 4, 1, 2])
+
+    ball = "{type: sphere, radius: 0.05, collision_bits: [5, 4, 1, 2]}"
+    compare(
+        f"collision_bits: [1, 3, 0, 0]\nshapes: [{{type: box, half_size: [0.05, 0.06, 0.07]}}, {ball}]",
+        lambda b: (
+            setattr(b, "collision_groups", [1, 3, 0, 0]),
+            b.add_box_collision(half_size=[0.05, 0.06, 0.07]),
+            b.add_sphere_collision(radius=0.05),
+        ),
+        component,
+    )
+
+
 def test_everything_at_once() -> None:
     moving = {name: value for name, value in KNOBS.items() if name not in ("mass", "gravity")}
     body = "\n".join(f"{name}: {value}" for name, (value, _) in moving.items())

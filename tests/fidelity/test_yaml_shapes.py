@@ -105,7 +105,7 @@ def test_ring() -> None:
 def test_heightfield() -> None:
     def component(c: Any) -> None:
         vertices = [[-1, 2, 0], [1, 2, 0.25], [-1, -2, 0.5], [1, -2, 0]]
-        triangles = [[0, 2, 3], [0, 3, 1]]
+        triangles = [[0, 2, 1], [2, 3, 1]]
         material = physx.get_default_material()
         c.attach(physx.PhysxCollisionShapeTriangleMesh(vertices, triangles, [1, 1, 1], material))
 

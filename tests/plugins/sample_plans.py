@@ -155,7 +155,15 @@ def knobs() -> ScenePlan:
     )
     busy = BodyStructure(
         "dynamic",
-        collisions=(shape, CollisionShape(Sphere(constant(0.1)), pose(0, 0, 0.2), contact_offset=constant(0.05))),
+        collisions=(
+            shape,
+            CollisionShape(
+                Sphere(constant(0.1)),
+                pose(0, 0, 0.2),
+                contact_offset=constant(0.05),
+                collision_groups=constant([5, 4, 0, 0], INT),
+            ),
+        ),
         mass=constant(2.5),
         locked_motion_axes=constant([False, False, False, True, False, True], FLAG),
         linear_velocity=constant([0.5, 0, 1]),

@@ -109,7 +109,7 @@ def _cooking_failure(shape: PreparedShape, row: int) -> EngineFailure | None:
 
 
 def _prepare_collision(
-    shape: CollisionShape, groups: list[SetterColumn], rows: NDArray[np.intp], resources: Resources
+    shape: CollisionShape, groups: Value | None, rows: NDArray[np.intp], resources: Resources
 ) -> PreparedShape:
     material = resources.physical(shape.material, rows)
     try:
@@ -118,7 +118,9 @@ def _prepare_collision(
     except EngineFailure as failure:
         failure.origin = failure.origin or shape.origin
         raise
-    found = SHAPE_PROPERTIES.steps(shape, rows) + groups
+    found = SHAPE_PROPERTIES.steps(shape, rows)
+    if groups is not None:
+        found += property_setters(COLLISION_GROUPS, groups, rows)
     if shape.pose is not None:
         found = property_setters(SHAPE_POSE, shape.pose, rows) + found
     if shape.density is None and isinstance(shape.geometry, Plane):
@@ -219,9 +221,10 @@ class PreparedBody:
         self, name: str, structure: BodyStructure, rows: NDArray[np.intp], resources: Resources, *, rendered: bool
     ) -> None:
         self.name = name
-        given = structure.collision_groups
-        groups = [] if given is None else property_setters(COLLISION_GROUPS, given, rows)
-        self._collisions = tuple(_prepare_collision(shape, groups, rows, resources) for shape in structure.collisions)
+        self._collisions = tuple(
+            _prepare_collision(shape, groups, rows, resources)
+            for shape, groups in zip(structure.collisions, structure.shape_groups(), strict=True)
+        )
         visuals = structure.visuals if rendered else ()
         self.visuals = tuple(_prepare_visual(shape, rows, resources) for shape in visuals)
         self._set_mass = prepare_mass(structure, rows)

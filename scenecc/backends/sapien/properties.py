@@ -163,7 +163,7 @@ VISUAL_POSE = EngineProperty(render.RenderShape.set_local_pose, "local_pose", to
 COLLISION_GROUPS = EngineProperty(
     _CollisionShapeClass.set_collision_groups, "collision_groups", to_scalars, (1, 1, 0, 0)
 )
-"""`BodyStructure.collision_groups`, set on every shape of the body."""
+"""`collision_groups` of a shape or of its body."""
 
 
 def _plan_properties(component: Any, part: Literal["body", "shape"]) -> PropertyTable:

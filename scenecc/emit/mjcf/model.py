@@ -14,7 +14,7 @@ from scenecc.emit.output import Z_TO_X, UniqueNames, XmlElement, compose_poses, 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import bake_scale
 from scenecc.meshes.surface import encode_png
-from scenecc.plan import CollisionShape, VisualPlane
+from scenecc.plan import CollisionShape, Heightfield, VisualPlane
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS, Solid
 from scenecc.plan.schema import type_name
 
@@ -194,7 +194,7 @@ _UNSUPPORTED_SHAPE_FIELDS = optional_fields(CollisionShape, "pose", "material", 
 def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:
     """Writes one massless geom per collision shape of the engine."""
     for shape in body.shapes:
-        if shape.mesh is not None and _is_flat(shape.mesh):
+        if shape.mesh is not None and not isinstance(shape.shape.geometry, Heightfield) and _is_flat(shape.mesh):
             words = "a flat mesh that collides: MuJoCo needs a hull with a volume"
             model.unsupported.leave_out(name, words, shape.shape.origin)
             continue
@@ -227,10 +227,35 @@ def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[
         return upright, {"type": "plane", "size": (0, 0, _GRID_SPACING)}
     if shape.mesh is None:
         return upright if shape.kind in LYING_SOLIDS else shape.pose, {"type": shape.kind, "size": shape.sizes}
+    if isinstance(shape.shape.geometry, Heightfield):
+        return _height_field(model, name, shape.pose, shape.shape.geometry, shape.mesh)
     if shape.kind == "triangle_mesh":
-        words = f"a {type_name(type(shape.shape.geometry))} collides as its convex hull, as all meshes in MuJoCo"
+        words = "a triangle mesh collides as its convex hull, as all meshes in MuJoCo"
         model.unsupported.change(name, words, shape.shape.origin)
     return shape.pose, {"type": "mesh", "mesh": cooked_mesh_asset(model, name, shape.mesh)}
+
+
+_BASE_THICKNESS = 0.1
+"""Of the ground below the lowest point of a height field [m]: MuJoCo's are solid, SAPIEN's are surfaces."""
+
+
+def _height_field(
+    model: MjcfModel, name: str, pose: Pose7, terrain: Heightfield, mesh: MeasuredMesh
+) -> tuple[Pose7, dict[str, Any]]:
+    """Pose and geometry attributes of terrain. MuJoCo scales the elevations so that they run from 0 to 1."""
+    low, high = np.min(mesh.vertices, axis=0), np.max(mesh.vertices, axis=0)
+    x, y, z = ((high - low) / (2, 2, 1)).tolist()
+    asset = model.name("hfield", f"{name}_terrain")
+    model.sections["asset"].add(
+        "hfield",
+        name=asset,
+        nrow=len(terrain.heights),
+        ncol=len(terrain.heights[0]),
+        # Flat terrain has no height, and MuJoCo wants one.
+        size=(x, y, z or _BASE_THICKNESS, _BASE_THICKNESS),
+        elevation=tuple(height for row in terrain.heights for height in row),
+    )
+    return compose_poses(pose, (0.0, 0.0, float(low[2]), *IDENTITY_POSE[3:])), {"type": "hfield", "hfield": asset}
 
 
 def cooked_mesh_asset(model: MjcfModel, name: str, mesh: MeasuredMesh) -> str:

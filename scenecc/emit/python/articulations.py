@@ -11,13 +11,13 @@ import numpy as np
 from scenecc.emit.output import optional_fields
 from scenecc.emit.python.bodies import (
     BODY_PROPERTIES,
-    CONTACT_OFFSETS,
+    LATE_SHAPE_FIELDS,
     RENDER_PROPERTIES,
     BodyScript,
     needs_components,
     write_body_component,
+    write_late_fields,
     write_mass,
-    write_offsets,
     write_render_component,
     write_render_properties,
     write_shapes,
@@ -354,8 +354,8 @@ def _link_statements(robot: ArticulationScript, link: Link) -> list[StatementWri
     units: list[StatementWriter] = []
     if body.mass is not None:
         units.append(lambda source: write_mass(source, body, columns))
-    if any(present_fields(shape, CONTACT_OFFSETS) for shape in body.collisions):
-        units.append(lambda source: write_offsets(source, body.collisions, columns))
+    if any(present_fields(shape, LATE_SHAPE_FIELDS) for shape in body.collisions):
+        units.append(lambda source: write_late_fields(source, body.collisions, columns))
     units += [
         partial(write_property, holder=body, name=name, columns=columns, variable="body")
         for name in present_fields(body, BODY_PROPERTIES)

@@ -202,7 +202,9 @@ RENDER_PROPERTIES = property_fields("look")
 """Properties of a render component, by their names in the plan."""
 
 CONTACT_OFFSETS = ("contact_offset", "rest_offset")
-"""Properties of a collision shape that no `add_*_collision` takes."""
+
+LATE_SHAPE_FIELDS = (*CONTACT_OFFSETS, "collision_groups")
+"""Fields of a collision shape that no `add_*_collision` takes."""
 
 SHAPE_ARGUMENTS = tuple(name for name in property_fields("shape") if name not in CONTACT_OFFSETS)
 """Properties of a collision shape that every `add_*_collision` takes."""
@@ -233,23 +235,31 @@ def write_inertial(source: SourceWriter, inertial: Inertial, columns: SceneValue
     source.statement(inertia, assign="body.inertia")
 
 
-def write_offsets(source: SourceWriter, shapes: tuple[CollisionShape, ...], columns: SceneValues) -> None:
-    """Sets contact and rest offsets of the shapes of `body`; one loop if all shapes have the same."""
+def write_late_fields(source: SourceWriter, shapes: tuple[CollisionShape, ...], columns: SceneValues) -> None:
+    """Sets `LATE_SHAPE_FIELDS` of the shapes of `body`; one loop if all shapes have the same."""
     wanted = [
         [
             (name, columns.value(getattr(shape, name), name, numbers_literal))
-            for name in present_fields(shape, CONTACT_OFFSETS)
+            for name in present_fields(shape, LATE_SHAPE_FIELDS)
         ]
         for shape in shapes
     ]
     if len(wanted) > 1 and wanted[0] and all(one == wanted[0] for one in wanted):
         with source.block("for shape in body.collision_shapes:"):
             for name, node in wanted[0]:
-                source.statement(node, assign=f"shape.{name}")
+                _write_late_field(source, "shape", name, node)
         return
     for index, one in enumerate(wanted):
         for name, node in one:
-            source.statement(node, assign=f"body.collision_shapes[{index}].{name}")
+            _write_late_field(source, f"body.collision_shapes[{index}]", name, node)
+
+
+def _write_late_field(source: SourceWriter, shape: str, name: str, node: SourceNode) -> None:
+    if name == "collision_groups":
+        # SAPIEN has no property for it.
+        source.statement(call(f"{shape}.set_{name}", node))
+    else:
+        source.statement(node, assign=f"{shape}.{name}")
 
 
 _DYNAMIC = "physx.PhysxRigidDynamicComponent"
@@ -297,8 +307,8 @@ def needs_components(structure: BodyStructure) -> bool:
     parts = any(isinstance(shape.geometry, ConvexParts) for shape in shapes)
     return (
         structure.body_type == "none"
-        # Offsets are set by shape index, and the number of parts is unknown until they are loaded.
-        or (parts and any(present_fields(shape, CONTACT_OFFSETS) for shape in shapes))
+        # These are set by shape index, and the number of parts is unknown until they are loaded.
+        or (parts and any(present_fields(shape, LATE_SHAPE_FIELDS) for shape in shapes))
         # The builder decides by body type whether to cook a signed distance field, and sets a plane's density to 0.
         or any(isinstance(shape.geometry, TriangleMesh) and shape.geometry.sdf != dynamic for shape in shapes)
         or any(isinstance(shape.geometry, Plane) and shape.density is not None for shape in shapes)
@@ -325,7 +335,7 @@ def _write_builder(body: BodyScript) -> None:
         source.line(f"body = entity.find_component_by_type({component})")
         _write_kinematic_inertial(body)
         write_mass(source, structure, columns)
-        write_offsets(source, structure.collisions, columns)
+        write_late_fields(source, structure.collisions, columns)
         write_properties(source, structure, BODY_PROPERTIES, columns, "body")
     write_render_properties(body, "entity")
 
@@ -360,7 +370,7 @@ def _needs_body_component(structure: BodyStructure) -> bool:
         structure.mass is not None
         or (structure.inertial is not None and structure.body_type == "kinematic")
         or bool(present_fields(structure, BODY_PROPERTIES))
-        or any(present_fields(shape, CONTACT_OFFSETS) for shape in structure.collisions)
+        or any(present_fields(shape, LATE_SHAPE_FIELDS) for shape in structure.collisions)
     )
 
 
@@ -464,9 +474,9 @@ def _write_shape(shape: CollisionShape, body: BodyScript) -> None:
     source, columns = body.source, body.columns
     for node in _pose_argument(shape.pose, columns).values():
         source.statement(node, assign="shape.local_pose")
-    if body.structure.collision_groups is not None:
-        groups = columns.value(body.structure.collision_groups, "groups")
-        source.statement(call("shape.set_collision_groups", groups))
+    groups = shape.collision_groups or body.structure.collision_groups
+    if groups is not None:
+        source.statement(call("shape.set_collision_groups", columns.value(groups, "groups")))
     if shape.density is None and isinstance(shape.geometry, Plane):
         source.line("shape.density = 0")
     write_properties(source, shape, (*SHAPE_ARGUMENTS, *CONTACT_OFFSETS), columns, "shape")

@@ -111,6 +111,13 @@ def warn_free_body(firsts: Iterable[tuple[DescribedRobot, ArticulationDraft]], s
             sink.report("SC525", message, draft.origin, hint=hint)
 
 
+def _shape_bits_origin(body: BodyStructure) -> Origin | None:
+    """Where the bits of the first shape are written that has its own; None where none has."""
+    written = (shape.origin for shape in body.collisions if shape.collision_groups is not None and shape.origin)
+    place = next(written, None)
+    return place and place.child("collision_bits")
+
+
 def _report_unused(entity: Any, keys: Iterable[str], what: str, origin: Origin, sink: Sink) -> None:
     for key in keys:
         if getattr(entity, key) is not None:
@@ -353,6 +360,8 @@ class ArticulationLowerer:
             grouped = nearest_override(layers, "collision_bits", "collision_group")
             if grouped is not None and getattr(grouped[0], "collision_bits", None) is not None:
                 bits[index] = grouped[1].child("collision_bits")
+            elif link.own is not None and (place := _shape_bits_origin(body)) is not None:
+                bits[index] = place
             made = None
             if joint is not None:
                 drives = maps.layers("drives", joint.name) if joint.moves else ()

@@ -58,11 +58,14 @@ class ContactDefaults:
     Attributes:
         default: surface and density.
         patch_radius, min_patch_radius: (·,) [m] or None.
+        ignore: the third and fourth collision integers of shapes to which their file gives the first two; None: the
+            scene gives all four.
     """
 
     default: ShapeDefaults
     patch_radius: Value | None = None
     min_patch_radius: Value | None = None
+    ignore: tuple[int, int] | None = None
 
 
 ShapeMaker = Callable[[ContactDefaults], "tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]"]

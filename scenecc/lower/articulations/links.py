@@ -61,10 +61,13 @@ class LinkLowerer:
             ignored: bits of the third collision integer that are always set.
             values: of the articulation.
         """
+        groups = nearest_override(layers, "collision_bits", "collision_group")
+        third = link.ignore_bits | ignored
         contact = ContactDefaults(
             ShapeDefaults(values.surface(layers) or PLAIN_SURFACE, None, values.value(layers, "density", DENSITY)),
             values.value(layers, "patch_radius", _RADIUS_TYPE),
             values.value(layers, "min_patch_radius", _RADIUS_TYPE),
+            (third, own if third else 0) if groups is None else None,
         )
         collisions, visuals = link.shaping(contact)
         properties: dict[str, Value] = {}
@@ -74,14 +77,12 @@ class LinkLowerer:
             if found is not None:
                 properties[field] = found
         # A link's own key that has no effect is kept, for a rule to report.
-        looks, groups = (
-            nearest_override(layers, "visibility"),
-            nearest_override(layers, "collision_bits", "collision_group"),
-        )
+        looks = nearest_override(layers, "visibility")
         if looks is not None and (visuals or looks is link.own):
             properties["visibility"] = values.of(looks, "visibility", BODY_FIELDS["visibility"][1])
-        bits = self._bits(link, layers, own, ignored, values)
-        if bits is not None and (collisions or (groups is not None and groups is link.own)):
+        bits = self._bits(groups, third, own, values)
+        without = any(shape.collision_groups is None for shape in collisions)
+        if bits is not None and (without or (groups is not None and groups is link.own)):
             properties["collision_groups"] = bits
         mass, inertial = self._weight(link, layers, values, dense=bool(collisions))
         return BodyStructure(
@@ -94,11 +95,15 @@ class LinkLowerer:
             **properties,
         )
 
-    def _bits(
-        self, link: DraftLink, layers: Sequence[Layer], own: int, ignored: int, values: OverrideValues
-    ) -> Value | None:
-        """The four integers; None where they are SAPIEN's own."""
-        layer = nearest_override(layers, "collision_bits", "collision_group")
+    def _bits(self, layer: Layer | None, third: int, own: int, values: OverrideValues) -> Value | None:
+        """The four integers; None where they are SAPIEN's own.
+
+        Args:
+            layer: the nearest that gives any.
+            third: bits that are always set.
+            own: the id of the articulation.
+            values: of the articulation.
+        """
         bits: GroupBits = DEFAULT_BITS
         if layer is not None:
             keys, origin = layer
@@ -111,7 +116,7 @@ class LinkLowerer:
                 self._groups, str(group), origin.child("collision_group"), values.fields.scope, self._sink
             )
             bits = found or DEFAULT_BITS
-        third = bits[2] | link.ignore_bits | ignored
+        third |= bits[2]
         bits = (bits[0], bits[1], third, own if third else bits[3])
         return None if layer is None and bits == DEFAULT_BITS else literal(bits, "int64")
 

@@ -116,6 +116,7 @@ class RobotDrafter:
             density=density if shape_density is None else shape_density,
             patch_radius=contact.patch_radius,
             min_patch_radius=contact.min_patch_radius,
+            collision_groups=_groups(shape, contact),
             origin=place,
         )
 
@@ -240,6 +241,13 @@ def _joint(joint: DescribedJoint, origin: Origin) -> DraftJoint:
             mimic.source, literal(mimic.multiplier), literal(mimic.offset), origin.into(mimic.location, "mimic")
         ),
     )
+
+
+def _groups(shape: DescribedCollision, contact: ContactDefaults) -> Value | None:
+    """The four integers of a shape; None: those of its link."""
+    if shape.bits is None or contact.ignore is None:
+        return None
+    return literal((*shape.bits, *contact.ignore), "int64")
 
 
 def _pose(pose: Pose7) -> Value | None:

@@ -5,16 +5,18 @@ from __future__ import annotations
 import time
 from itertools import product
 
+from plugins.plan_parts import INT
 from plugins.sample_plans import indices
 
 from scenecc.checks.physics import may_collide
-from scenecc.plan import BodyStructure, Entity, Value, constant, per_scene
+from scenecc.plan import BodyStructure, CollisionShape, Entity, Sphere, Value, constant, per_scene
 
 FREE, GHOST = (1, 1, 0, 0), (0, 0, 0, 0)
 
 
 def body(groups: list[tuple[int, ...]] | None = None) -> BodyStructure:
-    return BodyStructure(body_type="dynamic", collision_groups=None if groups is None else per_scene(groups, "int64"))
+    given = None if groups is None else per_scene(groups, "int64")
+    return BodyStructure("dynamic", (CollisionShape(Sphere(constant(0.1))),), collision_groups=given)
 
 
 def entity(name: str, scenes: tuple[int, ...], *bodies: BodyStructure, pick: Value | None = None) -> Entity:
@@ -41,6 +43,13 @@ def test_what_is_the_same_everywhere() -> None:
         a, b = body(), body([groups])
         expected = groups == FREE and scenes == (0, 2)
         assert may_collide(entity("a", (0, 2), a), a, entity("b", scenes, b), b) is expected
+
+
+def test_any_pair_of_shapes_is_enough() -> None:
+    ghost, free = (CollisionShape(Sphere(constant(0.1)), collision_groups=constant(one, INT)) for one in (GHOST, FREE))
+    mixed, still = BodyStructure("dynamic", (ghost, free)), BodyStructure("dynamic", (ghost, ghost))
+    for a, b, expected in ((mixed, mixed, True), (mixed, body(), True), (mixed, still, False), (still, body(), False)):
+        assert may_collide(entity("a", (0,), a), a, entity("b", (0,), b), b) is expected
 
 
 def test_many_scenes_take_no_long_time() -> None:

@@ -76,15 +76,6 @@ def test_the_lightest_ring_has_the_widest_hole() -> None:
     assert [line[:5] for line in found] == ["SC511"]
 
 
-def test_flat_terrain_is_left_out_of_mjcf_with_a_warning() -> None:
-    mujoco = pytest.importorskip("mujoco")
-    emitted = scenecc.open_scene(terrain(heights=[[0, 0], [0, 0]])).emit("mjcf")
-    assert any("flat mesh" in d.message for d in emitted.diagnostics)
-    name, *others = emitted.files
-    model = mujoco.MjModel.from_xml_string(emitted.files[name].decode(), {one: emitted.files[one] for one in others})
-    assert model.ngeom == 1
-
-
 @pytest.mark.parametrize(
     ("shape", "hint"),
     [

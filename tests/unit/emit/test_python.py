@@ -308,7 +308,12 @@ def test_no_knob_of_a_body_or_shape_is_dropped() -> None:
         disable_gravity=constant(True, FLAG),
         visibility=constant(0.5),
         shading_mode=constant(1, INT),
-        collisions=(dataclasses.replace(full.collisions[0], material=constant(0, INT)),),
+        collisions=(
+            dataclasses.replace(
+                full.collisions[0], material=constant(0, INT), collision_groups=constant([1, 2, 3, 4], INT)
+            ),
+            CollisionShape(Sphere(constant(0.2))),
+        ),
     )
 
     def text(body: BodyStructure) -> str:
@@ -325,7 +330,8 @@ def test_no_knob_of_a_body_or_shape_is_dropped() -> None:
         )
 
     bodies = [body for _, body in variants_of(full, {"inertial"})]
-    bodies += [dataclasses.replace(full, collisions=(one,)) for _, one in variants_of(full.collisions[0], set())]
+    first, other = full.collisions
+    bodies += [dataclasses.replace(full, collisions=(one, other)) for _, one in variants_of(first, set())]
     bodies += [dataclasses.replace(full, visuals=(one,)) for _, one in variants_of(seen[0], set())]
     texts = [text(body) for body in (full, *bodies)]
     assert len(set(texts)) == len(texts)

@@ -15,7 +15,7 @@ from scenecc.plan.schema import plan_fields
     ("cls", "parts", "others"),
     [
         (BodyStructure, ("mass", "body", "groups", "look"), set[str]()),
-        (CollisionShape, ("shape",), {"pose", "material"}),
+        (CollisionShape, ("shape",), {"pose", "material", "collision_groups"}),
         (Joint, ("joint", "drive", "joint_state"), {"pose_in_parent", "pose_in_child", "limits"}),
     ],
 )

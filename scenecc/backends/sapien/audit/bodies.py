@@ -109,8 +109,9 @@ class ShapeAudit:
 
     def _own(self, structure: BodyStructure, shape: CollisionShape, row: int) -> ExpectedProperties:
         said = {prop.get: row_value(value, row) for prop, value in SHAPE_PROPERTIES.said(shape)}
-        if structure.collision_groups is not None:
-            said[COLLISION_GROUPS.get] = structure.collision_groups.row(row).tolist()
+        groups = shape.collision_groups or structure.collision_groups
+        if groups is not None:
+            said[COLLISION_GROUPS.get] = groups.row(row).tolist()
         return said
 
     def _mesh(
