@@ -18,7 +18,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.emit import EMITTERS, EXPORTS, ExportOptions, emit, export
 from scenecc.errors import SceneError
 from scenecc.files import replace_set
-from scenecc.options import CompileOptions, Options, flag, integer
+from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Source, build_batch, compile_or_raise, select_scenes
 
 if TYPE_CHECKING:
@@ -137,11 +137,9 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
     options = Options.of_call(emit_source, given, ExportArguments)
     scene, entity = given.get("scene"), given.get("entity")
     show = given.get("show", "visual")
-    flags = {word: flag(given.get(word, False), word) for word in ("grid", "folder", "binary")}
+    flags = {word: bool(given.get(word, False)) for word in ("grid", "folder", "binary")}
     asked = {"scene": scene is not None, "show": show != "visual", "entity": entity is not None, **flags}
     check_target(target, SUFFIXES)
-    if show not in {"visual", "collision"}:
-        raise ValueError(f"show is visual or collision, not {show!r}")
     check_choice(target, [word for word, on in asked.items() if on])
     sink = Sink()
     if target in EXPORTS:
@@ -160,19 +158,19 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
     return Emitted(files, sink.diagnostics())
 
 
-def write_emitted(made: Emitted, target: Path, *, folder: bool = False) -> Emitted:
-    """Writes what was made, all files or none.
+def write_emitted(made: Emitted, target: Path) -> Emitted:
+    """Writes what was made, all files or none. Returns it with the name that its first file has now, and the paths.
 
     Args:
         made: the files.
-        target: the file that takes the first of them, whatever that is called; or the folder for all of them.
-        folder: whether `target` is a folder.
+        target: the file that takes the first of them, whatever that is called.
 
     Raises:
         OSError: they cannot be written.
     """
-    paths = replace_set(target, made.files, folder=folder)
-    return Emitted(made.files, made.diagnostics, tuple(paths))
+    paths = replace_set(target, made.files, folder=False)
+    (_, content), *others = made.files.items()
+    return Emitted({paths[0].name: content, **dict(others)}, made.diagnostics, tuple(paths))
 
 
 def _file_name(name: str) -> str:

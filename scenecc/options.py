@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from operator import index
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 from typing_extensions import TypedDict
 
@@ -65,20 +66,20 @@ class Options:
         allow_outside_assets: bool = False,
         limits: Mapping[str, int] | None = None,
     ) -> Options:
-        """Checks them.
+        """Checks their ranges; their types are checked by `check_keywords`.
 
         Raises:
             ValueError: one is out of its range.
-            TypeError: a number is no integer, or `params` or `draws` no mapping.
+            TypeError: a number is no integer, or a folder no path.
         """
         return cls(
             None if num_scenes is None else integer(num_scenes, "num_scenes", 1),
             None if seed is None else integer(seed, "seed", 0),
-            _by_name(params, "params"),
-            _by_name(draws, "draws"),
+            dict(params or {}),
+            dict(draws or {}),
             search_path(_folders(asset_roots)),
-            flag(allow_outside_assets, "allow_outside_assets"),
-            make_limits(_by_name(limits, "limits")),
+            bool(allow_outside_assets),
+            make_limits(limits),
         )
 
     @classmethod
@@ -100,16 +101,23 @@ class Options:
         return cls.of(**{name: given[name] for name in CompileOptions.__annotations__ if name in given})
 
 
-def check_keywords(function: Callable[..., object], given: Iterable[str], declared: type[Any] = CompileOptions) -> None:
-    """Raises TypeError for a keyword that a function does not take, with the nearest one that it takes.
+def check_keywords(
+    function: Callable[..., object], given: Mapping[str, Any], declared: type[Any] = CompileOptions
+) -> None:
+    """Checks the `**` arguments of a public function against their declaration.
 
     Args:
-        function: the public function.
-        given: the names of its `**` arguments.
+        function: the public function, which error messages name.
+        given: its `**` arguments.
         declared: the TypedDict of these.
+
+    Raises:
+        TypeError: the function does not take a keyword, of which the message gives the nearest; or as of `check_types`.
+        ValueError: as of `check_types`.
     """
     unknown = next((name for name in given if name not in declared.__annotations__), None)
     if unknown is None:
+        check_types(function, given, _types_of(declared))
         return
     from inspect import signature
 
@@ -120,17 +128,107 @@ def check_keywords(function: Callable[..., object], given: Iterable[str], declar
     raise TypeError(f"{function.__qualname__}() has no argument `{unknown}`; {hint}")
 
 
+_types_of = cache(get_type_hints)
+
+
+def check_types(function: Callable[..., object], given: Mapping[str, Any], types: Mapping[str, Any]) -> None:
+    """Checks the types of arguments of a public function.
+
+    Args:
+        function: the public function, which error messages name.
+        given: arguments by name.
+        types: their types by name, as of annotations. What else an iterator gives is checked when it is read.
+
+    Raises:
+        TypeError: one is of another type. True and False are no integers.
+        ValueError: a string is none of those that there are.
+    """
+    for name, value in given.items():
+        if not _is_of_type(value, types[name]):
+            wanted = _type_words(types[name])
+            error = ValueError if isinstance(value, str) and wanted.startswith("one of ") else TypeError
+            raise error(f"{function.__qualname__}(): {name} must be {wanted}, not {value!r}")
+
+
+def path_argument(function: Callable[..., object], name: str, value: Any) -> Path:
+    """A path that a public function was given.
+
+    Raises:
+        TypeError: it is none.
+        ValueError: it has a null character.
+    """
+    check_types(function, {name: value}, {name: str | PathLike[str]})
+    if "\0" in fspath(value):
+        raise ValueError(f"{function.__qualname__}(): {name} must have no null character: {value!r}")
+    return Path(value)
+
+
+_TYPE_WORDS: Mapping[Any, str] = {
+    bool: "True or False",
+    int: "an integer",
+    str: "a string",
+    PathLike: "a path",
+    Callable: "a function",
+    Mapping: "a mapping from names to values",
+    tuple[int, int]: "two integers",
+    Iterable[int]: "integers, as in [0, 2] or range(4)",
+    Iterable: "folders, as paths",
+}
+
+
+def _type_words(kind: Any) -> str:
+    origin = get_origin(kind) or kind
+    if origin is Literal:
+        return f"one of {', '.join(map(str, get_args(kind)))}"
+    if origin in _UNIONS:
+        return " or ".join(_type_words(one) for one in get_args(kind) if one is not NoneType)
+    return _TYPE_WORDS.get(kind) or _TYPE_WORDS.get(origin) or f"a {origin.__name__}"
+
+
+_UNIONS = (Union, UnionType)
+
+
+def _is_of_type(value: Any, kind: Any) -> bool:
+    origin, parts = get_origin(kind) or kind, get_args(kind)
+    check = _TYPE_CHECKS.get(origin)
+    return isinstance(value, origin) if check is None else check(value, parts)
+
+
+def _is_several(value: Any, parts: tuple[Any, ...]) -> bool:
+    """Whether it is an iterable, or one path in place of several. An iterator is not read."""
+    if isinstance(value, str | PathLike):
+        return _is_of_type(value, parts[0])
+    if not isinstance(value, Collection):
+        return isinstance(value, Iterable)
+    return all(_is_of_type(one, parts[0]) for one in cast("Collection[Any]", value))
+
+
+def _is_row(value: Any, parts: tuple[Any, ...]) -> bool:
+    if not isinstance(value, tuple | list):
+        return False
+    items = cast("Sequence[Any]", value)
+    return len(items) == len(parts) and all(map(_is_of_type, items, parts))
+
+
+_TYPE_CHECKS: Mapping[Any, Callable[[Any, tuple[Any, ...]], bool]] = {
+    **dict.fromkeys(_UNIONS, lambda value, parts: any(_is_of_type(value, one) for one in parts)),
+    Literal: lambda value, parts: isinstance(value, str) and value in parts,
+    bool: lambda value, _parts: _is_flag(value),
+    int: lambda value, _parts: _integer(value) is not None,
+    tuple: _is_row,
+    Iterable: _is_several,
+}
+"""How values of some types are recognised; those of others are instances."""
+
+
 def _folders(given: Any) -> list[str | PathLike[str]]:
-    several: list[Any] = [given] if isinstance(given, str | PathLike) or not isinstance(given, Iterable) else [*given]
-    if not all(isinstance(one, str | PathLike) for one in several):
-        raise TypeError(f"asset_roots must be folders, as paths, not {given!r}")
+    several: list[Any] = [given] if isinstance(given, str | PathLike) else [*given]
+    for one in several:
+        if not isinstance(one, str | PathLike):
+            raise TypeError(f"asset_roots must be folders, as paths, not {one!r}")
+        if "\0" in fspath(one):
+            raise ValueError(f"asset_roots must have no null character: {one!r}")
     return several
-
-
-def _by_name(given: Mapping[str, Any] | None, name: str) -> dict[str, Any]:
-    if given is not None and not isinstance(given, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise TypeError(f"{name} must be a mapping from names to values, not {given!r}")
-    return dict(given or {})
 
 
 def integer(value: object, name: str, least: int) -> int:
@@ -140,10 +238,7 @@ def integer(value: object, name: str, least: int) -> int:
         TypeError: it is none; True and False are none either.
         ValueError: it is below `least`.
     """
-    try:
-        number = None if _is_flag(value) else index(value)  # pyright: ignore[reportArgumentType] - asked, not assumed
-    except TypeError:
-        number = None
+    number = _integer(value)
     if number is None:
         raise TypeError(f"{name} must be an integer, not {value!r}")
     if number < least:
@@ -151,11 +246,11 @@ def integer(value: object, name: str, least: int) -> int:
     return number
 
 
-def flag(value: object, name: str) -> bool:
-    """An argument that is True or False, Python's or numpy's. Raises TypeError where it is neither."""
-    if not _is_flag(value):
-        raise TypeError(f"{name} must be True or False, not {value!r}")
-    return bool(value)
+def _integer(value: Any) -> int | None:
+    try:
+        return None if _is_flag(value) else index(value)
+    except TypeError:
+        return None
 
 
 def _is_flag(value: object) -> bool:
@@ -167,11 +262,9 @@ def indices(values: Iterable[Any], name: str) -> list[int]:
     """An argument that names several things by their indices.
 
     Raises:
-        TypeError: it is not several integers.
+        TypeError: one is no integer.
         ValueError: one is negative.
     """
-    if isinstance(values, str | bytes) or not hasattr(values, "__iter__"):
-        raise TypeError(f"{name} must be integers, as in [0, 2] or range(4), not {values!r}")
     return [integer(each, f"an index in {name}", 0) for each in values]
 
 
@@ -187,7 +280,7 @@ def check_scene_idxs(given: Iterable[Any]) -> tuple[int, ...]:
         raise TypeError(f"scene_idxs are scene indices, as in [0, 2] or range(4), not {given!r}")
     indices: list[int] = []
     for item in given:
-        if _is_bool(item):
+        if _is_flag(item):
             raise TypeError("scene_idxs are scene indices, not a mask: take numpy.flatnonzero(mask)")
         indices.append(_check_integer(item, "a scene index"))
     if len(set(indices)) != len(indices):
@@ -220,14 +313,6 @@ def _check_seed(given: object) -> int:
 
 
 def _check_integer(given: Any, what: str) -> int:
-    try:
-        if not _is_bool(given):
-            return operator.index(given)
-    except TypeError:
-        pass
-    raise TypeError(f"{what} is an integer, not {given!r}")
-
-
-def _is_bool(given: object) -> bool:
-    # By its name: numpy 1 and 2 call theirs otherwise.
-    return type(given).__name__ in {"bool_", "bool"}
+    if (number := _integer(given)) is None:
+        raise TypeError(f"{what} is an integer, not {given!r}")
+    return number

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from os import PathLike, fspath
@@ -23,7 +23,7 @@ from scenecc.source.paths import AssetScope, PathCache, ResolvedFile
 from scenecc.source.text import TextLines, decode_text, read_bytes, read_from_stream
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.expand.documents import SceneDocument
@@ -122,6 +122,17 @@ Backend = Literal["cpu", "cuda"]
 
 Audit = Literal["full", "fast", "off"]
 """How much is read back from the engine and compared with the plan."""
+
+BUILD_TYPES: Mapping[str, Any] = {
+    "scene_idxs": Iterable[int] | None,
+    "scenes": str | None,
+    "backend": Backend,
+    "dry_run": bool,
+    "render": bool | None,
+    "audit": Audit,
+    "progress": Callable[[int, int], None] | None,
+}
+"""Types of the arguments of functions that build, which `check_types` takes."""
 
 Origins = tuple[Mapping[int, Origin], Mapping[int, Origin]]
 """Where the files and the physical materials of a plan are written, by index."""
@@ -464,9 +475,6 @@ def build_batch(
     """
     from scenecc.backends.sapien import instantiate
 
-    for name, value, known in (("backend", backend, ("cpu", "cuda")), ("audit", audit, ("full", "fast", "off"))):
-        if value not in known:
-            raise ValueError(f"{name} is one of {', '.join(known)}, not {value!r}")
     batch = instantiate(
         plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
     )

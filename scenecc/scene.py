@@ -17,8 +17,9 @@ from typing_extensions import Unpack
 
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, check_keywords, flag, indices
+from scenecc.options import CompileOptions, Options, check_keywords, check_types, indices, path_argument
 from scenecc.pipeline import (
+    BUILD_TYPES,
     Audit,
     Backend,
     CompiledSource,
@@ -139,7 +140,7 @@ def load_scene(
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault (`SceneError.at_fault`).
-        TypeError: `scene` is no environment's.
+        TypeError: `scene` is no environment's, or another argument is of another type.
         ValueError: an argument is out of its range, or is the environment's where there is a `scene`.
     """
     sink = Sink()
@@ -149,9 +150,10 @@ def load_scene(
             raise ValueError("num_scenes, scene_idxs, backend, render and audit are not taken with scene")
         check_environments(scene)
         options["num_scenes"] = scene.num_envs
-    scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
     asked = Options.of_call(load_scene, options)
-    render = None if render is None else flag(render, "render")
+    chosen = {"scene_idxs": scene_idxs, "backend": backend, "render": render, "audit": audit}
+    check_types(load_scene, chosen, BUILD_TYPES)
+    scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
     plan = compile_or_raise(source, asked, sink).plan
     if scene is not None:
         return _into(scene, plan, sink)
@@ -225,6 +227,8 @@ def build_scene(
 
     sink = Sink()
     asked = Options.of_call(build_scene, options)
+    chosen = {"scenes": scenes, "backend": backend, "dry_run": dry_run, "render": render, "audit": audit}
+    check_types(build_scene, {**chosen, "progress": progress}, BUILD_TYPES)
     found = compile_or_raise(source, asked, sink)
     scene_idxs = None if scenes is None else select_scenes(scenes, found.plan.num_scenes, sink)
     if sink.failed:
@@ -237,9 +241,9 @@ def build_scene(
             found.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
         )
         timings["build"] = time.perf_counter() - started
-    chosen = tuple(range(found.plan.num_scenes)) if scene_idxs is None else scene_idxs
+    built = tuple(range(found.plan.num_scenes)) if scene_idxs is None else scene_idxs
     rows = summarize(found.plan, batch, scene_idxs)
-    return Build(found.plan, batch, chosen, sink.diagnostics(), timings, rows)
+    return Build(found.plan, batch, built, sink.diagnostics(), timings, rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,7 +298,8 @@ def list_params(
     if as_plan(source) is not None:
         return []
     sink = Sink()
-    options = Options.of(asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
+    given = {"asset_roots": asset_roots, "allow_outside_assets": allow_outside_assets, "limits": limits}
+    options = Options.of_call(list_params, given)
     found = read_input(source, options.limits, sink)
     if found is not None and found.plan_text is not None:
         return []
@@ -325,8 +330,11 @@ def json_schema() -> dict[str, Any]:
 
 def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
     """A compiled plan as JSON, without checking it or its files again. `base`: as for `emit_scene`."""
+    from scenecc.plan import ScenePlan
     from scenecc.plan.json_codec import plan_to_json
 
+    check_types(plan_text, {"plan": plan}, {"plan": ScenePlan})
+    base = None if base is None else path_argument(plan_text, "base", base)
     return plan_to_json(plan, base=base)
 
 
@@ -348,6 +356,7 @@ def emit_scene(source: Source, target: str, *, base: Path | None = None, **optio
 
     check_target(target, EMITTERS)
     check_keywords(emit_scene, options)
+    base = None if base is None else path_argument(emit_scene, "base", base)
     return open_scene(source, **options).emit(target, base=base).text
 
 
@@ -400,6 +409,9 @@ def export_page(
     **options: Unpack[CompileOptions],
 ) -> str:
     """A scene as one page of HTML. Arguments and errors are those of `Scene.page`, others those of `validate`."""
+    from scenecc.viewer.options import ARGUMENT_TYPES
+
+    check_types(export_page, {"look": look, "steps": steps, "progress": progress}, ARGUMENT_TYPES)
     return open_scene(source, **options).page(look=look, steps=steps, progress=progress).html
 
 
@@ -461,15 +473,15 @@ class Scene:
         self,
         *,
         scene_idxs: Iterable[int] | None = None,
-        device: Backend = "cpu",
+        backend: Backend = "cpu",
         render: bool | None = None,
         audit: Audit = "fast",
     ) -> SceneBatch:
-        """The live scenes. Arguments and errors are those of `load_scene`; `device` is where PhysX runs."""
-        if device not in {"cpu", "cuda"}:
-            raise ValueError(f"device is one of cpu, cuda, not {device!r}")
+        """The live scenes. Arguments and errors are those of `load_scene`."""
+        chosen = {"scene_idxs": scene_idxs, "backend": backend, "render": render, "audit": audit}
+        check_types(Scene.build, chosen, BUILD_TYPES)
         return load_scene(
-            self._compiled, scene_idxs=scene_idxs, backend=device, render=render, audit=audit, **self._given
+            self._compiled, scene_idxs=scene_idxs, backend=backend, render=render, audit=audit, **self._given
         )
 
     def emit(self, target: str, *, base: Path | None = None, **choices: Unpack[EmitChoices]) -> Emitted:
@@ -491,6 +503,7 @@ class Scene:
         from scenecc.export import EmitChoices, emit_source
 
         check_keywords(Scene.emit, choices, EmitChoices)
+        base = None if base is None else path_argument(Scene.emit, "base", base)
         return emit_source(self._compiled, target, base=base, **choices, **self._given)
 
     def export(
@@ -513,7 +526,7 @@ class Scene:
         from scenecc.export import BINARY_SUFFIXES, SUFFIXES, FileChoices, check_target, target_of, write_emitted
 
         check_keywords(Scene.export, choices, FileChoices)
-        file = Path(path)
+        file = path_argument(Scene.export, "path", path)
         wanted = target_of(file) if target is None else target
         check_target(wanted, SUFFIXES)
         binary = wanted == "usd" and file.suffix.lower() in BINARY_SUFFIXES
@@ -537,9 +550,10 @@ class Scene:
         from scenecc.render import RenderChoices, render_scene
 
         check_keywords(Scene.render, choices, RenderChoices)
+        file = None if path is None else path_argument(Scene.render, "path", path)
         made = render_scene(self._compiled, **choices, **self._given)
-        if path is not None:
-            replace_all({Path(path): made.png()})
+        if file is not None:
+            replace_all({file: made.png()})
         return made
 
     def view(
@@ -555,7 +569,9 @@ class Scene:
             ValueError: the scene was opened from a stream, which can be read only once; the page reads it again.
         """
         from scenecc.viewer import view_scene
+        from scenecc.viewer.options import ARGUMENT_TYPES
 
+        check_types(Scene.view, {"look": look, "place": place, "ready": ready}, ARGUMENT_TYPES)
         if hasattr(self._source, "read"):
             raise ValueError(
                 "a scene that was opened from a stream cannot be viewed: a stream can be read only once. "
@@ -576,7 +592,9 @@ class Scene:
             ValueError: an argument is out of its range.
         """
         from scenecc.viewer import page_of_source
+        from scenecc.viewer.options import ARGUMENT_TYPES
 
+        check_types(Scene.page, {"look": look, "steps": steps, "progress": progress}, ARGUMENT_TYPES)
         return page_of_source(self._compiled, look=look, steps=steps, progress=progress, **self._given)
 
     def inspect(self, **choices: Unpack[InspectChoices]) -> Inspection:

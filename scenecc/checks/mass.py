@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from itertools import chain, islice
 from typing import TYPE_CHECKING, NamedTuple
 
-from scenecc.checks.value_queries import Row, alternatives, alternatives_or_extremes, highest, is_deferred, lowest, rows
+from scenecc.checks.value_queries import (
+    Row,
+    alternatives,
+    alternatives_or_extremes,
+    highest,
+    is_bounded,
+    is_deferred,
+    lowest,
+    report_fault,
+    rows,
+)
 from scenecc.plan import literal
 from scenecc.plan.geometry import Solid
 from scenecc.plan.properties import DEFAULT_DENSITY, FLOAT32_MAX, FLOAT32_MIN, MAX_BODY_OFFSET
@@ -79,16 +88,13 @@ def _warn_mass_may_fail(
     body: BodyStructure, name: str, corners: list[tuple[Row, ...]], origin: Origin, sink: Sink
 ) -> None:
     """Warns of a mass by expressions that may be invalid; rows are checked once they are drawn."""
-    if not all(map(_is_bounded, chain.from_iterable(corners))) or min(chain.from_iterable(corners[0])) < 0:
+    if not all(map(is_bounded, chain.from_iterable(corners))) or min(chain.from_iterable(corners[0])) < 0:
         return  # an expression may give an invalid size, which is reported at the expression
     light, heavy = (_density_mass_fault(body, name, row, origin) for row in corners)
     fault = light or heavy
     if fault is None:
         return
-    if light and heavy and light.code == heavy.code:
-        _report(fault, sink)
-    else:
-        _report_possible(fault, sink)
+    _report(fault, sink, possible=not (light and heavy and light.code == heavy.code))
 
 
 class _MassFault(NamedTuple):
@@ -155,7 +161,6 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
     by_rows = not drawn and is_deferred([*places, *given], drawn=False)
     if drawn and is_deferred([*places, *given], drawn=True):
         return
-    report = _report_possible if by_rows else _report
     ends = _finite_extremes if by_rows else alternatives_or_extremes
     far = max((abs(number) for place in places for row in ends(place) for number in row[:3]), default=0)
     if far > MAX_BODY_OFFSET:
@@ -163,7 +168,8 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
             f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin, and {MAX_BODY_OFFSET:g} m is "
             "the most that leaves something of its inertia in single precision"
         )
-        report(_MassFault("SC512", message, origin, "mend the coordinates: they are in metres"), sink)
+        hint = "mend the coordinates: they are in metres"
+        _report(_MassFault("SC512", message, origin, hint), sink, possible=by_rows)
     # The engine keeps the inverse, and takes 1 where that is no normal number.
     wrong = [
         number for item in given for row in ends(item) for number in row if not FLOAT32_MIN <= number <= 1 / FLOAT32_MIN
@@ -172,7 +178,8 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
         message = (
             f"the mass or a moment of inertia of `{name}` is {wrong[0]:.3g}, whose inverse the engine does not hold"
         )
-        report(_MassFault("SC512", message, origin, "mend the mass or the inertia: they are in kg and kg·m²"), sink)
+        hint = "mend the mass or the inertia: they are in kg and kg·m²"
+        _report(_MassFault("SC512", message, origin, hint), sink, possible=by_rows)
 
 
 def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
@@ -186,24 +193,14 @@ def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink
         _report(_MassFault("SC512", message, origin, "mend the coordinates: they are in metres"), sink)
 
 
-def _report(fault: _MassFault, sink: Sink) -> None:
-    sink.report(fault.code, fault.message, fault.place, at=fault.at, hint=fault.hint)
-
-
-def _report_possible(fault: _MassFault, sink: Sink) -> None:
-    """Warns of a fault that only some draws have."""
-    hint = f"each scene is judged as it is drawn; {fault.hint}"
-    sink.report("SC514", f"in some scene {fault.message}", fault.place, at=fault.at, hint=hint)
+def _report(fault: _MassFault, sink: Sink, *, possible: bool = False) -> None:
+    report_fault(sink, fault.code, fault.message, fault.place, fault.hint, possible=possible, at=fault.at)
 
 
 def _finite_extremes(value: Value) -> list[Row]:
     """Minimum and maximum of each number; empty if an expression is unbounded."""
     found = [lowest(value), highest(value)]
-    return found if all(map(_is_bounded, found)) else []
-
-
-def _is_bounded(row: Sequence[float | None]) -> bool:
-    return all(number is not None and math.isfinite(number) for number in row)
+    return found if all(map(is_bounded, found)) else []
 
 
 def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:

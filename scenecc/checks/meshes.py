@@ -33,6 +33,7 @@ from scenecc.checks.mesh_data import (
 from scenecc.checks.mesh_gltf import read_gltf
 from scenecc.checks.mesh_obj import read_obj
 from scenecc.checks.mesh_ply import read_ply
+from scenecc.plan.properties import MAX_COORDINATE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -176,9 +177,6 @@ def read_mesh(data: bytes, suffix: str, reading: MeshReadContext) -> MeshData:
     """
     return _READERS[suffix](data, reading)
 
-
-MAX_COORDINATE = 1e6
-"""Largest coordinate [m]. At 1e9 m PhysX can no longer compute the mass of a hull."""
 
 MIN_THICKNESS = 1e-5
 """Thickness below which a hull is refused [m]. PhysX cooks a thinner one to something else, or not at all."""

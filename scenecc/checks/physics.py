@@ -5,14 +5,23 @@ plan has them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from operator import gt
+from typing import TYPE_CHECKING, Any, Protocol
 
 from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia, check_mass_unique
-from scenecc.checks.value_queries import alternatives_or_extremes, highest, is_deferred, judged_pairs, lowest
+from scenecc.checks.value_queries import (
+    alternatives_or_extremes,
+    highest,
+    is_bounded,
+    is_deferred,
+    lowest,
+    report_fault,
+    wrong_pair,
+)
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import BodyStructure, Heightfield, Mesh, Plane, Ring, TriangleMesh, literal
 from scenecc.plan.body import COLLISION_ID_BITS, PhysicalMaterial, groups_collide
-from scenecc.plan.properties import PROPERTIES, property_fields, round_to_float32
+from scenecc.plan.properties import MAX_COORDINATE, PROPERTIES, property_fields, round_to_float32
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -102,16 +111,12 @@ def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Si
         sink: takes the diagnostics.
         drawn: check only values of expressions, which are deferred until they are drawn.
     """
-    frictions = judged_pairs(material.dynamic_friction, material.static_friction, drawn=drawn)
-    slides_harder = next(((dynamic, static) for dynamic, static in frictions if dynamic > static), None)
-    if slides_harder is not None:
-        dynamic, static = slides_harder
-        sink.report(
-            "SC504",
-            f"dynamic friction {dynamic:g} is above static friction {static:g}",
-            origin,
-            hint="what is left out is the default material's; sliding never rubs more than sticking",
-        )
+    found = wrong_pair(material.dynamic_friction, material.static_friction, gt, drawn=drawn)
+    if found is not None:
+        (dynamic, static), possible = found
+        message = f"dynamic friction {dynamic:g} is above static friction {static:g}"
+        hint = "what is left out is the default material's; sliding never rubs more than sticking"
+        report_fault(sink, "SC504", message, origin, hint, possible=possible)
     if not is_deferred([material.restitution], drawn=drawn):
         bouncy = [number for (number,) in alternatives_or_extremes(material.restitution) if not 0 <= number <= 1]
         if bouncy:
@@ -133,9 +138,9 @@ def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None
             PhysicalMaterial(*map(literal, given)), origin.child("default_material"), sink, drawn=False
         )
     contact, rest = _default_offsets(physics)
-    if round_to_float32(contact) <= round_to_float32(rest):
+    if not _begins_before(contact, rest):
         key = "rest_offset" if physics.rest_offset is not None else "contact_offset"
-        _report_offsets(contact, rest, origin.child(key), sink)
+        _report_offsets(contact, rest, origin.child(key), sink, possible=False)
 
 
 def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin, sink: Sink, *, drawn: bool) -> None:
@@ -152,12 +157,12 @@ def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin,
         if shape.contact_offset is None and shape.rest_offset is None:
             continue
         default_contact, default_rest = map(literal, _default_offsets(physics))
-        pairs = judged_pairs(shape.rest_offset or default_rest, shape.contact_offset or default_contact, drawn=drawn)
-        for rest, contact in pairs:
-            if round_to_float32(contact) <= round_to_float32(rest):
-                key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
-                _report_offsets(contact, rest, (shape.origin or origin).child(key), sink)
-                break
+        offsets = shape.rest_offset or default_rest, shape.contact_offset or default_contact
+        found = wrong_pair(*offsets, lambda rest, contact: not _begins_before(contact, rest), drawn=drawn)
+        if found is not None:
+            (rest, contact), possible = found
+            key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
+            _report_offsets(contact, rest, (shape.origin or origin).child(key), sink, possible=possible)
 
 
 def _default_offsets(physics: Physics) -> tuple[float, float]:
@@ -165,13 +170,14 @@ def _default_offsets(physics: Physics) -> tuple[float, float]:
     return contact, REST_OFFSET if physics.rest_offset is None else physics.rest_offset
 
 
-def _report_offsets(contact: float, rest: float, origin: Origin, sink: Sink) -> None:
-    sink.report(
-        "SC507",
-        f"contact_offset {contact:g} is not above rest_offset {rest:g}",
-        origin,
-        hint="contacts must begin before shapes rest: raise contact_offset or lower rest_offset",
-    )
+def _begins_before(contact: float, rest: float) -> bool:
+    return round_to_float32(contact) > round_to_float32(rest)
+
+
+def _report_offsets(contact: float, rest: float, origin: Origin, sink: Sink, *, possible: bool) -> None:
+    message = f"contact_offset {contact:g} is not above rest_offset {rest:g}"
+    hint = "contacts must begin before shapes rest: raise contact_offset or lower rest_offset"
+    report_fault(sink, "SC507", message, origin, hint, possible=possible)
 
 
 class NumberRule(Protocol):
@@ -181,7 +187,7 @@ class NumberRule(Protocol):
         """Reports what is wrong. `drawn`: check only deferred values."""
 
 
-LANGUAGE_KEYS = {knob.field: knob.key for knob in PROPERTIES if knob.field != knob.key}
+LANGUAGE_KEYS = {row.field: row.key for row in PROPERTIES if row.field != row.key}
 """Fields of the plan with a different key in scene files."""
 
 DYNAMIC_FIELDS = (*property_fields("mass"), "inertial", *property_fields("body"))
@@ -362,7 +368,8 @@ def _check_moving_meshes(body: BodyStructure, name: str, origin: Origin, sink: S
     for shape in body.collisions:
         if isinstance(shape.geometry, Heightfield):
             message = f"`{name}` is {what}, and PhysX moves no heightfield"
-            sink.report("SC508", message, shape.origin or origin, hint="make the body static or kinematic")
+            hint = "use convex shapes" if body.body_type == "link" else "make the body static or kinematic"
+            sink.report("SC508", message, shape.origin or origin, hint=hint)
         if isinstance(shape.geometry, TriangleMesh) and not shape.geometry.sdf:
             sink.report(
                 "SC508",
@@ -392,54 +399,68 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
 )
 
 MAX_RADIUS_RATIO = 0.999
-"""Of the hole of a ring by its outside: PhysX makes something else of parts that are thinner."""
+"""Largest ratio of a ring's inner radius to its outer one: PhysX merges the corners of thinner parts."""
+
+MIN_TERRAIN = 1e-6
+"""Least extent of terrain along x and y [m]: PhysX drops smaller triangles."""
 
 
-def check_rings(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """A ring has a wall between its hole and its outside."""
-    told: list[Origin] = []  # what collides and is seen is one shape in the file
-    for shape in (*body.collisions, *body.visuals):
-        place = (shape.origin or origin).child("inner_radius")
-        if not isinstance(shape.geometry, Ring) or place in told:
-            continue
-        radii = judged_pairs(shape.geometry.inner_radius, shape.geometry.outer_radius, drawn=drawn)
-        wrong = next((pair for pair in radii if pair[0] > MAX_RADIUS_RATIO * pair[1]), None)
-        if wrong is not None:
-            told.append(place)
-            message = f"a ring of `{name}` with an inner radius of {wrong[0]:g} m and an outer one of {wrong[1]:g} m"
-            hint = f"`inner_radius` is at most {MAX_RADIUS_RATIO} of `outer_radius`"
-            sink.report("SC528", f"{message} has no wall that can be built", place, hint=hint)
+def check_geometries(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Applies the rule of each shape's type."""
+    # A shape that collides and is visible has one geometry.
+    checked = {id(one.geometry): one for one in (*body.collisions, *body.visuals) if type(one.geometry) in SHAPE_RULES}
+    for shape in checked.values():
+        SHAPE_RULES[type(shape.geometry)](shape.geometry, name, shape.origin or origin, sink, drawn=drawn)
 
 
-MIN_TERRAIN, MAX_TERRAIN = 1e-6, 1e6
-"""Least extent of terrain, below which PhysX drops its triangles, and how far it may reach, as a mesh may [m]."""
+def _check_ring(ring: Ring, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Checks that a ring has a wall between its inner and its outer radius."""
+    radii = ring.inner_radius, ring.outer_radius
+    found = wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer, drawn=drawn)
+    if found is not None:
+        (inner, outer), possible = found
+        message = f"a ring of `{name}` with an inner radius of {inner:g} m and an outer one of {outer:g} m"
+        hint, place = f"`inner_radius` is at most {MAX_RADIUS_RATIO} of `outer_radius`", origin.child("inner_radius")
+        report_fault(sink, "SC528", f"{message} has no wall that can be built", place, hint, possible=possible)
 
 
-def check_terrain(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """Terrain must not reach farther than a mesh may, and PhysX must keep its triangles."""
-    told: list[Origin] = []  # what collides and is seen is one shape in the file
-    for shape in (*body.collisions, *body.visuals):
-        terrain, place = shape.geometry, (shape.origin or origin).child("size")
-        if not isinstance(terrain, Heightfield) or place in told or is_deferred([terrain.size], drawn=drawn):
-            continue
-        x, y, z = highest(terrain.size)
-        reach = max(x / 2, y / 2, z * max(abs(height) for row in terrain.heights for height in row))
-        if reach > MAX_TERRAIN:
-            told.append(place)
-            message = f"the terrain of `{name}` reaches {reach:.3g} m, and {MAX_TERRAIN:.0e} m is the most"
-            sink.report("SC529", message, place, hint="a height is multiplied by the third number of `size`")
-        elif min(lowest(terrain.size)[:2]) < MIN_TERRAIN:
-            told.append(place)
-            message = f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y"
-            sink.report("SC529", message, place, hint="lengths are in metres")
+def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Checks that terrain reaches no farther than a mesh may, and that PhysX keeps its triangles."""
+    possible = not drawn and is_deferred([terrain.size], drawn=False)
+    most, least = highest(terrain.size), lowest(terrain.size)
+    if (drawn and is_deferred([terrain.size], drawn=True)) or not is_bounded((*most, *least)):
+        return
+    x, y, z = most
+    reach = max(x / 2, y / 2, z * max(abs(height) for row in terrain.heights for height in row))
+    if reach > MAX_COORDINATE:
+        message = f"the terrain of `{name}` reaches {reach:.3g} m, and {MAX_COORDINATE:.0e} m is the most"
+        hint = "a height is multiplied by the third number of `size`"
+    elif min(least[:2]) < MIN_TERRAIN:
+        message = f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y"
+        hint = "lengths are in metres"
+    else:
+        return
+    report_fault(sink, "SC529", message, origin.child("size"), hint, possible=possible)
 
+
+class ShapeRule(Protocol):
+    """A rule about numbers of one geometry of a body."""
+
+    def __call__(self, geometry: Any, name: str, origin: Origin, sink: Sink, /, *, drawn: bool) -> None:
+        """Reports what is wrong. `drawn`: check only deferred values."""
+
+
+SHAPE_RULES: Mapping[type, ShapeRule] = {
+    Ring: _check_ring,
+    Heightfield: _check_terrain,
+}
+"""Rules of one type of shape, by its geometry."""
 
 NUMBER_RULES: tuple[NumberRule, ...] = (
     check_density_mass,
     check_explicit_mass,
     check_inertia,
-    check_rings,
-    check_terrain,
+    check_geometries,
 )
 """Rules about numbers that may differ from scene to scene."""
 

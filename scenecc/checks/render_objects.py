@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from operator import gt
 from typing import TYPE_CHECKING
 
-from scenecc.checks.value_queries import judged_pairs
+from scenecc.checks.value_queries import report_fault, wrong_pair
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan.properties import round_to_float32
 from scenecc.plan.rendering import RAY_TRACING_SHADERS, AreaLight, SpotLight, TexturedLight, shadow_parameters
@@ -43,18 +44,21 @@ def _check_clip_planes(
     near: Value, far: Value, keys: tuple[str, str], origin: Origin, sink: Sink, *, drawn: bool
 ) -> None:
     """The near plane lies before the far one, in single precision."""
-    pairs = judged_pairs(near, far, drawn=drawn)
-    wrong = next(((a, b) for a, b in pairs if round_to_float32(a) >= round_to_float32(b)), None)
-    if wrong is not None:
+    found = wrong_pair(near, far, lambda a, b: round_to_float32(a) >= round_to_float32(b), drawn=drawn)
+    if found is not None:
+        wrong, possible = found
         message = f"`{keys[0]}` {wrong[0]:g} is not below `{keys[1]}` {wrong[1]:g}: nothing lies between"
-        sink.report("SC550", message, origin, hint=f"lower `{keys[0]}` or raise `{keys[1]}`")
+        hint = f"lower `{keys[0]}` or raise `{keys[1]}`"
+        report_fault(sink, "SC550", message, origin, hint, possible=possible)
 
 
 def _check_cone_angles(inner: Value, outer: Value, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    wider = next(((a, b) for a, b in judged_pairs(inner, outer, drawn=drawn) if a > b), None)
-    if wider is not None:
+    found = wrong_pair(inner, outer, gt, drawn=drawn)
+    if found is not None:
+        wider, possible = found
         message = f"the inner cone is {wider[0]:g} rad wide, and the outer one {wider[1]:g}"
-        sink.report("SC551", message, origin, hint="from the inner cone to the outer one light fades to nothing")
+        hint = "from the inner cone to the outer one light fades to nothing"
+        report_fault(sink, "SC551", message, origin, hint, possible=possible)
 
 
 def _check_area_light_visible(light: Light, plan: ScenePlan, origin: Origin, sink: Sink) -> None:

@@ -7,12 +7,16 @@ of the sticking one), so a rule that one is part of is judged by rows, once ther
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import At, Origin
     from scenecc.plan import Value
+    from scenecc.variation.node_bounds import Dependence
 
 
 Row = tuple[float, ...]
@@ -83,6 +87,58 @@ def judged_pairs(a: Value, b: Value, *, drawn: bool) -> Sequence[tuple[float, fl
         return ()
     found = rows([a, b])
     return [(highest(a)[0], lowest(b)[0])] if found is None else [(x[0], y[0]) for x, y in found]
+
+
+def wrong_pair(
+    a: Value, b: Value, is_wrong: Callable[[float, float], bool], *, drawn: bool
+) -> tuple[tuple[float, float], bool] | None:
+    """The first wrong pair of numbers of two values, of which the first must not be above the second.
+
+    Args:
+        a: the value that must be small.
+        b: the value that must be large.
+        is_wrong: judges a pair of their numbers.
+        drawn: judge only values of expressions, which are deferred until they are drawn.
+
+    Returns:
+        The pair, and whether it is only possible: expressions are not drawn yet, and some draws may give it.
+    """
+    possible = not drawn and is_deferred([a, b], drawn=False)
+    pairs = _bounded([(highest(a), lowest(b))]) if possible else judged_pairs(a, b, drawn=drawn)
+    found = next((pair for pair in pairs if is_wrong(*pair)), None)
+    if found is not None and possible and a.dependence is not None and b.dependence is not None:
+        found = next((pair for pair in _joint_pairs(a.dependence, b.dependence) if is_wrong(*pair)), None)
+    return None if found is None else (found, possible)
+
+
+def _joint_pairs(a: Dependence, b: Dependence) -> list[tuple[float, float]]:
+    """Pairs that two expressions may give together before they are drawn."""
+    from scenecc.variation.node_bounds import joint_extremes  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
+
+    try:
+        return _bounded((_as_row(x), _as_row(y)) for x, y in joint_extremes(a, b))
+    except DrawError:  # reported at the expression
+        return []
+
+
+def _bounded(pairs: Iterable[tuple[Row, Row]]) -> list[tuple[float, float]]:
+    """The pairs of which both numbers are known and finite."""
+    return [(x[0], y[0]) for x, y in pairs if is_bounded((*x, *y))]
+
+
+def is_bounded(row: Sequence[float | None]) -> bool:
+    """Whether all numbers of a row are known and finite."""
+    return all(number is not None and isfinite(number) for number in row)
+
+
+def report_fault(
+    sink: Sink, code: str, message: str, place: Origin, hint: str, *, possible: bool, at: At = "value"
+) -> None:
+    """Reports what a rule found. `possible`: only some draws have it, so that it is a warning."""
+    if possible:
+        code, message, hint = "SC514", f"in some scene {message}", f"each scene is judged as it is drawn; {hint}"
+    sink.report(code, message, place, at=at, hint=hint)
 
 
 def judged_limits(value: Value, *, drawn: bool) -> Sequence[Row]:

@@ -69,7 +69,7 @@ def build(
     scene: SceneArgument,
     *,
     scenes: Scenes = None,
-    backend: Annotated[Backend, typer.Option("--backend", help="Device of PhysX.")] = Backend.cpu,
+    backend: Annotated[Backend, typer.Option("--backend", help="Where PhysX runs.")] = Backend.cpu,
     steps: Steps = 0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Compile only, without starting the engine.")] = False,
     output: Output = None,

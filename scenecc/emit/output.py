@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.geometry.rotations import Vec3
     from scenecc.plan import Value
-    from scenecc.plan.snapshot import MeasuredJoint, Vec3
+    from scenecc.plan.snapshot import MeasuredJoint
 
 
 _INDENT = "  "

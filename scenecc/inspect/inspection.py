@@ -18,7 +18,7 @@ from scenecc.files import open_regular
 from scenecc.inspect.entities import entity_item, scene_facts, summarize, used_materials
 from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
 from scenecc.named_files import DICT
-from scenecc.options import CompileOptions, Options, flag, integer
+from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import CompileResult, Source, build_batch, compile_or_raise, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure, Constraint, Value
 from scenecc.plan.body import Texture
@@ -328,7 +328,7 @@ def inspect_source(source: Source, **given: Unpack[InspectArguments]) -> Inspect
     asked = Options.of_call(inspect_source, given, InspectArguments)
     scene, entity, depth = given.get("scene"), given.get("entity"), given.get("depth")
     sink = Sink()
-    build = flag(given.get("build", True), "build")
+    build = given.get("build", True)
     depth = None if depth is None else integer(depth, "depth", 0)
     done = compile_or_raise(source, asked, sink)
     plan = done.plan

@@ -98,11 +98,12 @@ class FieldLowerer:
         if variation.known:
             return self._rows(item, variation, kind, origin)
         self.sampling.drawn = True
-        support = self.bounds(item)
+        support, dependence = self.bounds(item), None
         if variation.computed:
             # Expressions may couple values, so rules over several are checked by rows.
             support = replace(support, exact=False)
-        value = varying(self.drawer(item, kind), bounds=support, rows=len(self.scenes))
+            dependence = self.sampling.reader().dependence(item)
+        value = varying(self.drawer(item, kind), bounds=support, rows=len(self.scenes), dependence=dependence)
         if variation.risky:
             self.defer(value, kind, origin, variation)
         if reset:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.articulations import ArticulationLowerer
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.references import RobotReader, RobotRequest
     from scenecc.lower.rendering import RenderObjects
@@ -244,11 +245,7 @@ def lower(
     built = entities.lower(BodyLowerer(shapes, materials, groups, sink), articulations)
     if bounded.exhausted or not check_built_limits(entities.linked, bounds, origin, sink):
         return None
-    rendering: RenderObjects | None = None
-    if scene.environment is not None or scene.lights or scene.cameras:
-        from scenecc.lower.rendering import lower_render_objects as render  # noqa: PLC0415 - loaded where there are any
-
-        rendering = render(scene, built, entities, names, tables, materials, sampling.fields(), origin, sink)
+    rendering = _lower_rendering(scene, built, entities, names, tables, materials, sampling.fields(), origin)
     constraints = _lower_constraints(scene, built, entities, sampling, names, origin)
     # A material may be unused only because its name was misspelt where it was meant.
     if sink.failed or _is_exhausted(sampling, origin, sink):
@@ -311,6 +308,23 @@ def _articulation_lowerer(
     from scenecc.lower.articulations.articulations import ArticulationLowerer  # noqa: PLC0415 - loaded where there are any
 
     return ArticulationLowerer(scene.entities, tables, shapes, materials, groups, robots, sink)
+
+
+def _lower_rendering(
+    scene: SceneFile,
+    built: tuple[Entity, ...],
+    entities: EntityLowerer,
+    names: NameScopes,
+    tables: PlanTables,
+    materials: MaterialLowerer,
+    fields: FieldLowerer,
+    origin: Origin,
+) -> RenderObjects | None:
+    if scene.environment is None and not scene.lights and not scene.cameras:
+        return None
+    from scenecc.lower.rendering import lower_render_objects  # noqa: PLC0415 - loaded where there are any
+
+    return lower_render_objects(scene, built, entities, names, tables, materials, fields, origin, fields.sink)
 
 
 def _lower_constraints(

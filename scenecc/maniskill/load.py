@@ -96,9 +96,8 @@ def sim_config(
         ValueError: `control_freq` does not divide the steps a second.
     """
     sink = Sink()
-    options = Options.of(
-        params=params, asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits
-    )
+    given = {"asset_roots": asset_roots, "allow_outside_assets": allow_outside_assets, "limits": limits}
+    options = Options.of_call(sim_config, {"params": params, **given})
     config = maniskill.sim_config(compile_or_raise(source, options, sink).plan, sink, control_freq)
     if config is None:
         raise SceneError(sink.diagnostics())

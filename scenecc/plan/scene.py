@@ -12,15 +12,13 @@ from scenecc.plan.body import BodyStructure
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.geometry.rotations import Vec3
     from scenecc.plan.articulation import ArticulationStructure
     from scenecc.plan.body import AssetFile, Friction, PhysicalMaterial, VisualMaterial
     from scenecc.plan.constraint import Constraint
     from scenecc.plan.rendering import Camera, Environment, Light
     from scenecc.plan.value import Value
     from scenecc.variation.nodes import Node
-
-
-Vec3 = tuple[float, float, float]
 
 
 @frozen

@@ -16,6 +16,7 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 
 from scenecc import plan as _plan
 from scenecc.diagnostics.diagnostic import Origin
+from scenecc.geometry.rotations import Vec3
 from scenecc.plan import scene as _physics
 from scenecc.plan.properties import (
     ANY,
@@ -162,6 +163,7 @@ _TYPE_HINT_NAMES: dict[str, Any] = {
     "Origin": Origin,
     "Path": Path,
     "State": tuple,
+    "Vec3": Vec3,
     "Node": object,
 }
 

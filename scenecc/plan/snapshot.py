@@ -15,13 +15,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from scenecc.geometry.rotations import Pose7
+    from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.plan.articulation import ArticulationStructure, DriveMode, Joint, JointType
     from scenecc.plan.body import BodyStructure, BodyType, CollisionShape
     from scenecc.plan.scene import Entity
-
-
-Vec3 = tuple[float, float, float]
 
 
 @frozen

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
     from scenecc.variation.bounds import ValueBounds
+    from scenecc.variation.node_bounds import Dependence
     from scenecc.variation.nodes import Node
 
 _set_attribute = object.__setattr__
@@ -21,15 +22,21 @@ class _DrawSource:
     A plain class: every process that knows a plan makes this one, and others take a millisecond to make.
     """
 
-    __slots__ = ("bounds", "draw", "recipe", "rows")
+    __slots__ = ("bounds", "dependence", "draw", "recipe", "rows")
 
     def __init__(
-        self, draw: Callable[[], NDArray[Any]] | None, rows: int, bounds: ValueBounds | None, recipe: Node | None
+        self,
+        draw: Callable[[], NDArray[Any]] | None,
+        rows: int,
+        bounds: ValueBounds | None,
+        recipe: Node | None,
+        dependence: Dependence | None = None,
     ) -> None:
         self.draw = draw
         self.rows = rows
         self.bounds = bounds
         self.recipe = recipe
+        self.dependence = dependence
 
 
 class Value:
@@ -130,6 +137,12 @@ class Value:
         return source.recipe if isinstance(source, _DrawSource) else None
 
     @property
+    def dependence(self) -> Dependence | None:
+        """What it is computed from; None: no expression computes it, or this is not known any more."""
+        source = self._source
+        return source.dependence if isinstance(source, _DrawSource) else None
+
+    @property
     def bounds(self) -> ValueBounds:
         """Everything that it can be, whatever is drawn; draws nothing."""
         source = self._source
@@ -200,7 +213,14 @@ def per_scene(rows: Sequence[Any] | NDArray[Any], dtype: DTypeLike = "float64") 
     return _read_only_value(data[:1] if len(data) > 1 and _same_bits(data) else data)
 
 
-def varying(draw: Callable[[], NDArray[Any]], *, bounds: ValueBounds, recipe: Node | None = None, rows: int) -> Value:
+def varying(
+    draw: Callable[[], NDArray[Any]],
+    *,
+    bounds: ValueBounds,
+    recipe: Node | None = None,
+    rows: int,
+    dependence: Dependence | None = None,
+) -> Value:
     """A value that is drawn when its data are first asked for.
 
     Args:
@@ -208,8 +228,9 @@ def varying(draw: Callable[[], NDArray[Any]], *, bounds: ValueBounds, recipe: No
         bounds: everything that it can be, whatever is drawn.
         recipe: how a reset draws it anew; only for what a running simulation can change.
         rows: how many scenes the entity is in.
+        dependence: what it is computed from; rules that compare it with another value ask for this before it is drawn.
     """
-    return _value_of_source(None, _DrawSource(draw, rows, bounds, recipe))
+    return _value_of_source(None, _DrawSource(draw, rows, bounds, recipe, dependence))
 
 
 def recalled(data: NDArray[Any], recipe: Node) -> Value:

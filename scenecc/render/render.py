@@ -6,6 +6,7 @@ What is asked for is compared with the plan before anything is built.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +17,13 @@ from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import index_ranges, suggest
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, flag, integer
+from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Source, build_batch, compile_or_raise, select_scenes
 from scenecc.plan.rendering import SHADERS_WITHOUT_NORMALS, resize_camera, restrict_to_camera
 from scenecc.plan.schema import PIXEL_BOUNDS
 from scenecc.render.images import (
     INSTALL,
-    WHATS,
+    Film,
     What,
     colors,
     encoded,
@@ -36,14 +37,13 @@ from scenecc.render.images import (
 from scenecc.render.images import film as filmed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.plan import ScenePlan
     from scenecc.plan.rendering import Camera
-    from scenecc.render.images import Film
 
 
 @dataclass(frozen=True, slots=True)
@@ -341,9 +341,9 @@ def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
     camera, size, what = given.get("camera"), given.get("size"), given.get("what", "color")
     steps, film, every = given.get("steps", 0), given.get("film"), given.get("every")
     hidden, progress = given.get("hidden"), given.get("progress")
-    _check(what, size, steps, film, every)
-    grid, collision = flag(given.get("grid", False), "grid"), flag(given.get("collision", False), "collision")
-    hidden = camera is None if hidden is None else flag(hidden, "hidden")
+    _check(size, steps, film, every)
+    grid, collision = bool(given.get("grid", False)), bool(given.get("collision", False))
+    hidden = camera is None if hidden is None else bool(hidden)
     sink = Sink()
     _need_packages(sink, mp4=film == "mp4")
     found = compile_or_raise(source, asked, sink)
@@ -376,12 +376,8 @@ def _need_packages(sink: Sink, *, mp4: bool) -> None:
     raise_errors(sink)
 
 
-def _check(what: str, size: tuple[int, int] | None, steps: int, film: str | None, every: int | None) -> None:
+def _check(size: tuple[int, int] | None, steps: int, film: str | None, every: int | None) -> None:
     """Raises ValueError."""
-    if what not in WHATS:
-        raise ValueError(f"what is one of {', '.join(WHATS)}, not {what!r}")
-    if film not in {None, "mp4", "gif"}:
-        raise ValueError(f"film is mp4 or gif, not {film!r}")
     for pixels in size or ():
         if not PIXEL_BOUNDS.allow(integer(pixels, "a size", 1)):
             raise ValueError(f"a picture has {PIXEL_BOUNDS.low} to {PIXEL_BOUNDS.high} pixels a side, not {pixels}")

@@ -1,9 +1,11 @@
 """The section `constraints`: SAPIEN's joints between two bodies, or a body and the world."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, Strict
 
+from scenecc.plan.articulation import DriveMode
+from scenecc.plan.constraint import DriveAxis, LimitAxis
 from scenecc.spec.base import ExtendedFloat, Finite, Maybe, NonNegative, NonNegative2, SpecModel, Text, Vec3, key
 from scenecc.spec.body import SceneIdxs
 from scenecc.spec.nodes import LazyUnion
@@ -11,15 +13,9 @@ from scenecc.spec.pose import Pose
 from scenecc.spec.repetition import REPEATABLE, RepeatKeys
 from scenecc.spec.values import Fixed, Leaf
 
-DriveModeName = Literal["force", "acceleration"]
+LIMIT_AXES: tuple[LimitAxis, ...] = get_args(LimitAxis)
 
-LimitAxisName = Literal["x", "y", "z", "twist"]
-
-DriveAxisName = Literal["x", "y", "z", "twist", "swing", "slerp"]
-
-LIMIT_AXES: tuple[LimitAxisName, ...] = ("x", "y", "z", "twist")
-
-DRIVE_AXES: tuple[DriveAxisName, ...] = ("x", "y", "z", "twist", "swing", "slerp")
+DRIVE_AXES: tuple[DriveAxis, ...] = get_args(DriveAxis)
 
 AxisRange = Annotated[tuple[ExtendedFloat, ExtendedFloat], Strict(strict=False)]
 
@@ -83,7 +79,7 @@ class AxisDriveKeys(SpringKeys):
     stiffness: Maybe[Leaf[NonNegative]] = key("Force off the target [N/m; N·m/rad].", default=0)
     damping: Maybe[Leaf[NonNegative]] = key("Force off the velocity of the target [N·s/m; N·m·s/rad].", default=0)
     force_limit: Maybe[Leaf[NonNegative]] = key("Maximum force [N or N·m]. Default: none.")
-    mode: Maybe[Fixed[DriveModeName]] = key(
+    mode: Maybe[Fixed[DriveMode]] = key(
         "Whether stiffness and damping scale a force or an acceleration.", default="force"
     )
 

@@ -238,7 +238,8 @@ def _variation_hint(path: Path) -> str | None:
         return PHYSICS_HINT
     if path[0] == "entities" and len(path) == _ENTITY_KEY_DEPTH and path[-1] in SHARED_ROBOT_KEYS:
         return SEPARATE_ENTITIES_HINT
-    return VARIANTS_HINT if path[-1] in {"type", "body_type"} else None
+    is_terrain = path[0] == "entities" and (path[-1] == "file" or "heights" in path[2:])
+    return VARIANTS_HINT if is_terrain or path[-1] in {"type", "body_type"} else None
 
 
 def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.variation import nodes
 from scenecc.variation.bounds import (
     UNKNOWN,
@@ -19,13 +21,13 @@ from scenecc.variation.bounds import (
     to_value_bounds,
     union_bounds,
 )
-from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, enumerate_outcomes
+from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, combination_batch, enumerate_outcomes
 from scenecc.variation.expression_bounds import ExpressionFault, template_bounds
-from scenecc.variation.nodes import NODE_TYPES, SIGNATURES, Node, evaluation_order, shaped_fields
+from scenecc.variation.nodes import NODE_TYPES, SIGNATURES, Node, draws_read_by, evaluation_order, shaped_fields
 from scenecc.variation.operations import NAME_LOOKUP_COST, NUMBERS, DrawError, has_shape
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from numpy.typing import NDArray
 
@@ -129,6 +131,10 @@ class BoundsAnalysis:
             self._reached[name] = found
         return found
 
+    def dependence(self, node: Node) -> Dependence:
+        """What a node's value is computed from."""
+        return Dependence(node, self)
+
     def _is_known(self, name: str) -> bool:
         if name not in self._shared and name in self.given:
             self._shared[name] = ValueBounds.of_rows(self.given[name])
@@ -139,6 +145,50 @@ class BoundsAnalysis:
         if any(item.__class__ in NODE_TYPES for item in items):
             return union_bounds(map(self.item, items))
         return ValueBounds.of(items)
+
+
+@frozen
+class Dependence:
+    """What the value of an expression is computed from.
+
+    Attributes:
+        node: computes it.
+        analysis: knows the shared draws of its document.
+    """
+
+    node: Node
+    analysis: BoundsAnalysis
+
+    def shared_draws(self) -> set[str]:
+        """The shared draws that it reads, also through others."""
+        draws = self.analysis.draws
+        read = draws_read_by(self.node)
+        return {name for first in read for name in evaluation_order(first, draws, lambda _name: False)}
+
+
+_MAX_DRAWS_COMBINED = 3
+"""Of more draws that two values read in common only two combinations are looked at."""
+
+
+def joint_extremes(a: Dependence, b: Dependence) -> Iterator[tuple[Any, Any]]:
+    """The greatest of one value with the least of another, for extremes of the draws that both read: nothing is drawn.
+
+    Raises:
+        DrawError: one of them may have no value.
+    """
+    analysis = a.analysis
+    draws = analysis.draws
+    common = sorted(a.shared_draws() & b.shared_draws())
+    ends = {name: analysis.shared(name) for name in common if isinstance(draws[name], nodes.Drawn)}
+    pairs = [(found.low, found.high) for found in ends.values()]
+    for corner in product(*pairs) if len(pairs) <= _MAX_DRAWS_COMBINED else zip(*pairs, strict=True):
+        held = {**draws, **dict(zip(ends, map(nodes.Const, corner), strict=True))}
+        fixed = BoundsAnalysis(held, analysis.given, analysis.num_scenes, analysis.work)
+        batch = combination_batch((a.node, b.node), fixed, scenes=None, most=MAX_OUTCOMES, work=analysis.work)
+        if batch is None:
+            yield fixed.bounds(a.node).high, fixed.bounds(b.node).low
+        else:
+            yield from zip(batch.evaluate(a.node).tolist(), batch.evaluate(b.node).tolist(), strict=True)
 
 
 def _gives_integers(node: Node | None) -> bool:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.geometry.rotations import Quat, Vec3
     from scenecc.meshes import Surface
     from scenecc.meshes.builder import BodyMeshes, EntityMeshes, SceneMeshes
     from scenecc.meshes.surface import MeshPart, MeshShape
@@ -26,14 +27,10 @@ if TYPE_CHECKING:
     from scenecc.viewer.options import ViewOptions
 
 
-Vec3 = tuple[float, float, float]
-
-Quaternion = tuple[float, float, float, float]
-
 Key = tuple[int, str, int]
 """A body: index of its scene, name of its entity, and its own number among the entity's."""
 
-_UNTURNED: Final[Quaternion] = (1.0, 0.0, 0.0, 0.0)
+_UNTURNED: Final[Quat] = (1.0, 0.0, 0.0, 0.0)
 
 _FAINT: Final = 0.5
 """How visible what collides is, over what is seen."""
@@ -47,7 +44,7 @@ class Frame:
     """A frame below that of the path above it. `axes`: whether they are shown."""
 
     position: Vec3
-    wxyz: Quaternion
+    wxyz: Quat
     axes: bool = False
 
 
@@ -63,7 +60,7 @@ class SurfaceNode:
 
     digest: str
     position: Vec3
-    wxyz: Quaternion
+    wxyz: Quat
     scale: Vec3
     body: Key
 
@@ -267,6 +264,6 @@ def _escaped(name: str) -> str:
     return name.replace("/", _SLASH)
 
 
-def _placed(pose: tuple[float, ...]) -> tuple[Vec3, Quaternion]:
+def _placed(pose: tuple[float, ...]) -> tuple[Vec3, Quat]:
     x, y, z, qw, qx, qy, qz = pose
     return (x, y, z), (qw, qx, qy, qz)

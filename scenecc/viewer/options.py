@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from ipaddress import ip_address
-from typing import Final
+from typing import Any, Final
 
 _LAST_PORT: Final = 65535
 
@@ -62,3 +63,14 @@ class PageAddress:
             return self.host == "localhost" or ip_address(self.host).is_loopback
         except ValueError:  # the name of a machine
             return False
+
+
+ARGUMENT_TYPES: Mapping[str, Any] = {
+    "look": ViewOptions | None,
+    "place": PageAddress | None,
+    "ready": Callable[[str], None] | None,
+    "told": Callable[..., None] | None,
+    "steps": int,
+    "progress": Callable[[int, int], None] | None,
+}
+"""Types of the arguments of functions that show scenes, which `scenecc.options.check_types` takes."""

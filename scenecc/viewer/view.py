@@ -18,8 +18,8 @@ from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, integer
-from scenecc.viewer.options import PageAddress, ViewOptions
+from scenecc.options import CompileOptions, Options, check_types, integer
+from scenecc.viewer.options import ARGUMENT_TYPES, PageAddress, ViewOptions
 from scenecc.viewer.world import load
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ def view_scene(
 
     look, place = look or ViewOptions(), place or PageAddress()
     compile_options = Options.of_call(view_scene, options)
+    check_types(view_scene, {"look": look, "place": place, "ready": ready, "told": told}, ARGUMENT_TYPES)
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
     with (

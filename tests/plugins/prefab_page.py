@@ -17,11 +17,11 @@ PREFABS = Path(__file__).resolve().parents[2] / "scenecc" / "prefabs"
 GROUPS = {
     "ManiSkill's builders": (
         """\
-The bodies of ManiSkill's convenience builders (`mani_skill.utils.building`), with the same parameters, shapes and
-colours, and the same defaults where ManiSkill has one; where it has none, the default is ours. Tests compare each
-with plain SAPIEN code to the last bit. ManiSkill need not be installed. What ManiSkill calls `name`, `scene_idxs` and
-`initial_pose` any instance has: its name, `scene_idxs` and `pose`. A dynamic body with `add_collision: false` would
-fall for ever, which is an error (`SC502`).""",
+The bodies of ManiSkill's convenience builders (`mani_skill.utils.building`), with the same parameters, shapes, colours
+and defaults. If ManiSkill has no default, the default is ours. Tests compare each prefab with plain SAPIEN code to the
+last bit. ManiSkill need not be installed. ManiSkill's `name`, `scene_idxs` and `initial_pose` are the name,
+`scene_idxs` and `pose` of an instance. A dynamic body with `add_collision: false` would fall forever, which is an error
+(`SC502`).""",
         (
             "ground",
             "cube",
@@ -37,18 +37,18 @@ fall for ever, which is an error (`SC502`).""",
     ),
     "ManiSkill's scenes": (
         """\
-A robot needs the files of ManiSkill (`pip install mani_skill`), of which nothing is imported. Tests compare what is
-built with what ManiSkill's own builder leaves behind, name by name and to the last bit; the scenes of
-[ManiSkill's tasks](maniskill.md#maniskills-tasks-as-files) are made with it.""",
+A robot needs the files of ManiSkill (`pip install mani_skill`). Nothing of ManiSkill is imported. Tests compare the
+built scene with the result of ManiSkill's own builder, name by name and to the last bit. The scenes of
+[ManiSkill's tasks](maniskill.md#maniskills-tasks-as-files) use this prefab.""",
         ("table_scene",),
     ),
     "Furniture": (
         """\
-The table is the one of SAPIEN's tutorial "Create Actors"; the others are ours. All are made of boxes.""",
+The table is from SAPIEN's tutorial "Create Actors"; the others are ours. All consist of boxes.""",
         ("table", "bin", "shelf", "stairs"),
     ),
     "Clutter": (
-        "What differs from scene to scene by itself.",
+        "A prefab that differs from scene to scene without any distribution in your file.",
         ("random_clutter",),
     ),
 }
@@ -73,17 +73,17 @@ entities:
 
 ![Prefabs that ship: a table, a shelf, stairs, a bin and objects as in ManiSkill's tasks](pictures/prefabs.png)
 
-`scenecc prefabs` lists them. What stands in one is called INSTANCE/NAME: the cube above is the entity `cube/cube`, and
-`prefix: ""` leaves the names as they are. A body of a prefab is called like the prefab, that of `random_clutter`
-`object_0`, `object_1`, …
+`scenecc prefabs` lists them. The entities of an instance are named INSTANCE/NAME: the cube above is the entity
+`cube/cube`. `prefix: ""` leaves the names unchanged. A body has the name of its prefab; the bodies of `random_clutter`
+are `object_0`, `object_1`, …
 
-Parameters of type `number`, `vector` and `color` may be given a form (`{uniform: …}`, `{choice: …}`, `{cycle: …}`, …):
-each scene then has its own value, the same wherever the prefab reads it. The others say what is built, which is the
-same in every scene.
+A parameter of type `number`, `vector` or `color` can be a form (`{uniform: …}`, `{choice: …}`, `{cycle: …}`, …). Each
+scene then has its own value, which is the same everywhere in the prefab. The other parameters determine the structure,
+which is the same in every scene.
 
-A prefab may have an edition for a Python package: `scenecc:NAME` is then `NAME.PACKAGE.yaml` where this package is
-installed, which is found out without importing it, and `NAME.yaml` where it is not. Editions differ in defaults, which
-this page tells for both; `scenecc prefabs NAME` tells which edition is used here.
+A prefab can have an edition for a Python package. `scenecc:NAME` is then `NAME.PACKAGE.yaml` if this package is
+installed, and `NAME.yaml` otherwise; the package is not imported for this. Editions differ in their defaults. This page
+gives the defaults of both; `scenecc prefabs NAME` says which edition is used on your machine.
 """
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,25 @@ def test_it_is_exported_by_the_suffix(file: Path, name: str) -> None:
     assert again.files == made.files
 
 
+@pytest.mark.parametrize(
+    ("name", "choices"),
+    [
+        ("other.xml", {"target": "urdf", "entity": "ball"}),
+        ("a: b.xml", {}),
+        (f"{'long' * 20}.py", {}),
+        ("scene.mjcf", {}),
+        ("scene.usd", {}),
+    ],
+)
+def test_the_files_of_an_export_are_those_that_were_written(file: Path, name: str, choices: dict[str, Any]) -> None:
+    if name.endswith("usd"):
+        pytest.importorskip("pxr")
+    made = open_scene(file).export(file.parent / name, **choices)
+    assert made.paths[0] == file.parent.resolve() / name
+    assert [one.relative_to(file.parent.resolve()).as_posix() for one in made.paths] == [*made.files]
+    assert [one.read_bytes() for one in made.paths] == [*made.files.values()]
+
+
 def test_a_suffix_can_stand_for_another_target_and_must_stand_for_one(file: Path) -> None:
     scene = open_scene(file)
     assert b"<robot" in next(iter(scene.export(file.with_suffix(".xml"), target="urdf", entity="ball").files.values()))
@@ -121,7 +141,7 @@ def test_results_tell_what_the_scene_and_the_work_found(tmp_path: Path) -> None:
 def test_an_engines_failure_is_told_at_its_line(file: Path) -> None:
     scene = open_scene(file)
     with pytest.raises(SceneError) as error:
-        scene.build(device="cuda", render=False)
+        scene.build(backend="cuda", render=False)
     assert error.value.diagnostics[0].code.startswith("SC8")
     with pytest.raises(ValueError, match="scene_idxs"):
         scene.build(scene_idxs=[7], render=False)
@@ -132,8 +152,8 @@ def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
     assert scene._given.get("asset_roots") == (str(file.parent),)
     with pytest.raises(TypeError, match="as `open_scene` gives it, not with str"):
         scene.diff(str(file))  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ValueError, match="device is one of cpu, cuda, not 'gpu'"):
-        scene.build(device="gpu")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="backend must be one of cpu, cuda, not 'gpu'"):
+        scene.build(backend="gpu")  # pyright: ignore[reportArgumentType]
     for wrong in ({"limits": 3}, {"asset_roots": 3}, {"asset_roots": [3]}):
         with pytest.raises(TypeError, match=f"{next(iter(wrong))} must be .*, not"):
             open_scene(file, **wrong)  # pyright: ignore[reportArgumentType]
@@ -148,6 +168,80 @@ def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
         scene.inspect(build=False, depth=-1)
     with pytest.raises(TypeError, match="depth must be an integer"):
         scene.inspect(build=False, depth=1.5)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("method", "given", "wanted"),
+    [
+        ("page", {"look": 3}, "a ViewOptions"),
+        ("page", {"steps": True}, "an integer"),
+        ("view", {"look": 3}, "a ViewOptions"),
+        ("view", {"place": "localhost"}, "a PageAddress"),
+        ("view", {"ready": 3}, "a function"),
+        ("render", {"scenes": True}, "a string"),
+        ("render", {"camera": 3}, "a string"),
+        ("render", {"size": True}, "two integers"),
+        ("render", {"size": "16x16"}, "two integers"),
+        ("render", {"size": (16,)}, "two integers"),
+        ("render", {"size": (16, 1.5)}, "two integers"),
+        ("render", {"what": ["color"]}, "one of color, depth, segmentation, normal"),
+        ("render", {"film": ["gif"]}, "one of gif, mp4"),
+        ("render", {"path": 3}, "a string or a path"),
+        ("build", {"backend": ["cpu"]}, "one of cpu, cuda"),
+        ("build", {"audit": 1}, "one of full, fast, off"),
+        ("build", {"render": "no"}, "True or False"),
+        ("build", {"scene_idxs": 3}, "integers, as in [0, 2] or range(4)"),
+        ("build", {"scene_idxs": "01"}, "integers, as in [0, 2] or range(4)"),
+        ("emit", {"target": "glb", "show": ["visual"]}, "one of visual, collision"),
+        ("emit", {"target": "urdf", "name": 3}, "a string"),
+        ("emit", {"target": "urdf", "entity": 3}, "a string"),
+        ("emit", {"target": "urdf", "progress": 3}, "a function"),
+        ("emit", {"target": "json", "base": 3}, "a string or a path"),
+        ("export", {"path": 3}, "a string or a path"),
+        ("inspect", {"entity": 3}, "a string"),
+        ("inspect", {"progress": 3}, "a function"),
+    ],
+)
+def test_an_argument_of_another_type_is_named_with_what_is_wanted(
+    file: Path, method: str, given: dict[str, Any], wanted: str
+) -> None:
+    name, value = list(given.items())[-1]
+    message = f"Scene.{method}(): {name} must be {wanted}, not {value!r}"
+    with pytest.raises(TypeError, match=f"^{re.escape(message)}$"):
+        getattr(open_scene(file), method)(**given)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "wanted"),
+    [
+        ("build_scene", {"scenes": 3}, "scenes must be a string, not 3"),
+        ("build_scene", {"dry_run": 1}, "dry_run must be True or False, not 1"),
+        ("load_scene", {"audit": ["off"]}, "audit must be one of full, fast, off, not ['off']"),
+        ("export_page", {"look": 3}, "look must be a ViewOptions, not 3"),
+        ("view_scene", {"look": 3}, "look must be a ViewOptions, not 3"),
+        ("emit_scene", {"target": "json", "base": 3}, "base must be a string or a path, not 3"),
+        ("plan_text", {}, "plan must be a ScenePlan, not "),
+        ("list_params", {"limits": 3}, "limits must be a mapping from names to values, not 3"),
+        ("open_scene", {"asset_roots": ["a", 3]}, "asset_roots must be folders, as paths, not ['a', 3]"),
+    ],
+)
+def test_a_function_names_itself_and_the_argument(file: Path, name: str, given: dict[str, Any], wanted: str) -> None:
+    with pytest.raises(TypeError, match=f"^{re.escape(f'{name}(): {wanted}')}"):
+        getattr(scenecc, name)(file, **given)
+
+
+def test_what_an_iterator_gives_is_checked_when_it_is_read(file: Path) -> None:
+    roots: Any = (root for root in [3])
+    with pytest.raises(TypeError, match=r"^asset_roots must be folders, as paths, not 3$"):
+        scenecc.validate(file, asset_roots=roots)
+
+
+@pytest.mark.parametrize("method", ["export", "render"])
+def test_a_path_with_a_null_character_is_refused_before_anything_is_built(file: Path, method: str) -> None:
+    with pytest.raises(ValueError, match=rf"^Scene\.{method}\(\): path must have no null character: 'a\\x00\.glb'$"):
+        getattr(open_scene(file), method)("a\0.glb")
+    with pytest.raises(ValueError, match="asset_roots must have no null character"):
+        open_scene(file, asset_roots=["a\0"])
 
 
 def test_the_thin_functions_give_the_same(file: Path) -> None:

@@ -27,8 +27,9 @@ from scenecc.plan.properties import property_fields
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import MjcfModel
     from scenecc.emit.output import XmlElement
+    from scenecc.geometry.rotations import Vec3
     from scenecc.plan import Constraint, Value
-    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMass, Vec3
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMass
 
 
 _UNSUPPORTED_JOINT_FIELDS = tuple(name for name in property_fields("joint") if name not in {"friction", "armature"})

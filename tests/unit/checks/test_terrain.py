@@ -74,3 +74,39 @@ def test_the_lightest_ring_has_the_widest_hole() -> None:
     shape = {"type": "ring", **radii, "half_length": 0.0005}
     found = told({"scenecc": 1, "num_scenes": 256, "entities": {"washer": {"shapes": [shape]}}})
     assert [line[:5] for line in found] == ["SC511"]
+
+
+@pytest.mark.parametrize(
+    ("shape", "hint"),
+    [
+        ({"heights": [[0, {"uniform": [0, 1]}], [0, 0]]}, "use `variants` of the entity"),
+        ({"heights": {"per_scene": [[[0, 0], [0, 0]]]}}, "use `variants` of the entity"),
+        ({"file": {"choice": ["a.png", "b.png"]}}, "use `variants` of the entity"),
+    ],
+)
+def test_heights_that_vary_are_refused_with_what_varies_them(shape: dict[str, Any], hint: str) -> None:
+    (found,) = scenecc.validate(terrain(**shape))
+    assert found.code == "SC116"
+    assert found.hint is not None
+    assert found.hint.startswith(hint)
+
+
+def test_a_link_with_terrain_cannot_be_made_static() -> None:
+    shape = {"type": "heightfield", "size": [1, 1, 1], "heights": [[0, 1], [0, 0]]}
+    root = {"name": "base", "shapes": [shape]}
+    (found,) = scenecc.validate({"scenecc": 1, "entities": {"arm": {"root": root}}})
+    assert (found.code, found.hint) == ("SC508", "use convex shapes")
+
+
+def test_terrain_by_expressions_is_judged_before_it_is_drawn() -> None:
+    scene = terrain(size=[4, 4, "${x}"], heights=[[0, 0], [0, 1]])
+    (found,) = scenecc.validate({**scene, "draws": {"x": {"uniform": [1, 1e7]}}})
+    assert found.code == "SC514"
+    assert "reaches 1e+07 m" in found.message
+
+
+def test_each_ring_of_a_plan_without_origins_is_judged() -> None:
+    shape = {"type": "ring", "outer_radius": 0.1, "half_length": 0.1}
+    rings = [{**shape, "inner_radius": 0.2}, {**shape, "inner_radius": 0.3}, {**shape, "inner_radius": 0.05}]
+    found = told({"scenecc": 1, "entities": {"tube": {"shapes": rings}}})
+    assert [one[:5] for one in found] == ["SC528", "SC528"]

@@ -31,8 +31,8 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"what": "colour"}, "what is one of color, depth"),
-        ({"film": "avi", "steps": 1}, "film is mp4 or gif"),
+        ({"what": "colour"}, "what must be one of color, depth"),
+        ({"film": "avi", "steps": 1}, "film must be one of gif, mp4"),
         ({"film": "mp4"}, "a film needs steps"),
         ({"every": 2}, "every is for a film"),
         ({"film": "gif", "steps": 3, "every": 4}, "at most its steps"),
