@@ -26,7 +26,7 @@ from scenecc.checks.mesh_data import (
     MeshReadContext,
 )
 from scenecc.checks.mesh_obj import fallback_materials, mtl_images
-from scenecc.checks.meshes import MESH_SUFFIXES, VISUAL_ONLY_SUFFIXES, check_mesh_use, read_mesh
+from scenecc.checks.meshes import MESH_SUFFIXES, check_mesh_use, read_mesh
 from scenecc.checks.value_queries import indices, rows
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.files import open_regular, state_of
@@ -256,10 +256,6 @@ def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse,
     suffix = Path(asset.path).suffix.lower()
     reported: set[str] = set()
     for use, origin in by_use.items():
-        if suffix in VISUAL_ONLY_SUFFIXES and use != "seen":
-            hint = f"convert it to one of {', '.join(MESH_SUFFIXES)}, or give a shape that collides a mesh of its own"
-            _report(checker, asset, origin, AssetError("SC410", f"a `{suffix}` can only be a visual shape", hint))
-            continue
         for fault in check_mesh_use(mesh, use, suffix):
             if fault.code not in reported:
                 reported.add(fault.code)
@@ -276,7 +272,7 @@ def _read_mesh_asset(checker: _AssetChecker, asset: AssetFile, named: dict[str, 
             "SAPIEN converts USD and writes the result next to the file",
             "convert it to GLB once, and name that",
         )
-    if suffix not in (*MESH_SUFFIXES, *VISUAL_ONLY_SUFFIXES):
+    if suffix not in MESH_SUFFIXES:
         kind = f"`{suffix}` is no mesh format" if suffix else "a file without a suffix is no mesh"
         raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
 
