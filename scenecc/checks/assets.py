@@ -298,11 +298,7 @@ def _check_references(
             try:
                 path = _resolve_reference(checker, asset, reference)
             except AssetError as fault:
-                missing = fault.code == "SC418" and (reference.kind == "image" or isinstance(fault, _MissingError))
-                if (visual is not None and not asset.optional_names) or reference.kind == "buffer" or not missing:
-                    raise
-                if visual is not None:
-                    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which is missing", origin)
+                _check_optional(checker, asset, reference, fault, visual)
                 if reference.kind == "material":
                     waiting.extend(
                         AssetReference(uri, "instead") for uri in fallback_materials(reference.uri, asset.path)
@@ -324,6 +320,40 @@ def _check_references(
     for image in mesh.images if visual is not None else ():
         with _report_asset_errors(checker, asset, origin):
             check_image(io.BytesIO(image), checker.max_bytes, blocks=checker.blocks)
+
+
+def _check_optional(
+    checker: _AssetChecker, asset: AssetFile, reference: AssetReference, fault: AssetError, visual: Origin | None
+) -> None:
+    """Raises the fault of a file that an asset names, unless it may be missing: nothing sees it, or it is repaired.
+
+    Args:
+        checker: takes the note of a repair.
+        asset: what names the file.
+        reference: by which it does.
+        fault: why the file cannot be used.
+        visual: where the asset is seen; None: it only collides.
+    """
+    missing = isinstance(fault, _MissingError)
+    if visual is None:
+        unused = missing or (fault.code == "SC418" and reference.kind == "image")
+        if reference.kind == "buffer" or not unused:
+            raise fault
+        return
+    if reference.kind == "buffer" or not missing:
+        raise fault
+    if not asset.optional_names:
+        raise _with_repair(fault, visual)
+    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which is missing", visual)
+
+
+def _with_repair(fault: AssetError, origin: Origin) -> AssetError:
+    """A missing file, with a hint at the repair that leaves it out, if a URDF names the mesh."""
+    by = origin.parent.path[-1:] if origin.parent is not None else ()
+    if by != ("urdf",):
+        return fault
+    repair = "with `repair: [files]` in the scene it is left out"
+    return AssetError(fault.code, fault.message, repair if fault.hint is None else f"{fault.hint}; {repair}")
 
 
 @contextmanager
