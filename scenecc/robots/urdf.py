@@ -181,7 +181,9 @@ class IgnoredPair:
     location: Location
 
 
-def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport) -> tuple[IgnoredPair, ...]:
+def read_srdf(
+    path: Path, file: str, links: Iterable[str], findings: FileReport, repair: frozenset[str] = frozenset()
+) -> tuple[IgnoredPair, ...]:
     """The pairs that SAPIEN's loader uses: those with the reason `Default`.
 
     Pairs with the reasons `Adjacent` and `Never` are skipped, since they make no difference; any other reason is SC474.
@@ -191,6 +193,7 @@ def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport)
         file: its name as shown to people.
         links: names of the robot's links; a pair of another is SC471.
         findings: where faults are reported.
+        repair: with "files", a pair of another link is left out.
     """
     data = read_robot_bytes(path, file, findings, XmlBounds().size)
     root = None if data is None else parse_xml(data, file, findings)
@@ -202,13 +205,19 @@ def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport)
     known = dict.fromkeys(links)
     pairs: list[IgnoredPair] = []
     others: list[SourceElement] = []
+    unknown: list[SourceElement] = []
     for element in root.all("disable_collisions"):
         reason = element.attributes.get("reason", "").lower()
         if reason != "default":
             if reason not in {"adjacent", "never"}:
                 others.append(element)
+        elif "files" in repair and _names_unknown_link(element, known):
+            unknown.append(element)
         elif (pair := _read_pair(element, known, findings)) is not None:
             pairs.append(pair)
+    if unknown:
+        message = f"pairs of links that the robot does not have: {len(unknown)}, which are left out"
+        findings.report("SC488", message, unknown[0].location)
     if others:
         findings.report(
             "SC474",
@@ -219,17 +228,24 @@ def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport)
     return tuple(pairs)
 
 
+def _names_unknown_link(element: SourceElement, links: Mapping[str, None]) -> bool:
+    names = (element.attributes.get(attribute, "") for attribute in ("link1", "link2"))
+    return any(name.strip() and name not in links for name in names)
+
+
 def _read_pair(element: SourceElement, links: Mapping[str, None], findings: FileReport) -> IgnoredPair | None:
     names = [read_text(element, attribute, findings) for attribute in ("link1", "link2")]
     is_good = True
     for attribute, name in zip(("link1", "link2"), names, strict=True):
         if name is not None and name not in links:
             is_good = False
+            near = findings.near(name, links)
+            hint = f"{near}; or" if near else "mend it, or"
             findings.report(
                 "SC471",
                 f"the robot has no link `{cut(name)}`",
                 element.at(attribute),
-                hint=findings.near(name, links),
+                hint=f"{hint} let the scene say `repair: [files]`: the pair is then left out",
             )
     first, second = names
     if first is None or second is None or not is_good:
@@ -418,7 +434,7 @@ class _UrdfReader:
         if srdf is None:
             return ()
         named = self._files.add(srdf, self._root.location)
-        return read_srdf(named.path, named.uri, links, self._pairing)
+        return read_srdf(named.path, named.uri, links, self._pairing, self._repair)
 
     def _link(self, element: SourceElement) -> DescribedLink:
         """A link without its place in the tree. What is wrong with it is left out and reported."""

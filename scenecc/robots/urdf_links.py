@@ -158,8 +158,13 @@ def read_inertial(
     before = findings.errors
     mass_element, tensor = element.find("mass"), element.find("inertia")
     repaired = link if "inertia" in repair else None
+    if mass_element is None and repaired is not None:
+        message = f"<inertial> of `{cut(link.attributes.get('name', ''))}` has no <mass>: it is left out"
+        findings.report("SC488", message, element.location)
+        return None
     if mass_element is None:
-        findings.report("SC455", "<inertial> has no <mass>", element.location)
+        hint = "write it, or let the scene say `repair: [inertia]`: mass and inertia then follow from the shapes"
+        findings.report("SC455", "<inertial> has no <mass>", element.location, hint=hint)
     if tensor is None and repaired is None:
         findings.report("SC455", "<inertial> has no <inertia>", element.location, hint=_INERTIA_HINT)
     mass = None if mass_element is None else read_number(mass_element, "value", findings)

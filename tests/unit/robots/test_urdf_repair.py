@@ -81,6 +81,32 @@ def test_a_link_without_colliding_shapes_gets_the_inertia_of_a_ball_of_water(tmp
     assert "a ball of water of 2 kg" in told[0]
 
 
+def test_an_inertial_without_mass_is_left_out(tmp_path: Path) -> None:
+    content = f'<link name="a"><inertial><inertia ixx="1" iyy="1" izz="1" {ZEROS}/></inertial>{BOX}</link>'
+    content += f'<link name="b">{BOX}</link>' + joint("fixed")
+    links, told = read(tmp_path, content, "inertia")
+    assert links is not None
+    assert told == ["SC488 <inertial> of `a` has no <mass>: it is left out"]
+    assert links[0].inertial is None
+    assert build(tmp_path, content, "inertia").links[0].mass == pytest.approx(1000)
+    links, told = read(tmp_path, content, "limits", "files")
+    assert (links, told) == (None, ["SC455 <inertial> has no <mass>"])
+
+
+def test_a_pair_of_links_that_are_not_there_is_left_out(tmp_path: Path) -> None:
+    content = "".join(f'<link name="{name}">{BOX}</link>' for name in "abc")
+    content += joint("fixed") + joint("continuous", name="c", ends="bc")
+    pairs = "".join(f'<disable_collisions link1="a" link2="{name}" reason="Default"/>' for name in ("c", "x", "y"))
+    (tmp_path / "robot.srdf").write_text(f'<robot name="r">{pairs}</robot>', encoding="utf-8")
+    links, told = read(tmp_path, content, "files")
+    assert links is not None
+    assert told == ["SC488 pairs of links that the robot does not have: 2, which are left out"]
+    assert [link.ignore_bits for link in links] == [1, 0, 1]
+    links, told = read(tmp_path, content, "inertia", "limits")
+    assert links is None
+    assert [line[:5] for line in told] == ["SC471", "SC471"]
+
+
 def test_the_scale_of_the_file_is_in_what_is_repaired(tmp_path: Path) -> None:
     content = f'<link name="a"><inertial><mass value="3"/></inertial>{BOX}</link>'
     file, sink = write(tmp_path, content), Sink()
