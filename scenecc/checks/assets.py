@@ -344,7 +344,7 @@ def _check_optional(
         raise fault
     if not asset.optional_names:
         raise _with_repair(fault, visual)
-    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which is missing", visual)
+    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which is missing: it is left out", visual)
 
 
 def _with_repair(fault: AssetError, origin: Origin) -> AssetError:

@@ -339,7 +339,7 @@ def read_urdf(
             "SC453", f"a URDF is a <robot>, and this is a <{cut(root.tag)}>", root.location, hint=_FORMAT_HINT
         )
         return None
-    files = RobotFiles(file, scope, package)
+    files = RobotFiles(file, scope, package, repairs="files" in repair)
     pairing = FileReport(sink, srdf_origin or origin)
     return _UrdfReader(root, files, findings, pairing, float(scale), repair, is_seen=collision_is_visual).read(srdf)
 
@@ -368,7 +368,7 @@ class _UrdfReader:
         self._scale = scale
         self._is_seen = is_seen
         self._repair = repair
-        self._looks = UrdfMaterials(root, files, findings, repair)
+        self._looks = UrdfMaterials(root, files, findings)
 
     def read(self, srdf: ResolvedFile | Literal["sibling"] | None) -> RobotDescription | None:
         """The whole, where nothing of it is wrong."""
@@ -464,7 +464,7 @@ class _UrdfReader:
     def _shape(self, element: SourceElement) -> tuple[Geometry, Pose7, Location] | None:
         pose = read_origin(element, self._scale, self._findings)
         # A shape whose pose is wrong is read all the same, for what else is wrong with it.
-        shape = read_geometry(element, pose or IDENTITY_POSE, self._scale, self._files, self._findings, self._repair)
+        shape = read_geometry(element, pose or IDENTITY_POSE, self._scale, self._files, self._findings)
         return None if pose is None else shape
 
     def _robot(

@@ -10,6 +10,7 @@ import pytest
 
 import scenecc
 from scenecc.diagnostics import Sink
+from scenecc.robots.files import MAX_MISSING
 from scenecc.robots.urdf import read_urdf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
@@ -158,12 +159,25 @@ def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> 
     assert len(links[0].visuals) == 2
     built = build(tmp_path, content, "files")
     assert len(built.links) == 2
-    found = scenecc.validate(tmp_path / "scene.yaml")
-    assert "SC488 there.obj names `gone.mtl`, which is missing" in [f"{d.code} {d.message}" for d in found]
+    found = [f"{d.code} {d.message}" for d in scenecc.validate(tmp_path / "scene.yaml")]
+    assert "SC488 there.obj names `gone.mtl`, which is missing: it is left out" in found
     # A plan that is written out knows of the repair, too.
     plan = tmp_path / "plan.json"
     plan.write_text(scenecc.emit_scene(tmp_path / "scene.yaml", "json"), encoding="utf-8")
     assert len(scenecc.load_scene(plan, render=False).articulations["r"].objs[0].links) == 2
+
+
+def test_so_many_missing_files_are_looked_for(tmp_path: Path) -> None:
+    names = [f"gone{number}.obj" for number in range(MAX_MISSING + 1)]
+    visuals = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in [*names[:-1], names[0]]]
+    links, told = read(tmp_path, f'<link name="a">{BOX}{"".join(visuals)}</link>', "files")
+    assert links is not None
+    visuals.append(f'<visual><geometry><mesh filename="{names[-1]}"/></geometry></visual>')
+    links, told = read(tmp_path, f'<link name="a">{BOX}{"".join(visuals)}</link>', "files")
+    assert links is None
+    assert [line for line in told if line.startswith("SC452")] == [
+        f"SC452 more than {MAX_MISSING} files that it names are missing, and the others are not looked for"
+    ]
 
 
 def test_a_mesh_that_collides_is_not_left_out(tmp_path: Path) -> None:
