@@ -26,7 +26,7 @@ from scenecc.checks.mesh_data import (
     MeshReadContext,
 )
 from scenecc.checks.mesh_obj import fallback_materials, mtl_images
-from scenecc.checks.meshes import MESH_SUFFIXES, VISUAL_ONLY_SUFFIXES, check_mesh_use, read_mesh
+from scenecc.checks.meshes import MESH_SUFFIXES, check_mesh_use, read_mesh
 from scenecc.checks.value_queries import indices, rows
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.files import open_regular, state_of
@@ -256,10 +256,6 @@ def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse,
     suffix = Path(asset.path).suffix.lower()
     reported: set[str] = set()
     for use, origin in by_use.items():
-        if suffix in VISUAL_ONLY_SUFFIXES and use != "seen":
-            hint = f"convert it to one of {', '.join(MESH_SUFFIXES)}, or give a shape that collides a mesh of its own"
-            _report(checker, asset, origin, AssetError("SC410", f"a `{suffix}` can only be a visual shape", hint))
-            continue
         for fault in check_mesh_use(mesh, use, suffix):
             if fault.code not in reported:
                 reported.add(fault.code)
@@ -276,7 +272,7 @@ def _read_mesh_asset(checker: _AssetChecker, asset: AssetFile, named: dict[str, 
             "SAPIEN converts USD and writes the result next to the file",
             "convert it to GLB once, and name that",
         )
-    if suffix not in (*MESH_SUFFIXES, *VISUAL_ONLY_SUFFIXES):
+    if suffix not in MESH_SUFFIXES:
         kind = f"`{suffix}` is no mesh format" if suffix else "a file without a suffix is no mesh"
         raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
 
@@ -302,11 +298,7 @@ def _check_references(
             try:
                 path = _resolve_reference(checker, asset, reference)
             except AssetError as fault:
-                missing = fault.code == "SC418" and (reference.kind == "image" or isinstance(fault, _MissingError))
-                if (visual is not None and not asset.optional_names) or reference.kind == "buffer" or not missing:
-                    raise
-                if visual is not None:
-                    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which is missing", origin)
+                _check_optional(checker, asset, reference, fault, visual)
                 if reference.kind == "material":
                     waiting.extend(
                         AssetReference(uri, "instead") for uri in fallback_materials(reference.uri, asset.path)
@@ -328,6 +320,40 @@ def _check_references(
     for image in mesh.images if visual is not None else ():
         with _report_asset_errors(checker, asset, origin):
             check_image(io.BytesIO(image), checker.max_bytes, blocks=checker.blocks)
+
+
+def _check_optional(
+    checker: _AssetChecker, asset: AssetFile, reference: AssetReference, fault: AssetError, visual: Origin | None
+) -> None:
+    """Raises the fault of a file that an asset names, unless it may be missing: nothing sees it, or it is repaired.
+
+    Args:
+        checker: takes the note of a repair.
+        asset: what names the file.
+        reference: by which it does.
+        fault: why the file cannot be used.
+        visual: where the asset is seen; None: it only collides.
+    """
+    missing = isinstance(fault, _MissingError)
+    if visual is None:
+        unused = missing or (fault.code == "SC418" and reference.kind == "image")
+        if reference.kind == "buffer" or not unused:
+            raise fault
+        return
+    if reference.kind == "buffer" or not missing:
+        raise fault
+    if not asset.optional_names:
+        raise _with_repair(fault, visual)
+    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which is missing: it is left out", visual)
+
+
+def _with_repair(fault: AssetError, origin: Origin) -> AssetError:
+    """A missing file, with a hint at the repair that leaves it out, if a URDF names the mesh."""
+    by = origin.parent.path[-1:] if origin.parent is not None else ()
+    if by != ("urdf",):
+        return fault
+    repair = "with `repair: [files]` in the scene it is left out"
+    return AssetError(fault.code, fault.message, repair if fault.hint is None else f"{fault.hint}; {repair}")
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from scenecc.checks.mesh_data import (
     AssetError,
     MeshBudget,
     MeshData,
+    MeshFilePart,
     MeshReadContext,
     MeshTextReader,
     connected_parts,
@@ -157,11 +158,8 @@ _READERS: dict[str, Callable[[bytes, MeshReadContext], MeshData]] = {
     ".dae": read_collada,
 }
 
-VISUAL_ONLY_SUFFIXES = (".dae",)
-"""Suffixes of formats for visual meshes only, in lower case."""
-
-MESH_SUFFIXES = tuple(suffix for suffix in _READERS if suffix not in VISUAL_ONLY_SUFFIXES)
-"""Suffixes of formats for every use, in lower case."""
+MESH_SUFFIXES = tuple(_READERS)
+"""Suffixes of the formats that are read, in lower case."""
 
 
 def read_mesh(data: bytes, suffix: str, reading: MeshReadContext) -> MeshData:
@@ -169,7 +167,7 @@ def read_mesh(data: bytes, suffix: str, reading: MeshReadContext) -> MeshData:
 
     Args:
         data: the file.
-        suffix: its suffix in lower case, one of `MESH_SUFFIXES` or `VISUAL_ONLY_SUFFIXES`.
+        suffix: its suffix in lower case, one of `MESH_SUFFIXES`.
         reading: how to read files that it names, and limits.
 
     Raises:
@@ -217,12 +215,19 @@ def check_mesh_use(mesh: MeshData, use: str, suffix: str) -> Iterator[AssetError
     if use == "hull":
         yield from _hull_faults([vertices], "")
     if use == "parts":
+        # A COLLADA becomes a PLY, in which corners in one place are joined.
+        whole = [_weld(one) for one in mesh.parts] if suffix == ".dae" else mesh.parts
         parts = (
-            [loose for one in mesh.parts for loose in connected_parts(one)]
-            if suffix in {".ply", ".stl"}
+            [loose for one in whole for loose in connected_parts(one)]
+            if suffix in {".ply", ".stl", ".dae"}
             else mesh.parts
         )
         yield from _hull_faults([one.vertices for one in parts], " of one of its parts")
+
+
+def _weld(part: MeshFilePart) -> MeshFilePart:
+    vertices, index = np.unique(part.vertices, axis=0, return_inverse=True)
+    return make_part(vertices, index.reshape(-1)[part.faces])
 
 
 def _coordinate_fault(vertices: NDArray[np.float32]) -> AssetError | None:

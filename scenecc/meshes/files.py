@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
     from scenecc.meshes.surface import Vec4
     from scenecc.plan import AssetFile, NamedFile
 
@@ -106,8 +108,29 @@ def _read_file(path: Path, digest: str | None) -> bytes:
 
 
 def _read_mesh(data: bytes, file: AssetFile) -> tuple[MeshPart, ...]:
-    path, named = file.path, _MeshResolver(file)
-    suffix = path.suffix.lower()
+    images, named = ImageCache(), _MeshResolver(file)
+    return tuple(
+        _convert_part(moved, _convert_material(moved.visual, file.path, named, images), smooth=smooth)
+        for moved, smooth in _load_meshes(data, file)
+    )
+
+
+def read_collada_triangles(file: AssetFile) -> list[tuple[NDArray[np.float32], NDArray[np.int64]]]:
+    """Vertices [m] and faces of each primitive of a COLLADA, corners in one place joined. Looks are not read.
+
+    Raises:
+        MeshError: a part of it cannot be read, or pycollada is missing.
+    """
+    parts: list[tuple[NDArray[np.float32], NDArray[np.int64]]] = []
+    for moved, _ in _load_meshes(_read_file(file.path, file.sha256), file, ignore_broken=False):
+        vertices, index = np.unique(moved.vertices.astype(np.float32), axis=0, return_inverse=True)
+        parts.append((vertices, index.reshape(-1)[moved.faces]))
+    return parts
+
+
+def _load_meshes(data: bytes, file: AssetFile, **options: bool) -> list[tuple[Any, bool]]:
+    """Each mesh of a file in the file's frame [m], and whether the file has normals of its vertices."""
+    path, suffix = file.path, file.path.suffix.lower()
     if suffix == ".dae" and find_spec("collada") is None:
         raise MeshError(
             "SC813", f"'{path.name}' is COLLADA, which needs pycollada", 'run `pip install "scenecc[export]"`'
@@ -115,30 +138,33 @@ def _read_mesh(data: bytes, file: AssetFile) -> tuple[MeshPart, ...]:
     trimesh: Any = import_module("trimesh")  # which says half of its types
 
     try:
-        scene = trimesh.load_scene(BytesIO(data), suffix[1:], resolver=named, process=False)
+        scene = trimesh.load_scene(BytesIO(data), suffix[1:], resolver=_MeshResolver(file), process=False, **options)
     except Exception as error:  # trimesh's readers raise whatever comes
         raise MeshError("SC747", f"'{path}' cannot be read: {error}", "export the mesh again") from error
-    parts: list[MeshPart] = []
-    images = ImageCache()
+    found: list[tuple[Any, bool]] = []
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            parts.append(_convert_part(mesh, np.asarray(place), _convert_material(mesh.visual, path, named, images)))
-    if not parts:
+            found.append(_place_mesh(mesh, np.asarray(place)))
+    if not found:
         raise MeshError("SC747", f"'{path}' shows no triangles", "export the mesh again")
-    return tuple(parts)
+    return found
 
 
-def _convert_part(mesh: Any, place: Any, look: SurfaceMaterial) -> MeshPart:
+def _place_mesh(mesh: Any, place: Any) -> tuple[Any, bool]:
     # trimesh computes smooth normals for whoever asks; what a file itself has lies in this cache.
     smooth = "vertex_normals" in vars(mesh)["_cache"]
     moved = mesh.copy(include_cache=True)
     moved.apply_transform(place)
     moved.apply_scale(_collada_unit(mesh))
+    return moved, smooth
+
+
+def _convert_part(moved: Any, look: SurfaceMaterial, *, smooth: bool) -> MeshPart:
     normals = moved.vertex_normals if smooth else None
-    uv = getattr(mesh.visual, "uv", None)
-    uvs = None if uv is None or len(uv) != len(mesh.vertices) else np.column_stack([uv[:, 0], 1 - uv[:, 1]])
+    uv = getattr(moved.visual, "uv", None)
+    uvs = None if uv is None or len(uv) != len(moved.vertices) else np.column_stack([uv[:, 0], 1 - uv[:, 1]])
     return MeshPart(make_surface(moved.vertices, moved.faces, normals, uvs), look)
 
 

@@ -145,6 +145,9 @@ _MAX_PARENT_FOLDERS = 40
 
 _FILE_NOT_FOUND = "SC401"
 
+MAX_MISSING = 1000
+"""Maximum number of missing files that are looked for: each takes milliseconds, in all folders of a package."""
+
 
 @dataclass(frozen=True, slots=True)
 class RobotFiles:
@@ -154,13 +157,17 @@ class RobotFiles:
         owner: the robot's file.
         scope: what may be read.
         package: finds what follows `package://` in the folder that the scene gives for it; None: it gives none.
+        repairs: whether the scene says `repair: [files]`, so that files that are not needed may be missing.
         found: every file that was found, by uri.
+        missing: why each reference was not found.
     """
 
     owner: ResolvedFile
     scope: AssetScope
     package: Callable[[str], ResolvedFile | Refusal] | None = None
+    repairs: bool = False
     found: dict[str, DescribedFile] = field(default_factory=dict[str, DescribedFile])
+    missing: dict[str, Refusal] = field(default_factory=dict[str, Refusal])
 
     def find(
         self,
@@ -169,26 +176,28 @@ class RobotFiles:
         findings: FileReport,
         *,
         repaired: str | None = None,
-        repairs: bool = False,
     ) -> DescribedFile | None:
-        """The file of a reference; None after an error, with a code of `scenecc.source.paths`.
-
-        `repaired` says what `repair: [files]` makes of a missing file: a note (SC488) with `repairs`, else a hint.
-
+        """The file of a reference; None after an error, with a code of `scenecc.source.paths`, or a repair (SC488).
 
         A relative path is one from the robot's own folder. `package://PACKAGE/PATH` is `PACKAGE/PATH` in the folder
         that the scene gives, else in the robot's own, else in the nearest above it that has it: so does SAPIEN, which
         goes on up to the root of the file system, and here the scene's folders end it.
+
+        Args:
+            reference: as it is written.
+            location: where it is.
+            findings: takes the error or the note.
+            repaired: what `repair: [files]` makes of a missing file, in words; None: nothing.
         """
-        if reference.startswith(_PACKAGE_SCHEME):
-            found = self._in_packages(reference[len(_PACKAGE_SCHEME) :])
-        else:
-            found = resolve_asset_reference(
-                reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope
-            )
+        if len(self.missing) >= MAX_MISSING and reference not in self.missing:
+            message = f"more than {MAX_MISSING} files that it names are missing, and the others are not looked for"
+            findings.report_once("SC452", "missing files", message, location)
+            return None
+        found = self.missing.get(reference) or self._search(reference)
         if isinstance(found, Refusal):
+            self.missing[reference] = found
             hint = found.hint
-            if found.code == _FILE_NOT_FOUND and repaired is not None and repairs:
+            if found.code == _FILE_NOT_FOUND and repaired is not None and self.repairs:
                 findings.report("SC488", f"{found.message}: {repaired}", location)
                 return None
             if found.code == _FILE_NOT_FOUND:
@@ -198,6 +207,11 @@ class RobotFiles:
             findings.report(found.code, found.message, location, hint=hint)
             return None
         return self.add(found, location)
+
+    def _search(self, reference: str) -> ResolvedFile | Refusal:
+        if reference.startswith(_PACKAGE_SCHEME):
+            return self._in_packages(reference[len(_PACKAGE_SCHEME) :])
+        return resolve_asset_reference(reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
 
     def find_sibling(self, name: str) -> ResolvedFile | None:
         """A file in the folder of the robot's file; None if there is none that may be read."""

@@ -181,7 +181,9 @@ class IgnoredPair:
     location: Location
 
 
-def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport) -> tuple[IgnoredPair, ...]:
+def read_srdf(
+    path: Path, file: str, links: Iterable[str], findings: FileReport, repair: frozenset[str] = frozenset()
+) -> tuple[IgnoredPair, ...]:
     """The pairs that SAPIEN's loader uses: those with the reason `Default`.
 
     Pairs with the reasons `Adjacent` and `Never` are skipped, since they make no difference; any other reason is SC474.
@@ -191,6 +193,7 @@ def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport)
         file: its name as shown to people.
         links: names of the robot's links; a pair of another is SC471.
         findings: where faults are reported.
+        repair: with "files", a pair of another link is left out.
     """
     data = read_robot_bytes(path, file, findings, XmlBounds().size)
     root = None if data is None else parse_xml(data, file, findings)
@@ -202,13 +205,19 @@ def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport)
     known = dict.fromkeys(links)
     pairs: list[IgnoredPair] = []
     others: list[SourceElement] = []
+    unknown: list[SourceElement] = []
     for element in root.all("disable_collisions"):
         reason = element.attributes.get("reason", "").lower()
         if reason != "default":
             if reason not in {"adjacent", "never"}:
                 others.append(element)
+        elif "files" in repair and _names_unknown_link(element, known):
+            unknown.append(element)
         elif (pair := _read_pair(element, known, findings)) is not None:
             pairs.append(pair)
+    if unknown:
+        message = f"pairs of links that the robot does not have: {len(unknown)}, which are left out"
+        findings.report("SC488", message, unknown[0].location)
     if others:
         findings.report(
             "SC474",
@@ -219,17 +228,24 @@ def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport)
     return tuple(pairs)
 
 
+def _names_unknown_link(element: SourceElement, links: Mapping[str, None]) -> bool:
+    names = (element.attributes.get(attribute, "") for attribute in ("link1", "link2"))
+    return any(name.strip() and name not in links for name in names)
+
+
 def _read_pair(element: SourceElement, links: Mapping[str, None], findings: FileReport) -> IgnoredPair | None:
     names = [read_text(element, attribute, findings) for attribute in ("link1", "link2")]
     is_good = True
     for attribute, name in zip(("link1", "link2"), names, strict=True):
         if name is not None and name not in links:
             is_good = False
+            near = findings.near(name, links)
+            hint = f"{near}; or" if near else "mend it, or"
             findings.report(
                 "SC471",
                 f"the robot has no link `{cut(name)}`",
                 element.at(attribute),
-                hint=findings.near(name, links),
+                hint=f"{hint} let the scene say `repair: [files]`: the pair is then left out",
             )
     first, second = names
     if first is None or second is None or not is_good:
@@ -323,7 +339,7 @@ def read_urdf(
             "SC453", f"a URDF is a <robot>, and this is a <{cut(root.tag)}>", root.location, hint=_FORMAT_HINT
         )
         return None
-    files = RobotFiles(file, scope, package)
+    files = RobotFiles(file, scope, package, repairs="files" in repair)
     pairing = FileReport(sink, srdf_origin or origin)
     return _UrdfReader(root, files, findings, pairing, float(scale), repair, is_seen=collision_is_visual).read(srdf)
 
@@ -352,7 +368,7 @@ class _UrdfReader:
         self._scale = scale
         self._is_seen = is_seen
         self._repair = repair
-        self._looks = UrdfMaterials(root, files, findings, repair)
+        self._looks = UrdfMaterials(root, files, findings)
 
     def read(self, srdf: ResolvedFile | Literal["sibling"] | None) -> RobotDescription | None:
         """The whole, where nothing of it is wrong."""
@@ -418,7 +434,7 @@ class _UrdfReader:
         if srdf is None:
             return ()
         named = self._files.add(srdf, self._root.location)
-        return read_srdf(named.path, named.uri, links, self._pairing)
+        return read_srdf(named.path, named.uri, links, self._pairing, self._repair)
 
     def _link(self, element: SourceElement) -> DescribedLink:
         """A link without its place in the tree. What is wrong with it is left out and reported."""
@@ -448,7 +464,7 @@ class _UrdfReader:
     def _shape(self, element: SourceElement) -> tuple[Geometry, Pose7, Location] | None:
         pose = read_origin(element, self._scale, self._findings)
         # A shape whose pose is wrong is read all the same, for what else is wrong with it.
-        shape = read_geometry(element, pose or IDENTITY_POSE, self._scale, self._files, self._findings, self._repair)
+        shape = read_geometry(element, pose or IDENTITY_POSE, self._scale, self._files, self._findings)
         return None if pose is None else shape
 
     def _robot(

@@ -74,12 +74,8 @@ def read_geometry(
     scale: float,
     files: RobotFiles,
     findings: FileReport,
-    repair: frozenset[str] = frozenset(),
 ) -> tuple[Geometry, Pose7, Location] | None:
-    """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong.
-
-    `repair`: with "files", a <visual> whose mesh is missing is left out, and so is what a mesh names that is missing.
-    """
+    """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong."""
     holder = element.find("geometry")
     if holder is None:
         findings.report("SC455", f"<{element.tag}> has no <geometry>", element.location)
@@ -93,7 +89,7 @@ def read_geometry(
         return None
     kind = kinds[0]
     if kind.tag == "mesh":
-        mesh = _read_mesh(kind, scale, files, findings, repair, is_visual=element.tag == "visual")
+        mesh = _read_mesh(kind, scale, files, findings, is_visual=element.tag == "visual")
         return None if mesh is None else (mesh, pose, kind.at("filename"))
     if kind.tag == "box":
         size = read_vector3(kind, "size", findings)
@@ -131,15 +127,12 @@ def _read_mesh(
     scale: float,
     files: RobotFiles,
     findings: FileReport,
-    repair: frozenset[str],
     *,
     is_visual: bool,
 ) -> MeshGeometry | None:
     reference = read_text(kind, "filename", findings)
-    repairs = "files" in repair
     repaired = "the <visual> is left out" if is_visual else None
-    place = kind.at("filename")
-    file = reference and files.find(reference, place, findings, repaired=repaired, repairs=repairs)
+    file = reference and files.find(reference, kind.at("filename"), findings, repaired=repaired)
     scales = read_vector3(kind, "scale", findings) if "scale" in kind.attributes else (1.0, 1.0, 1.0)
     if scales is not None and not all(FLOAT32_MIN <= abs(one * scale) <= FLOAT32_MAX for one in scales):
         why = "0, which leaves nothing of it" if 0.0 in scales else "what single precision does not hold"
@@ -148,7 +141,7 @@ def _read_mesh(
     if not file or scales is None:
         return None
     factors = (scales[0] * scale, scales[1] * scale, scales[2] * scale)
-    return MeshGeometry(file.uri, file.path, factors, optional_names=repairs)
+    return MeshGeometry(file.uri, file.path, factors, optional_names=files.repairs)
 
 
 def read_inertial(
@@ -165,8 +158,13 @@ def read_inertial(
     before = findings.errors
     mass_element, tensor = element.find("mass"), element.find("inertia")
     repaired = link if "inertia" in repair else None
+    if mass_element is None and repaired is not None:
+        message = f"<inertial> of `{cut(link.attributes.get('name', ''))}` has no <mass>: it is left out"
+        findings.report("SC488", message, element.location)
+        return None
     if mass_element is None:
-        findings.report("SC455", "<inertial> has no <mass>", element.location)
+        hint = "write it, or let the scene say `repair: [inertia]`: mass and inertia then follow from the shapes"
+        findings.report("SC455", "<inertial> has no <mass>", element.location, hint=hint)
     if tensor is None and repaired is None:
         findings.report("SC455", "<inertial> has no <inertia>", element.location, hint=_INERTIA_HINT)
     mass = None if mass_element is None else read_number(mass_element, "value", findings)
@@ -182,11 +180,12 @@ def read_inertial(
     if mass and inertia.any() and tensor is not None:
         return _principal_inertia(mass, pose, inertia, scale, tensor, findings, repaired)
     if mass or inertia.any():
+        kept = f"; with `repair: [inertia]` in the scene the link keeps its {mass:.4g} kg" if mass else ""
         findings.report(
             "SC475",
             f"the {'inertia' if mass else 'mass'} is 0, so that SAPIEN leaves the whole <inertial> out",
             element.location,
-            hint="mass and inertia then follow from the shapes and their densities",
+            hint=f"mass and inertia then follow from the shapes and their densities{kept}",
         )
     return None
 
@@ -279,12 +278,9 @@ def _principal_inertia(
 class UrdfMaterials:
     """The materials of one URDF."""
 
-    def __init__(
-        self, robot: SourceElement, files: RobotFiles, findings: FileReport, repair: frozenset[str] = frozenset()
-    ) -> None:
+    def __init__(self, robot: SourceElement, files: RobotFiles, findings: FileReport) -> None:
         self._files = files
         self._findings = findings
-        self._repairs = "files" in repair
         self._elements: dict[str, SourceElement] = {}
         self._read: dict[int, DescribedMaterial | None] = {}
         for element in robot.all("material"):
@@ -351,8 +347,8 @@ class UrdfMaterials:
         if reference is None:
             return None
         before = self._findings.errors
-        place, repaired = texture.at("filename"), "the texture is left out"
-        file = self._files.find(reference, place, self._findings, repaired=repaired, repairs=self._repairs)
+        place = texture.at("filename")
+        file = self._files.find(reference, place, self._findings, repaired="the texture is left out")
         if file is None:
             return DescribedMaterial() if self._findings.errors == before else None
         return DescribedMaterial(texture=file.path, texture_uri=file.uri)

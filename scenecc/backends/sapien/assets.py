@@ -37,9 +37,11 @@ from scenecc.backends.sapien.engine import (
     report_failure,
 )
 from scenecc.backends.sapien.properties import select_rows
-from scenecc.files import State, cache_folder, keep_file, open_regular, replace_all, state_now
+from scenecc.files import State, cache_folder, keep_file, open_regular, read_checked, replace_all, state_now
 from scenecc.geometry.ply import encode_parts
 from scenecc.interrupt import child
+from scenecc.meshes.files import read_collada_triangles
+from scenecc.meshes.surface import MeshError
 from scenecc.plan import MeshGeometry
 
 if TYPE_CHECKING:
@@ -191,9 +193,10 @@ class _CoacdInput(NamedTuple):
     def of(cls, file: AssetFile) -> _CoacdInput:
         """That of a file. Raises OSError."""
         named = file.names if file.path.suffix.lower() in {".gltf", ".glb"} else ()
-        with open_regular(file.path) as stream:
-            digest = file.sha256 or hashlib.sha256(stream.read()).hexdigest()
-        return cls((str(file.path.absolute()), digest), {one.uri: (str(one.path), one.sha256) for one in named})
+        path = collision_file(file)
+        with open_regular(path) as stream:
+            digest = (path == file.path and file.sha256) or hashlib.sha256(stream.read()).hexdigest()
+        return cls((str(path.absolute()), digest), {one.uri: (str(one.path), one.sha256) for one in named})
 
     def key(self, arguments: dict[str, Any]) -> str:
         """The content, and what is done with it, without where it lies."""
@@ -234,6 +237,31 @@ def decompose(file: AssetFile, params: CoacdParams) -> Path:
             f"convex decomposition of '{file.path}': {error}",
             hint=f"results are kept in '{folder}'; XDG_CACHE_HOME names another place",
         ) from error
+    return result
+
+
+def collision_file(file: AssetFile) -> Path:
+    """A mesh as PhysX can read it: of a COLLADA (`.dae`), which SAPIEN only shows, a PLY with the same triangles.
+
+    The PLY is kept in the user's cache folder, by the content of the COLLADA and the version of what reads it.
+
+    Raises:
+        EngineFailure: pycollada is not installed, or the cache folder cannot be written.
+    """
+    if file.path.suffix.lower() != ".dae":
+        return file.path
+    folder = cache_folder("collada")
+    try:
+        digest = file.sha256 or hashlib.sha256(read_checked(file.path, None)).hexdigest()
+        result = folder / f"{digest}-{version('trimesh')}.ply"
+        if not result.exists():
+            folder.mkdir(parents=True, exist_ok=True)
+            replace_all({result: encode_parts(read_collada_triangles(file))})
+    except MeshError as error:
+        raise EngineFailure(error.code, error.message, hint=error.hint) from error
+    except OSError as error:
+        hint = f"its triangles are kept in '{folder}'; XDG_CACHE_HOME names another place"
+        raise EngineFailure("SC801", f"the COLLADA '{file.path}' cannot be converted: {error}", hint=hint) from error
     return result
 
 
@@ -447,9 +475,15 @@ class Resources:
                 )
         return [str(paths[i]) for i in indices.tolist()]
 
+    def collision_meshes(self, indices: NDArray[np.int64]) -> Column:
+        """Path of a mesh a row, as PhysX can read it. Raises EngineFailure."""
+        self.meshes(indices, "SC801")
+        paths = {i: str(collision_file(self._plan.files[i])) for i in set(map(int, indices))}
+        return [paths[i] for i in indices.tolist()]
+
     def parts(self, indices: NDArray[np.int64], params: CoacdParams | None) -> Column:
         """Path a row of a mesh whose connected parts are convex; CoACD has cut it where `params` are given."""
-        whole = self.meshes(indices, "SC801")
+        whole = self.collision_meshes(indices)
         if params is None:
             return whole
         order: list[int] = indices.tolist()

@@ -243,12 +243,12 @@ def _write_imports(source: SourceWriter, files: ScriptFiles, settings: ProcessSe
         source.line()
     if files.cut:
         source.line("import coacd")
-    if files.mirrors or files.computes:
+    if files.writes_meshes or files.computes:
         source.line("import numpy as np")
     source.line("import sapien")
-    if files.cut:
+    if files.reads_meshes:
         source.line("import trimesh")
-    if files.computes:
+    if files.writes_meshes or files.computes:
         source.line("from numpy.typing import NDArray")
     source.line("from sapien import physx")
 

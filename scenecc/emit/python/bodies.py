@@ -82,8 +82,9 @@ def _no_arguments(geometry: Plane, columns: SceneValues, files: ScriptFiles) -> 
 
 
 def _mesh_arguments(geometry: TriangleMesh | Mesh, columns: SceneValues, files: ScriptFiles) -> Arguments:
+    path = files.name if isinstance(geometry, Mesh) else files.collision_path
     return {
-        "filename": call("str", columns.value(geometry.file, "file", files.name)),
+        "filename": call("str", columns.value(geometry.file, "file", path)),
         **_scale_argument(geometry.scale, columns),
     }
 
@@ -97,9 +98,9 @@ def _scale_argument(scale: Value, columns: SceneValues) -> Arguments:
 def _convex_arguments(geometry: ConvexMesh | ConvexParts, columns: SceneValues, files: ScriptFiles) -> Arguments:
     is_parts = isinstance(geometry, ConvexParts)
     if is_parts and geometry.coacd is not None:
-        file = files.parts(columns.value(geometry.file, "file", files.name), geometry.coacd)
+        file = files.parts(columns.value(geometry.file, "file", files.collision_path), geometry.coacd)
     else:
-        file = call("str", columns.value(geometry.file, "file", files.name))
+        file = call("str", columns.value(geometry.file, "file", files.collision_path))
     scale = geometry.scale
     if (scale.data < 0).any():
         file = files.mirrored(file, columns.value(Value(np.sign(scale.data)), "signs", _tuple_literal), parts=is_parts)

@@ -60,28 +60,52 @@ def convex_parts(mesh: Path, **parameters: object) -> str:
     return str(file)
 '''
 
-_MIRRORED = '''\
-@functools.cache
-def mirrored(mesh: str, signs: tuple[int, ...], *, parts: bool) -> str:
-    """A file with the hull of a mesh, or of each part, mirrored; gone when the script ends."""
-    hull = physx.PhysxCollisionShapeConvexMesh
-    given = (mesh, [1, 1, 1], physx.get_default_material())
-    shapes = hull.load_multiple(*given) if parts else [hull(*given)]
-    starts = np.cumsum([0, *(len(shape.vertices) for shape in shapes)])
+_PLY_FILE = '''\
+def ply_file(parts: list[tuple[NDArray[Any], NDArray[Any]]]) -> Path:
+    """A PLY file of vertices and triangles; gone when the script ends."""
+    starts = np.cumsum([0, *(len(points) for points, _ in parts)])
     # A byte of 0 before the numbers: SAPIEN's reader skips line breaks after the header.
     vertices = np.zeros(starts[-1], [("none", "u1"), ("point", "<f4", 3)])
-    vertices["point"] = np.concatenate([shape.vertices * np.array(signs) for shape in shapes])
-    indices = np.concatenate([shape.triangles + start for shape, start in zip(shapes, starts)])
+    vertices["point"] = np.concatenate([points for points, _ in parts])
+    indices = np.concatenate([triangles + start for (_, triangles), start in zip(parts, starts)])
     faces = np.full(len(indices), 3, [("count", "u1"), ("indices", "<i4", 3)])
-    faces["indices"] = indices[:, :: -1 if np.prod(signs) < 0 else 1]
+    faces["indices"] = indices
     header = f"ply\\nformat binary_little_endian 1.0\\nelement vertex {len(vertices)}\\n"
     header += "property uchar none\\nproperty float x\\nproperty float y\\nproperty float z\\n"
     header += f"element face {len(faces)}\\nproperty list uchar int vertex_indices\\nend_header\\n"
     folder = tempfile.mkdtemp()
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    file = Path(folder) / "mirrored.ply"
+    file = Path(folder) / "mesh.ply"
     file.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
-    return str(file)
+    return file
+'''
+
+_MIRRORED = '''\
+@functools.cache
+def mirrored(mesh: str, signs: tuple[int, ...], *, parts: bool) -> str:
+    """A file with the hull of a mesh, or of each part, mirrored."""
+    hull = physx.PhysxCollisionShapeConvexMesh
+    given = (mesh, [1, 1, 1], physx.get_default_material())
+    shapes = hull.load_multiple(*given) if parts else [hull(*given)]
+    turned = -1 if np.prod(signs) < 0 else 1
+    return str(ply_file([(shape.vertices * np.array(signs), shape.triangles[:, ::turned]) for shape in shapes]))
+'''
+
+_COLLADA_MESH = '''\
+@functools.cache
+def collada_mesh(mesh: Path) -> Path:
+    """A PLY of a COLLADA [m], which SAPIEN only shows. trimesh reads it, by pycollada."""
+    scene = trimesh.load_scene(mesh, process=False, ignore_broken=False)
+    parts: list[tuple[NDArray[Any], NDArray[Any]]] = []
+    for node in scene.graph.nodes_geometry:
+        place, name = scene.graph[node]
+        part = scene.geometry[name].copy()
+        part.apply_transform(place)
+        unit, times, _ = str(part.metadata.get("units", "")).partition(" * meters")
+        part.apply_scale(float(unit) if times else 1.0)
+        vertices, index = np.unique(part.vertices.astype(np.float32), axis=0, return_inverse=True)
+        parts.append((vertices, index.reshape(-1)[part.faces]))
+    return ply_file(parts)
 '''
 
 _PACKED_FILE = '''\
@@ -154,7 +178,7 @@ class ScriptFiles:
         others = [file.uri for file in files if "://" in file.uri and not _is_packed(file)]
         self._schemes = {uri.partition("://")[0] for uri in others}
         self._uses_here = any("://" not in file.uri and not Path(file.uri).is_absolute() for file in files)
-        self._cut = self._mirrored = False
+        self._cut = self._mirrored = self._converted = False
         self._made: set[str] = set()
         self._heights: dict[tuple[tuple[float, ...], ...], str] = {}
         self._identifiers = names
@@ -182,6 +206,14 @@ class ScriptFiles:
         self._mirrored = True
         return call("mirrored", file, signs, parts=str(parts))
 
+    def collision_path(self, index: int) -> SourceNode:
+        """An expression for the path of a mesh that PhysX reads."""
+        name = self.name(index)
+        if self._all[index].path.suffix.lower() != ".dae":
+            return name
+        self._converted = True
+        return call("collada_mesh", name)
+
     def use_helper(self, helper: str) -> None:
         """Asks for a function that makes a shape: `revolved_shapes`, `revolved_visual`, `heightfield_shape`, …"""
         self._made.add(helper)
@@ -202,30 +234,35 @@ class ScriptFiles:
         wanted = {
             "import atexit": self._written,
             "import base64": self._packed,
-            "import functools": self._cut or self._mirrored,
+            "import functools": self._cut or self.writes_meshes,
             "import importlib.util": "pkg" in self._schemes,
             "import os": "asset" in self._schemes,
             "import shutil": self._written,
             "import tempfile": self._written,
             "import zlib": self._packed,
             "from pathlib import Path": bool(self._files),
-            "from typing import Any": self.computes,
+            "from typing import Any": self.computes or self.writes_meshes,
         }
         return [text for text, needed in wanted.items() if needed]
 
     @property
     def _written(self) -> bool:
-        return self._cut or self._packed or self._mirrored
+        return self._cut or self._packed or self.writes_meshes
 
     @property
-    def mirrors(self) -> bool:
-        """Whether a convex mesh is mirrored."""
-        return self._mirrored
+    def writes_meshes(self) -> bool:
+        """Whether meshes are written for PhysX: mirrored ones, or those of a COLLADA."""
+        return self._mirrored or self._converted
 
     @property
     def cut(self) -> bool:
         """Whether CoACD is run."""
         return self._cut
+
+    @property
+    def reads_meshes(self) -> bool:
+        """Whether trimesh is needed."""
+        return self._cut or self._converted
 
     def write_head(self, source: SourceWriter) -> None:
         """The functions that find files, and the constants."""
@@ -238,7 +275,9 @@ class ScriptFiles:
         terrain, seen = ("heightfield_shape" in self._made, "heightfield_visual" in self._made)
         made = (
             (_CONVEX_PARTS, self._cut),
+            (_PLY_FILE, self.writes_meshes),
             (_MIRRORED, self._mirrored),
+            (_COLLADA_MESH, self._converted),
             (getsource(surfaces.revolved_points), shapes or visual),
             (getsource(surfaces.revolved_parts), shapes),
             (_REVOLVED_SHAPES, shapes),

@@ -162,13 +162,28 @@ def test_what_is_refused(tmp_path: Path, name: str) -> None:
     assert codes(write(tmp_path, "a.dae", text), "seen") == [code]
 
 
-def test_it_is_only_seen(tmp_path: Path) -> None:
+def test_it_collides_too(tmp_path: Path) -> None:
     path = write(tmp_path, "a.DAE", DAE)
     for use in ("hull", "parts", "triangles", "decomposed"):
-        assert codes(path, use) == ["SC410"], use
-    (told,) = diagnose(path, "hull", "seen")
+        assert codes(path, use) == [], use
+    flat = write(tmp_path, "flat.dae", dae(("0 0 30<", "5 5 0<")))
+    for use in ("hull", "parts"):
+        assert codes(flat, use) == ["SC415"], use
+    (told,) = diagnose(flat, "hull", "seen")
     assert told.path == "bodies[0].file"
-    assert ".dae" not in (told.hint or "")
+
+
+def test_its_parts_are_joined_where_their_corners_meet(tmp_path: Path) -> None:
+    """Each triangle has corners of its own, and the four enclose a solid."""
+    points = dict(enumerate(["0 0 0", "10 0 0", "0 20 0", "0 0 30"]))
+    corners = " ".join(points[i] for i in (0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3))
+    loose = dae(
+        ("0 0 0 10 0 0\n0 20 0 0 0 30", corners),
+        ('count="12"', 'count="36"'),
+        ('count="4" stride', 'count="12" stride'),
+        ("0 2 1 0 1 3 1 2 3 2 0 3<", " ".join(map(str, range(12))) + "<"),
+    )
+    assert codes(write(tmp_path, "a.dae", loose), "parts") == []
 
 
 def painted(folder: Path, *changes: tuple[str, str]) -> Path:

@@ -10,6 +10,7 @@ import pytest
 
 import scenecc
 from scenecc.diagnostics import Sink
+from scenecc.robots.files import MAX_MISSING
 from scenecc.robots.urdf import read_urdf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
@@ -81,6 +82,32 @@ def test_a_link_without_colliding_shapes_gets_the_inertia_of_a_ball_of_water(tmp
     assert "a ball of water of 2 kg" in told[0]
 
 
+def test_an_inertial_without_mass_is_left_out(tmp_path: Path) -> None:
+    content = f'<link name="a"><inertial><inertia ixx="1" iyy="1" izz="1" {ZEROS}/></inertial>{BOX}</link>'
+    content += f'<link name="b">{BOX}</link>' + joint("fixed")
+    links, told = read(tmp_path, content, "inertia")
+    assert links is not None
+    assert told == ["SC488 <inertial> of `a` has no <mass>: it is left out"]
+    assert links[0].inertial is None
+    assert build(tmp_path, content, "inertia").links[0].mass == pytest.approx(1000)
+    links, told = read(tmp_path, content, "limits", "files")
+    assert (links, told) == (None, ["SC455 <inertial> has no <mass>"])
+
+
+def test_a_pair_of_links_that_are_not_there_is_left_out(tmp_path: Path) -> None:
+    content = "".join(f'<link name="{name}">{BOX}</link>' for name in "abc")
+    content += joint("fixed") + joint("continuous", name="c", ends="bc")
+    pairs = "".join(f'<disable_collisions link1="a" link2="{name}" reason="Default"/>' for name in ("c", "x", "y"))
+    (tmp_path / "robot.srdf").write_text(f'<robot name="r">{pairs}</robot>', encoding="utf-8")
+    links, told = read(tmp_path, content, "files")
+    assert links is not None
+    assert told == ["SC488 pairs of links that the robot does not have: 2, which are left out"]
+    assert [link.ignore_bits for link in links] == [1, 0, 1]
+    links, told = read(tmp_path, content, "inertia", "limits")
+    assert links is None
+    assert [line[:5] for line in told] == ["SC471", "SC471"]
+
+
 def test_the_scale_of_the_file_is_in_what_is_repaired(tmp_path: Path) -> None:
     content = f'<link name="a"><inertial><mass value="3"/></inertial>{BOX}</link>'
     file, sink = write(tmp_path, content), Sink()
@@ -132,12 +159,25 @@ def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> 
     assert len(links[0].visuals) == 2
     built = build(tmp_path, content, "files")
     assert len(built.links) == 2
-    found = scenecc.validate(tmp_path / "scene.yaml")
-    assert "SC488 there.obj names `gone.mtl`, which is missing" in [f"{d.code} {d.message}" for d in found]
+    found = [f"{d.code} {d.message}" for d in scenecc.validate(tmp_path / "scene.yaml")]
+    assert "SC488 there.obj names `gone.mtl`, which is missing: it is left out" in found
     # A plan that is written out knows of the repair, too.
     plan = tmp_path / "plan.json"
     plan.write_text(scenecc.emit_scene(tmp_path / "scene.yaml", "json"), encoding="utf-8")
     assert len(scenecc.load_scene(plan, render=False).articulations["r"].objs[0].links) == 2
+
+
+def test_so_many_missing_files_are_looked_for(tmp_path: Path) -> None:
+    names = [f"gone{number}.obj" for number in range(MAX_MISSING + 1)]
+    visuals = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in [*names[:-1], names[0]]]
+    links, told = read(tmp_path, f'<link name="a">{BOX}{"".join(visuals)}</link>', "files")
+    assert links is not None
+    visuals.append(f'<visual><geometry><mesh filename="{names[-1]}"/></geometry></visual>')
+    links, told = read(tmp_path, f'<link name="a">{BOX}{"".join(visuals)}</link>', "files")
+    assert links is None
+    assert [line for line in told if line.startswith("SC452")] == [
+        f"SC452 more than {MAX_MISSING} files that it names are missing, and the others are not looked for"
+    ]
 
 
 def test_a_mesh_that_collides_is_not_left_out(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.assets import UNMIRRORED, AxisSigns, axis_signs, decompose, mirror_mesh
+from scenecc.backends.sapien.assets import UNMIRRORED, AxisSigns, axis_signs, collision_file, decompose, mirror_mesh
 from scenecc.backends.sapien.audit.comparison import AUDIT_CODE, EngineDifference, format_value, is_same, pose_numbers
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES, make_revolved_parts
@@ -272,7 +272,7 @@ class ReferenceMeshes:
         return self._once(("triangle volume", file), lambda: abs(enclosed_volume(self.triangles(file, sdf=True))))
 
     def _path(self, file: int) -> str:
-        return str(self._plan.files[file].path)
+        return str(collision_file(self._plan.files[file]))
 
     def _hull_path(self, file: int, signs: AxisSigns) -> str:
         return self._once(("hull path", file, signs), lambda: mirror_mesh(self._path(file), signs, parts=False))
@@ -280,7 +280,9 @@ class ReferenceMeshes:
     def _parts_path(self, file: int, params: CoacdParams | None, signs: AxisSigns) -> str:
         def path() -> str:
             whole = self._plan.files[file]
-            return mirror_mesh(str(whole.path if params is None else decompose(whole, params)), signs, parts=True)
+            return mirror_mesh(
+                str(collision_file(whole) if params is None else decompose(whole, params)), signs, parts=True
+            )
 
         return self._once(("path", file, params, signs), path)
 
