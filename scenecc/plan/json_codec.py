@@ -77,6 +77,8 @@ _OMITTED_WHEN_EMPTY = frozenset(
 )
 """Lists that are left out where they are empty, and a flag where it is false."""
 
+_DATA_URI = re.compile(r"mesh://[A-Za-z0-9_.-]{0,80}\.ply")
+
 _HEIGHTS = ListKind(ListKind(ScalarKind(float)))
 
 _MAX_INLINE_HEIGHTS = 10_000
@@ -449,10 +451,13 @@ class PlanDecoder:
     def _file_path(self, uri: str, data: bytes | None, path: Keys) -> Path | None:
         if data is None:
             return self._resolve(uri, self._origin(path))
+        if not _DATA_URI.fullmatch(uri):
+            self._fault("SC711", f"a file with `data` is called mesh://NAME.ply, not {describe_json(uri)}", path)
+            return None
         try:
             return keep_file("meshes", data, ".ply")
         except OSError as error:
-            self._fault("SC711", f"'{uri[:200]}' cannot be kept in the cache folder: {error}", path)
+            self._fault("SC711", f"'{uri}' cannot be kept in the cache folder: {error}", path)
             return None
 
     def _counted(self, heights: Heights, path: Keys) -> bool:

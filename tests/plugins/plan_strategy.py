@@ -210,6 +210,7 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope, its: dict[str, Any] | None
         )
         names = draw(st.sampled_from([(), (NamedFile("a.mtl", "0" * 64), NamedFile("maps/b.png", "f" * 64))]))
         data = draw(st.sampled_from([None, None, b"ply\n"]))
+        uri = uri if data is None else "mesh://egg_2.ply"
         return AssetFile(uri, Path("/files") / uri, draw(st.sampled_from([None, "0" * 64])), names, data=data)
     made: dict[str, Any] = dict(its or {})
     if cls is Heightfield:

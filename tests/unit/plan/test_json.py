@@ -379,6 +379,10 @@ RADIUS = (*SHAPE, "geometry", "radius")
         ((*BALL, "structures"), ..., "SC704", "entities[0]"),
         (("files",), [{"uri": "asset://x"}], "SC711", "files[0].uri"),
         (("files",), [{"uri": "a\0b"}], "SC711", "files[0].uri"),
+        (("files",), [{"uri": "mesh://egg.ply"}], "SC711", "files[0].uri"),
+        (("files",), [{"uri": "mesh://egg\u202e.ply", "data": ""}], "SC711", "files[0].uri"),
+        (("files",), [{"uri": "mesh://egg.ply", "data": "not base64"}], "SC705", "files[0].data"),
+        (("files",), [{"uri": "mesh://egg.ply", "data": 3}], "SC705", "files[0].data"),
         (("entities",), {}, "SC705", "entities"),
     ],
 )

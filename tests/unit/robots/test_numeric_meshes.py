@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import shutil
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 import trimesh
 from numpy.testing import assert_allclose
 
-from scenecc import SceneError, open_scene
+from scenecc import open_scene
 from scenecc.checks.mesh_data import AssetBudget, MeshReadContext
 from scenecc.checks.mesh_ply import read_ply
 from scenecc.diagnostics.diagnostic import Location
@@ -133,15 +134,14 @@ def test_another_mesh_of_one_name_is_a_difference(tmp_path: Path, monkeypatch: p
     assert any("mesh://egg.ply" in str(one.a) for one in diff_plans(a, b))
 
 
-@pytest.mark.parametrize("data", ["a plan has base64 here", 3])
-def test_what_is_no_base64_is_told(data: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_whose_mesh_cannot_be_kept_is_told(tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     egg = numeric_mesh("egg", *ellipsoid_surface(RADII)[:2])
-    text = plan_to_json(scene_of(egg, folder=tmp_path, monkeypatch=monkeypatch).plan)
-    start = text.index('"data": "') + len('"data": ')
-    (tmp_path / "plan.json").write_text(text[:start] + repr(data).replace("'", '"') + text[text.index("}", start) :])
-    with pytest.raises(SceneError) as caught:
-        _ = open_scene(tmp_path / "plan.json").plan
-    assert [(one.code, one.message[:20]) for one in caught.value.diagnostics] == [("SC705", "base64 is wanted her")]
+    (tmp_path / "plan.json").write_text(plan_to_json(scene_of(egg, folder=tmp_path, monkeypatch=monkeypatch).plan))
+    shutil.rmtree(cache)
+    cache.touch()
+    (told,) = open_scene(tmp_path / "plan.json").diagnostics
+    assert (told.code, told.path) == ("SC711", "files[1].uri")
+    assert "'mesh://egg.ply' cannot be kept in the cache folder" in told.message
 
 
 def test_data_of_another_hash_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
