@@ -267,8 +267,16 @@ def _hull_faults(clouds: list[NDArray[np.float32]], whose: str) -> Iterator[Asse
 
 
 def _cooking_fault(cloud: NDArray[np.float32], thickness: float, length: float, whose: str) -> AssetError | None:
-    """Of a hull that PhysX cooks to one of another volume, by its thickness and length [m]."""
+    """Of a hull that PhysX cooks to one of another volume, or without an end, by its thickness and length [m]."""
     tolerance = plane_tolerance(cloud)
+    reach = np.abs(cloud).max()
+    if np.spacing(reach) > tolerance:
+        return AssetError(
+            "SC417",
+            f"the hull{whose} is {length:.3g} m long and reaches {reach:.3g} m from its origin, where coordinates are "
+            f"rounded to {np.spacing(reach):.2g} m",
+            "export it about its own centre",
+        )
     if thickness >= _SAFE_THICKNESS * tolerance:
         return None
     ratio = cooked_volume_ratio(cloud)

@@ -210,6 +210,10 @@ SHAPES: dict[str, tuple[np.ndarray, dict[str, list[str]]]] = {
     ),
     "a kilometre": (POINTS * 1e4, in_all_uses([])),
     "off centre": (POINTS + np.array([100, -20, 3]), in_all_uses([])),
+    "off centre by kilometres": (
+        POINTS + np.array([0, 20_000, 0]),
+        {"hull": ["SC417"], "parts": ["SC417"], "triangles": [], "decomposed": [], "seen": []},
+    ),
 }
 
 
