@@ -34,6 +34,7 @@ from scenecc.checks.mesh_data import (
 from scenecc.checks.mesh_gltf import read_gltf
 from scenecc.checks.mesh_obj import read_obj
 from scenecc.checks.mesh_ply import read_ply
+from scenecc.geometry.hulls import PLANE_TOLERANCE, cooked_volume_ratio, plane_tolerance
 from scenecc.plan.properties import MAX_COORDINATE
 
 if TYPE_CHECKING:
@@ -179,11 +180,14 @@ def read_mesh(data: bytes, suffix: str, reading: MeshReadContext) -> MeshData:
 MIN_THICKNESS = 1e-5
 """Thickness below which a hull is refused [m]. PhysX cooks a thinner one to something else, or not at all."""
 
-HULL_TOLERANCE = 0.0007
-"""PhysX's hull leaves out corners that are this close to it [m] (`PxCookingParams::planeTolerance`)."""
+_SAFE_THICKNESS = 32
+"""Thickness from which PhysX's tolerance takes less than a twentieth of any hull, in that tolerance."""
+
+_MAX_CHANGE = 0.25
+"""By how much of its volume a hull may be cooked to another."""
 
 _MIN_LENGTH = 0.01
-"""Length of a mesh at which that tolerance takes a tenth of its volume and more [m]."""
+"""Length of a mesh at which PhysX's tolerance may take a tenth of its volume and more [m]."""
 
 
 def check_mesh_use(mesh: MeshData, use: str, suffix: str) -> Iterator[AssetError]:
@@ -251,11 +255,41 @@ def _hull_faults(clouds: list[NDArray[np.float32]], whose: str) -> Iterator[Asse
             "SC415", f"the hull{whose} has no volume: it is {thin:.3g} m thick", "give it a thickness, or use a box"
         )
         return
+    for cloud, (thickness, length) in zip(clouds, sizes, strict=True):
+        if (fault := _cooking_fault(cloud, thickness, length, whose)) is not None:
+            yield fault
+            return
     small = min(length for _, length in sizes)
-    if thin < 2 * HULL_TOLERANCE or small < _MIN_LENGTH:
+    if thin < 2 * PLANE_TOLERANCE or small < _MIN_LENGTH:
         yield AssetError(
             "SC416",
             f"the hull{whose} is {thin:.3g} m thick and {small:.3g} m long, and PhysX leaves out corners within "
-            f"{HULL_TOLERANCE} m",
+            f"{PLANE_TOLERANCE} m",
             "store the mesh larger and give the shape a `scale`: corners are left out before it is scaled",
         )
+
+
+def _cooking_fault(cloud: NDArray[np.float32], thickness: float, length: float, whose: str) -> AssetError | None:
+    """Of a hull that PhysX cooks to one of another volume, or without an end, by its thickness and length [m]."""
+    tolerance = plane_tolerance(cloud)
+    reach = np.abs(cloud).max()
+    if np.spacing(reach) > tolerance:
+        return AssetError(
+            "SC417",
+            f"the hull{whose} is {length:.3g} m long and reaches {reach:.3g} m from its origin, where coordinates are "
+            f"rounded to {np.spacing(reach):.2g} m",
+            "export it about its own centre",
+        )
+    if thickness >= _SAFE_THICKNESS * tolerance:
+        return None
+    ratio = cooked_volume_ratio(cloud)
+    if abs(ratio - 1) <= _MAX_CHANGE:
+        return None
+    enlarge = "store the mesh larger, about 1 m long, and give the shape a `scale`; or "
+    return AssetError(
+        "SC423",
+        f"PhysX cooks the hull{whose} to {ratio:.0%} of its volume: it is {thickness:.3g} m thick and {length:.3g} m "
+        f"long, and corners within {tolerance:.2g} m are left out",
+        f"{enlarge if tolerance <= PLANE_TOLERANCE else ''}use a box or another solid, or cut the mesh into shorter "
+        "parts (`convex_parts`, with `coacd` if need be)",
+    )

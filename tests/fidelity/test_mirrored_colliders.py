@@ -14,6 +14,7 @@ from plugins.sample_plans import ROOT
 
 from scenecc import SceneError, compile_scene, load_scene
 from scenecc.backends.sapien import geometry
+from scenecc.backends.sapien.audit import reference
 from scenecc.plan.json_codec import plan_to_json
 
 if TYPE_CHECKING:
@@ -87,7 +88,12 @@ def test_a_mirrored_collider_weighs_what_the_mirrored_solid_weighs(scale: tuple[
         assert inertia(base) == pytest.approx(judge.moment_inertia, rel=1e-3, abs=1e-5)
         for name in ("1/base", "2/base"):
             assert made[name].mass == base.mass, name
-        batch.step(200)
+        physics: Any = batch.scenes[0].physx_system
+        touched = 0
+        for _ in range(1000):
+            batch.step()
+            touched += len(physics.get_contacts())
+        assert touched > 1000
         assert all(np.isfinite(link.entity_pose.p).all() for link in links(batch.scenes[0]).values())
 
 
@@ -120,6 +126,20 @@ def test_the_audit_finds_what_the_engine_weighs_wrongly(tmp_path: Path, monkeypa
     with pytest.raises(SceneError, match="mass") as caught:
         load_scene(write(tmp_path, (1, -1, 1)), render=False, audit="full")
     assert {told.code for told in caught.value.diagnostics if told.severity == "error"} == {"SC802"}
+
+
+@pytest.mark.parametrize("body", ["body_type: static", "inertial: {mass: 1, inertia: [1, 1, 1]}"])
+def test_every_cooked_mesh_is_weighed(body: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also those of bodies whose mass no shape gives: the process would end at the first contact."""
+    write(tmp_path, (1, -1, 1))
+    scene = tmp_path / "weighed.yaml"
+    shape = "collisions: [{type: convex_mesh, file: wedge.obj}]"
+    scene.write_text(f"scenecc: 1\nentities: {{a: {{{body}, {shape}}}}}\n")
+    load_scene(scene, render=False).close()
+    monkeypatch.setattr(reference, "enclosed_volume", lambda _: 0.01)
+    with pytest.raises(SceneError, match="volume of the cooked mesh") as caught:
+        load_scene(scene, render=False)
+    assert [told.code for told in caught.value.diagnostics if told.severity == "error"] == ["SC802"]
 
 
 def test_a_cache_folder_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

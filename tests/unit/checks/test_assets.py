@@ -210,6 +210,10 @@ SHAPES: dict[str, tuple[np.ndarray, dict[str, list[str]]]] = {
     ),
     "a kilometre": (POINTS * 1e4, in_all_uses([])),
     "off centre": (POINTS + np.array([100, -20, 3]), in_all_uses([])),
+    "off centre by kilometres": (
+        POINTS + np.array([0, 20_000, 0]),
+        {"hull": ["SC417"], "parts": ["SC417"], "triangles": [], "decomposed": [], "seen": []},
+    ),
 }
 
 
@@ -527,7 +531,7 @@ def test_nothing_heavy_is_imported() -> None:
 def test_every_code_of_the_band_is_in_the_table() -> None:
     # From SC450 on they are of robots' files.
     assert [code for code in CODES if "SC400" < code < "SC450"] == [f"SC40{i}" for i in range(1, 8)] + [
-        f"SC4{i}" for i in range(10, 23)
+        f"SC4{i}" for i in range(10, 24)
     ]
 
 

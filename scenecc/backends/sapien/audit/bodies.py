@@ -18,6 +18,7 @@ from scenecc.backends.sapien.audit.comparison import (
     pose_numbers,
 )
 from scenecc.backends.sapien.audit.reference import (
+    MESH_TOLERANCE,
     PRECISION_CODE,
     EngineDefaults,
     body_mass,
@@ -136,6 +137,10 @@ class ShapeAudit:
         for name in ("vertices", "triangles"):
             if not np.array_equal(getattr(reference, name), getattr(part, name)):
                 self._comparison.tell(place, name, "those of the file", "others")
+        if not isinstance(geometry, Heightfield) and not (isinstance(geometry, TriangleMesh) and not geometry.sdf):
+            volume, weighed = self._meshes.cooked_volumes(reference)
+            if not abs(weighed - volume) < MESH_TOLERANCE * volume:
+                self._comparison.tell(place, "volume of the cooked mesh", format_value(volume), format_value(weighed))
 
 
 def compare_shape_pose(

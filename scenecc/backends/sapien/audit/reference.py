@@ -259,17 +259,34 @@ class ReferenceMeshes:
             case _:
                 return [shape.engine(*sizes, self._material)]
 
-    def hull_volume(self, file: int) -> float:
-        """[m³] of the hull of a file, unscaled."""
-        return self._once(("hull volume", file), lambda: enclosed_volume(self.hull(file)))
+    def hull_volume(self, file: int, signs: AxisSigns) -> float:
+        """[m³] of the hull of a file, mirrored and unscaled."""
+        return self.cooked_volumes(self.hull(file, signs))[1]
 
-    def parts_volume(self, file: int, params: CoacdParams | None) -> float:
-        """[m³] of all convex parts of a file, unscaled."""
-        return self._once(("parts volume", file, params), lambda: sum(map(enclosed_volume, self.parts(file, params))))
+    def parts_volume(self, file: int, params: CoacdParams | None, signs: AxisSigns) -> float:
+        """[m³] of all convex parts of a file, mirrored and unscaled."""
+        return sum(self.cooked_volumes(part)[1] for part in self.parts(file, params, signs))
 
     def triangle_volume(self, file: int) -> float:
         """[m³] that the triangles of a file, cooked with a field, enclose unscaled, whichever way they face."""
-        return self._once(("triangle volume", file), lambda: abs(enclosed_volume(self.triangles(file, sdf=True))))
+        return self.cooked_volumes(self.triangles(file, sdf=True))[1]
+
+    def cooked_volumes(self, shape: Any) -> tuple[float, float]:
+        """What one of these shapes encloses and what the engine weighs it by [m³]; 0 where its faces look inwards."""
+
+        def weigh() -> tuple[float, float]:
+            volume = enclosed_volume(shape)
+            if not isinstance(shape, physx.PhysxCollisionShapeConvexMesh):
+                volume = abs(volume)
+            if not volume > 0:
+                return volume, 0.0
+            # The engine gives no body less than a milligram: this one weighs a kilogram, or the mesh is wrong.
+            shape.set_density(1 / volume)
+            body = physx.PhysxRigidDynamicComponent()
+            body.attach(shape)
+            return volume, body.mass * volume
+
+        return self._once(("volumes", id(shape)), weigh)
 
     def _path(self, file: int) -> str:
         return str(collision_file(self._plan.files[file]))
@@ -293,8 +310,8 @@ class ReferenceMeshes:
 
 
 def enclosed_volume(shape: Any) -> float:
-    """[m³] inside a closed mesh: the sum of signed tetrahedra from the origin to each triangle."""
-    vertices: NDArray[np.float64] = shape.vertices.astype(np.float64)
+    """[m³] inside a closed mesh: the sum of signed tetrahedra from a vertex to each triangle."""
+    vertices: NDArray[np.float64] = shape.vertices.astype(np.float64) - shape.vertices[0]
     a, b, c = (vertices[shape.triangles[:, i]] for i in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
@@ -310,6 +327,9 @@ CYLINDER_AREA_RATIO = 32 / (2 * math.pi) * math.sin(2 * math.pi / 32)
 
 MASS_TOLERANCE = 1e-4
 """Between an engine that adds in float32 and this."""
+
+MESH_TOLERANCE = 1e-2
+"""Between the volume by which PhysX weighs a hull and that of its triangles: its polygons are not quite plane."""
 
 
 def round_as_inverse(value: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -373,9 +393,9 @@ def shape_volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: Re
         case ConvexMesh():
             return _scaled_volume(geometry, rows, meshes.hull_volume)
         case ConvexParts():
-            return _scaled_volume(geometry, rows, lambda file: meshes.parts_volume(file, geometry.coacd))
+            return _scaled_volume(geometry, rows, lambda file, signs: meshes.parts_volume(file, geometry.coacd, signs))
         case TriangleMesh(sdf=True):
-            return _scaled_volume(geometry, rows, meshes.triangle_volume)
+            return _scaled_volume(geometry, rows, lambda file, _: meshes.triangle_volume(file))
         case Plane() | TriangleMesh() | Heightfield():
             return np.zeros(1)
 
@@ -391,12 +411,14 @@ def _row_volume(geometry: CollisionGeometry, row: int, meshes: ReferenceMeshes) 
 
 
 def _scaled_volume(
-    geometry: MeshGeometry, rows: NDArray[np.intp], unscaled: Callable[[int], float]
+    geometry: MeshGeometry, rows: NDArray[np.intp], unscaled: Callable[[int, AxisSigns], float]
 ) -> NDArray[np.float64]:
-    files = select_rows(geometry.file, rows)
-    of_file = {index: unscaled(index) for index in np.unique(files).tolist()}
-    units = np.array([of_file[index] for index in files.tolist()])
-    return units * np.abs(np.prod(select_rows(geometry.scale, rows), axis=1))
+    files, scales = select_rows(geometry.file, rows), select_rows(geometry.scale, rows)
+    count = max(len(files), len(scales))
+    signs: list[AxisSigns] = [tuple(row) for row in np.broadcast_to(np.sign(scales), (count, 3)).tolist()]
+    meshes = list(zip(np.broadcast_to(files, count).tolist(), signs, strict=True))
+    of_mesh = {mesh: unscaled(*mesh) for mesh in dict.fromkeys(meshes)}
+    return np.array([of_mesh[mesh] for mesh in meshes]) * np.abs(np.prod(scales, axis=1))
 
 
 def part_counts(structure: BodyStructure, row: int, meshes: ReferenceMeshes) -> list[int]:
