@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, from_rpy, normalized
@@ -24,12 +25,18 @@ class SdfFile:
         context: of the import.
         path: of the file.
         losses: so far, of all files of the import.
+        version: of the format.
     """
 
-    def __init__(self, context: ImportContext, path: Path, losses: list[Loss]) -> None:
+    def __init__(self, context: ImportContext, path: Path, losses: list[Loss], version: str = "") -> None:
         self.context = context
         self.path = path
         self.losses = losses
+        self.version = tuple(int(part) for part in re.findall(r"\d{1,9}", version)[:2])
+
+    def is_before(self, *version: int) -> bool:
+        """Whether it is written in an older version of the format. A file without a version is not."""
+        return bool(self.version) and self.version < version
 
     def error(self, message: str, element: SourceElement, hint: str | None = None, code: str = "SC433") -> None:
         """Reports an error at an element."""
@@ -138,4 +145,4 @@ def read_file(path: Path, context: ImportContext, losses: list[Loss]) -> tuple[S
     if root is not None and root.tag != "sdf":
         file.error(f"the root element is <{root.tag}>, not <sdf>", root, code="SC430")
         return None
-    return None if root is None else (file, root)
+    return None if root is None else (SdfFile(context, path, losses, root.attributes.get("version", "")), root)
