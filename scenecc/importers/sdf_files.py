@@ -34,8 +34,9 @@ def find_file(uri: str, file: SdfFile) -> Path | str:
         if not isinstance(found, Refusal):
             return found.path
         reasons.append(found)
-    first = next((each for each in reasons if each.code == "SC402"), None)
-    return f"`{uri[:120]}` is in no folder that may be read" if first is None else f"{first.message}; {first.hint}"
+    if _URI.fullmatch(uri) is None and reasons[0].code != "SC401":
+        return reasons[0].message
+    return f"`{uri[:120]}` is neither in a folder of the file nor in an asset root (--asset-root)"
 
 
 def find_model(uri: str, file: SdfFile) -> Path | str:

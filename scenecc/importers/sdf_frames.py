@@ -30,6 +30,7 @@ class Scope:
         is_static: whether the model or one around it is static.
         is_merged: whether its names belong to the scope around it too.
         models: nested models, by name.
+        missing: names of included models that are left out.
         links, joints, frames: elements by name.
     """
 
@@ -43,6 +44,7 @@ class Scope:
     is_static: bool = False
     is_merged: bool = False
     models: dict[str, Scope] = field(default_factory=dict[str, "Scope"])
+    missing: set[str] = field(default_factory=set[str])
     links: dict[str, SourceElement] = field(default_factory=dict[str, "SourceElement"])
     joints: dict[str, SourceElement] = field(default_factory=dict[str, "SourceElement"])
     frames: dict[str, SourceElement] = field(default_factory=dict[str, "SourceElement"])
@@ -135,6 +137,10 @@ class Scope:
         return IDENTITY_POSE
 
     def _unknown(self, name: str, user: SourceElement) -> None:
+        if name.partition(SEPARATOR)[0] in self.missing:
+            # Which is a loss already, and so is what hangs on it.
+            self.file.lose("joints", f"<{user.tag}> is attached to the missing model `{name}`", user)
+            return
         known = [*self.links, *self.joints, *self.frames, *self.models]
         listed = ", ".join(f"`{each}`" for each in known[:8]) or "none"
         self.file.error(f"there is no frame or link `{name[:80]}` in `{self.name}`", user, hint=f"it has {listed}")

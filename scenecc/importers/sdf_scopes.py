@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from scenecc.importers.sdf_files import find_model
@@ -10,14 +11,10 @@ from scenecc.importers.sdf_frames import MODEL, SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_xml import read_file, text_of
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from scenecc.importers.sdf_xml import SdfFile, SourceElement
 
 _MAX_DEPTH: Final = 20
 _MAX_INCLUDES: Final = 2000
-
-IGNORED: Final = frozenset({"plugin", "sensor", "audio", "battery", "projector", "enable_wind"})
 
 
 class ScopeReader:
@@ -82,6 +79,7 @@ class ScopeReader:
         found = find_model(uri, file)
         if isinstance(found, str):
             file.lose("models", f"{found}; it is included", element)
+            scope.missing.add(text_of(element, "name") or Path(uri).stem)
             return
         if found in chain or len(chain) > _MAX_DEPTH or self._count > _MAX_INCLUDES:
             why = "includes itself" if found in chain else "includes too many files"
