@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.checks.mesh_data import AssetBudget, AssetError, AssetReference, MeshReadContext
+from scenecc.checks.mesh_data import AssetBudget, AssetError, AssetReference, MeshData, MeshReadContext
 from scenecc.checks.meshes import read_mesh
 from scenecc.files import open_regular
+from scenecc.lower.shapes import MAX_HEIGHTS
 from scenecc.meshes.primitives import sphere
+from scenecc.source.grey_png import read_grey_png
+from scenecc.source.paths import Refusal, resolve_asset_reference
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from scenecc.source import Limits
+    from scenecc.importers.imported_scene import ImportContext
 
 MESH_SUFFIXES: Final = (".obj", ".gltf", ".glb", ".stl", ".ply", ".dae")
 """Formats of meshes that a scene can show, in lower case."""
@@ -45,34 +49,78 @@ def ellipsoid_obj() -> bytes:
     return obj_bytes(surface.vertices, surface.faces)
 
 
-def mesh_as_obj(path: Path, limits: Limits, *, submesh: str, scale: list[float], center: bool) -> bytes:
+@dataclass(frozen=True, slots=True)
+class MeshFile:
+    """A mesh file that was read.
+
+    Attributes:
+        path: of the file.
+        content: of the file.
+        data: its triangles.
+        missing: the materials and images that it names and that are not there.
+    """
+
+    path: Path
+    content: bytes
+    data: MeshData
+    missing: tuple[str, ...]
+
+
+def load_mesh(path: Path, context: ImportContext) -> MeshFile:
+    """Reads a mesh file, which was found inside the scope of the import.
+
+    Raises:
+        MeshError: it is no mesh, is too large, or a buffer that it names is missing.
+    """
+    missing: list[str] = []
+    most = context.limits.asset_bytes
+
+    def open_named(reference: AssetReference) -> bytes:
+        found = resolve_asset_reference(reference.uri, owner=path, owner_uri=path.name, scope=context.scope)
+        if not isinstance(found, Refusal):
+            return _read(found.path, most)
+        if reference.kind == "buffer":
+            raise AssetError(found.code, found.message, found.hint)
+        missing.append(reference.uri)
+        return b""
+
+    content = _read(path, most)
+    reading = MeshReadContext(open_named, most, AssetBudget(context.limits.assets_bytes))
+    try:
+        data = read_mesh(content, path.suffix.lower(), reading)
+        for reference in data.references:
+            open_named(reference)
+    except AssetError as error:
+        raise MeshError(f"{path.name}: {error.message}") from error
+    if not any(len(part.faces) for part in data.parts):
+        raise MeshError(f"{path.name} has no triangles")
+    return MeshFile(path, content, data, tuple(missing))
+
+
+def _read(path: Path, most: int) -> bytes:
+    try:
+        with open_regular(path) as stream:
+            data = stream.read(most + 1)
+    except OSError as error:
+        raise MeshError(f"{path.name} cannot be read: {error.strerror}") from error
+    if len(data) > most:
+        raise MeshError(f"{path.name} has more than {most} bytes")
+    return data
+
+
+def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: bool) -> bytes:
     """The triangles of a mesh file, scaled. A scale that mirrors turns the triangles round.
 
     Args:
-        path: of the file, which was found inside the scope of the import.
-        limits: the size of the file.
+        mesh: the file.
         submesh: name of the only part to take; "": all parts.
         scale: factors along x, y and z.
         center: whether the middle of the bounds moves to the origin.
 
     Raises:
-        MeshError: it cannot be read, or has no such part.
+        MeshError: it has no such part.
     """
-    try:
-        with open_regular(path) as stream:
-            data = stream.read(limits.asset_bytes + 1)
-    except OSError as error:
-        raise MeshError(f"{path.name} cannot be read: {error.strerror}") from error
-    if len(data) > limits.asset_bytes:
-        raise MeshError(f"{path.name} has more than {limits.asset_bytes} bytes")
-    context = MeshReadContext(_open_nothing, limits.asset_bytes, AssetBudget(limits.assets_bytes))
-    try:
-        parts = read_mesh(data, path.suffix.lower(), context).parts
-    except AssetError as error:
-        raise MeshError(f"{path.name}: {error}") from error
-    meshes = _named_parts(data, path, submesh) if submesh else [(part.vertices, part.faces) for part in parts]
-    if not meshes:
-        raise MeshError(f"{path.name} has no triangles")
+    meshes = _named_parts(mesh, submesh) if submesh else [(part.vertices, part.faces) for part in mesh.data.parts]
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
     vertices = np.concatenate([np.asarray(each, np.float64) for each, _ in meshes]) * scale
     faces = np.concatenate([each + start for (_, each), start in zip(meshes, starts, strict=False)])
@@ -81,29 +129,32 @@ def mesh_as_obj(path: Path, limits: Limits, *, submesh: str, scale: list[float],
     return obj_bytes(vertices, faces[:, ::-1] if np.prod(scale) < 0 else faces)
 
 
-def _open_nothing(_reference: AssetReference) -> bytes:
-    """Materials and images of a mesh, which its triangles do not need."""
-    return b""
+def read_heights(path: Path, context: ImportContext) -> None:
+    """Raises MeshError where a file is no terrain that a scene can hold."""
+    try:
+        read_grey_png(_read(path, context.limits.asset_bytes), MAX_HEIGHTS)
+    except ValueError as error:
+        raise MeshError(str(error)) from error
 
 
-def _named_parts(data: bytes, path: Path, name: str) -> list[tuple[NDArray[Any], NDArray[Any]]]:
-    """The parts of some name, in the file's frame. The data were checked before."""
+def _named_parts(mesh: MeshFile, name: str) -> list[tuple[NDArray[Any], NDArray[Any]]]:
+    """The parts of some name, in the file's frame."""
     import trimesh
 
     library: Any = trimesh
     try:
-        scene = library.load_scene(BytesIO(data), path.suffix[1:].lower(), process=False)
+        scene = library.load_scene(BytesIO(mesh.content), mesh.path.suffix[1:].lower(), process=False)
     except Exception as error:  # trimesh's readers raise whatever comes
-        raise MeshError(f"{path.name} cannot be read: {error}") from error
+        raise MeshError(f"{mesh.path.name} cannot be read: {error}") from error
     found: list[tuple[NDArray[Any], NDArray[Any]]] = []
     for node in scene.graph.nodes_geometry:
         place, key = scene.graph[node]
         if name in {node, key}:
-            mesh = scene.geometry[key].copy()
-            mesh.apply_transform(place)
-            found.append((mesh.vertices, mesh.faces))
+            part = scene.geometry[key].copy()
+            part.apply_transform(place)
+            found.append((part.vertices, part.faces))
     if not found:
-        raise MeshError(f"{path.name} has no part `{name[:60]}`")
+        raise MeshError(f"{mesh.path.name} has no part `{name[:60]}`")
     return found
 
 

@@ -69,14 +69,16 @@ class Names:
 
     def __init__(self, *taken: str) -> None:
         self._taken = set(taken)
+        self._counts: dict[str, int] = {}
 
     def new(self, wish: str) -> str:
         """The nearest free name: what a name cannot hold becomes `_`."""
         name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish.replace("::", "."))
         name = name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
-        free, count = name, 1
+        free, count = name, self._counts.get(name, 1)
         while free in self._taken:
             count += 1
             free = f"{name}_{count}"
+        self._counts[name] = count
         self._taken.add(free)
         return free

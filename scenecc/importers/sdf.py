@@ -28,6 +28,9 @@ _CAMERAS: Final = frozenset(
 _IGNORED_BIT: Final = 1 << 29
 """Of the third collision integer: links that have it do not collide where their fourth integers are equal."""
 
+_MAX_MASKS: Final = 64
+"""Different bitmasks that are compared with one another; with more of them, some two have no bit in common."""
+
 _FIRST_NUMBER: Final = 1000
 """Of the fourth collision integers given here; those of other articulations count from 0."""
 
@@ -66,6 +69,15 @@ def read_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
     top = worlds[0] if worlds else root
     for other in worlds[1:]:
         file.lose("worlds", f"the world `{other.attributes.get('name', '')}`; only the first is read", other)
+    try:
+        return _build(path, file, top, is_world=bool(worlds))
+    except RecursionError:
+        file.error("frames or links depend on one another through too many others", top)
+        return None
+
+
+def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> ImportedScene:
+    losses = file.losses
     reader = ScopeReader(file)
     world = reader.world(top)
     parts = SceneParts()
@@ -79,17 +91,18 @@ def read_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
         parts.entities[parts.names.new(name)] = {"urdf": Asset(robot.name, robot), **place}
     for joint in world.joints.values():
         file.lose("joints", f"the joint `{joint.attributes.get('name', '')}` between models", joint)
-    if not worlds and not world.models and not losses:
+    if not is_world and not world.models and not losses:
         file.error("there is nothing to import: no world and no model", top)
     return ImportedScene(
-        _document(path, file, world, parts, is_world=bool(worlds)), tuple(losses), parts.bodies, places=parts.locations
+        _document(path, file, world, parts, is_world=is_world), tuple(losses), parts.bodies, places=parts.locations
     )
 
 
 def _apply_bitmasks(parts: SceneParts) -> None:
     """Bitmasks as collision bits, where they keep any two bodies apart."""
     masks = {one.mask for one in parts.bitmasks if one.mask is not None}
-    if all(a & b for a in masks for b in masks) and all(one.mask is not None for one in parts.bitmasks):
+    is_trivial = len(masks) <= _MAX_MASKS and all(a & b for a in masks for b in masks)
+    if is_trivial and all(one.mask is not None for one in parts.bitmasks):
         return
     apart: dict[str, int] = {}
     for one in parts.bitmasks:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Node = dict[str, Any]
 
-_MAX_GROUPS: Final = 31
+_MAX_GROUPS, _MAX_LINKS = 31, 255
 
 _DUMMY_MASS: Final = 1e-6
 """Of the links between the hinges of one joint [kg]."""
@@ -130,9 +130,12 @@ class ModelReader:
         """Adds the model's entities and constraints."""
         self._collect(self._model, "", IDENTITY_POSE)
         groups, entities = self._groups(), {*self._parts.entities}
+        first_of = {path: group[0] for group in groups for path in group}
+        joints_of: dict[str, list[SdfJoint]] = {}
+        for joint in self._joints:
+            joints_of.setdefault(first_of[joint.child or joint.parent], []).append(joint)
         for group in groups:
-            joints = [joint for joint in self._joints if joint.child in group or joint.parent in group]
-            self._add(group, joints, is_only=len(groups) == 1)
+            self._add(group, joints_of.get(group[0], []), is_only=len(groups) == 1)
         if len(groups) > 1 and not self._model.is_static:
             self._separate(entities)
 
@@ -189,7 +192,7 @@ class ModelReader:
 
         def top(path: str) -> str:
             while owner[path] != path:
-                path = owner[path]
+                owner[path] = path = owner[owner[path]]
             return path
 
         if not self._model.is_static:
@@ -377,6 +380,11 @@ class _Tree:
     def add(self, wish: str) -> None:
         """Adds the entity."""
         reader = self._reader
+        if len(self._links) > _MAX_LINKS:
+            model = reader.model
+            message = f"joints connect {len(self._links)} links of `{model.name}`; PhysX counts them in eight bits"
+            model.file.error(message, model.element, hint=f"an articulation has at most {_MAX_LINKS} links")
+            return
         name = reader.parts.names.new(wish)
         anchors = [joint for joint in self._joints if not (joint.parent and joint.child)]
         anchor = next(iter(anchors), None)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from scenecc.importers.numbers import Names
 from scenecc.importers.sdf_files import find_model
 from scenecc.importers.sdf_frames import MODEL, SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_xml import read_file, text_of
@@ -30,6 +31,7 @@ class ScopeReader:
     def __init__(self, file: SdfFile) -> None:
         self._top = file
         self._count = 0
+        self._names: dict[int, Names] = {}
         self.robots: list[tuple[str, Path, SourceElement]] = []
 
     def world(self, element: SourceElement) -> Scope:
@@ -67,7 +69,10 @@ class ScopeReader:
             return
         if model.name in scope.models:
             # Drake and Gazebo refuse it; worlds that were saved by older versions have it.
-            free = next(f"{model.name}_{n}" for n in range(1, 10**6) if f"{model.name}_{n}" not in scope.models)
+            names = self._names.setdefault(id(scope), Names())
+            free = names.new(model.name)
+            while free in scope.models:
+                free = names.new(model.name)
             scope.file.lose("names", f"a second model `{model.name}` is called `{free}`", model.placing)
             model = replace(model, name=free)
         scope.models[model.name] = model

@@ -6,9 +6,18 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from scenecc.checks.images import IMAGE_SUFFIXES
 from scenecc.geometry.rotations import Pose7, compose, invert
 from scenecc.importers.imported_scene import Asset
-from scenecc.importers.meshes import MESH_SUFFIXES, MeshError, ellipsoid_obj, mesh_as_obj, polyline_obj
+from scenecc.importers.meshes import (
+    MESH_SUFFIXES,
+    MeshError,
+    ellipsoid_obj,
+    load_mesh,
+    mesh_as_obj,
+    polyline_obj,
+    read_heights,
+)
 from scenecc.importers.numbers import plain_number, plain_numbers, plain_pose
 from scenecc.importers.sdf_files import find_file
 from scenecc.importers.sdf_xml import find, text_of
@@ -59,17 +68,22 @@ class LinkPlace:
 
 def read_shapes(link: SourceElement, place: LinkPlace) -> dict[str, list[Shape]]:
     """`shapes`, `collisions` and `visuals` of a link. A visual and a collision of one form are one shape."""
-    collisions = [shape for each in link.all("collision") for shape in _collision(each, place)]
-    visuals = [shape for each in link.all("visual") for shape in _visual(each, place)]
+    collided = [shape for each in link.all("collision") for shape in _collision(each, place)]
+    seen = [shape for each in link.all("visual") for shape in _visual(each, place)]
+    twins: dict[str, list[int]] = {}
+    for number, visual in enumerate(seen):
+        twins.setdefault(repr(_form(visual)), []).append(number)
     shapes: list[Shape] = []
-    for collision in list(collisions):
-        key = _form(collision)
-        twin = next((each for each in visuals if _form(each) == key), None)
-        if twin is None or not _is_shared(collision):
-            continue
-        collisions.remove(collision)
-        visuals.remove(twin)
-        shapes.append(_merged(collision, twin))
+    collisions: list[Shape] = []
+    for collision in collided:
+        form = _form(collision)
+        numbers = twins.get(repr(form), []) if _is_shared(collision) else []
+        if numbers and _form(seen[numbers[0]]) == form:
+            shapes.append(_merged(collision, seen[numbers[0]]))
+            seen[numbers.pop(0)] = {}
+        else:
+            collisions.append(collision)
+    visuals = [visual for visual in seen if visual]
     found = {"shapes": shapes, "collisions": collisions, "visuals": visuals}
     return {name: each for name, each in found.items() if each}
 
@@ -92,7 +106,7 @@ def solid_mass(shape: Shape, density: float) -> float:
 
 def _form(shape: Shape) -> dict[str, Any]:
     looks = {"material", "color", "density", "name", "bitmask"}
-    form = {key: value for key, value in shape.items() if key not in looks}
+    form = {key: shape[key] for key in sorted(shape) if key not in looks}
     if form["type"] == "plane":
         form.pop("half_size", None)
     return {**form, "type": "mesh"} if form["type"] == "convex_mesh" else form
@@ -198,6 +212,8 @@ def _look(element: SourceElement, place: LinkPlace) -> dict[str, Any]:
         found = find_file(uri, file) if uri else ""
         if uri and isinstance(found, str):
             file.lose("missing-files", f"{found}; it is a texture", element, place.path)
+        elif not isinstance(found, str) and found.suffix.lower() not in IMAGE_SUFFIXES:
+            file.lose("missing-files", f"the texture {found.name} has a format that is not read", element, place.path)
         elif not isinstance(found, str):
             look[key] = Asset(found.name, found)
     return look
@@ -316,6 +332,10 @@ def _heightmap(asked: _Request) -> Shape | str:
         return "is a heightmap that is no PNG"
     if asked.place.moves:
         return "is a heightmap on a body that moves"
+    try:
+        read_heights(found, asked.file.context)
+    except MeshError as error:
+        return f"is a heightmap: {error}"
     size = asked.file.vector(asked.form, "size", default=(1, 1, 1))
     x, y, z = asked.file.vector(asked.form, "pos", default=(0, 0, 0))
     pose = compose(asked.pose, (x, y, z, 1.0, 0.0, 0.0, 0.0))
@@ -332,27 +352,36 @@ def _mesh(asked: _Request) -> Shape | str:
         return f"is a mesh of the format {found.suffix or 'without a suffix'}"
     if not all(scale):
         return "is a mesh of the scale 0"
-    submesh = text_of(asked.form, "submesh", "name")
-    is_baked = bool(submesh) or (asked.collides and (min(scale) < 0 or found.suffix.lower() == ".dae"))
-    asset = Asset(found.name, found)
-    if is_baked:
-        try:
-            center = asked.file.flag(asked.form, "submesh", "center", default=False)
-            baked = [1.0, 1.0, 1.0] if min(scale) > 0 else scale
-            asset = _baked(found, submesh, baked, asked, center=center)
-            scale = [abs(a / b) if b != 1.0 else a for a, b in zip(scale, baked, strict=True)]
-        except MeshError as error:
-            return f"is a mesh: {error}"
+    try:
+        asset, scale = _asset(found, scale, asked)
+    except MeshError as error:
+        return f"is a mesh: {error}"
     is_convex = asked.form.find("drake:declare_convex") is not None
     return _mesh_shape(asked, asset, scale, is_convex=is_convex)
 
 
-def _baked(path: Path, submesh: str, scale: list[float], asked: _Request, *, center: bool) -> Asset:
-    """The mesh as an OBJ of triangles alone. Its look is lost, where it is seen."""
-    data = mesh_as_obj(path, asked.file.context.limits, submesh=submesh, scale=scale, center=center)
+def _asset(path: Path, scale: list[float], asked: _Request) -> tuple[Asset, list[float]]:
+    """The file of a mesh and its scale: the file itself, or an OBJ of triangles where a scene cannot use it.
+
+    Raises:
+        MeshError: it cannot be read.
+    """
+    file = asked.file
+    mesh = load_mesh(path, file.context)
+    submesh = text_of(asked.form, "submesh", "name")
+    is_mirrored = asked.collides and min(scale) < 0
+    if not (submesh or mesh.missing or is_mirrored or (asked.collides and path.suffix.lower() == ".dae")):
+        return Asset(path.name, path), scale
+    center = file.flag(asked.form, "submesh", "center", default=False)
+    baked = scale if is_mirrored else [1.0, 1.0, 1.0]
+    data = mesh_as_obj(mesh, submesh=submesh, scale=baked, center=center)
     if not asked.collides:
-        asked.file.lose("mesh-looks", f"the materials of the part `{submesh}` of {path.name}", asked.form)
-    return Asset(f"{path.stem}{'_' + submesh if submesh else ''}.obj", data)
+        why = (
+            f"it names `{mesh.missing[0][:80]}`, which is missing" if mesh.missing else f"of its part `{submesh[:80]}`"
+        )
+        file.lose("mesh-looks", f"the materials of {path.name}: {why}", asked.form)
+    name = f"{path.stem}{'_' + submesh if submesh else ''}.obj"
+    return Asset(name, data), [1.0, 1.0, 1.0] if is_mirrored else scale
 
 
 def _mesh_shape(asked: _Request, asset: Asset, scale: list[float], *, is_convex: bool) -> Shape:

@@ -350,3 +350,40 @@ def test_a_limit_of_an_asset_holds(folder: Path) -> None:
 def test_an_unknown_loss_is_a_value_error(folder: Path) -> None:
     with pytest.raises(ValueError, match="there is no loss `x`"):
         imported(folder, model(link("a")), allow=["x"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        model(
+            "".join(link(f"a{i}") for i in range(600))
+            + "".join(joint("fixed", f"a{i}", f"a{i + 1}", name=f"j{i}") for i in range(599))
+        ),
+        model(
+            link("a")
+            + "".join(f'<frame name="f{i}" attached_to="f{i + 1}"/>' for i in range(4000))
+            + link("b", frame='relative_to="f0"')
+        ),
+    ],
+    ids=["links", "frames"],
+)
+def test_a_long_chain_is_an_error(folder: Path, text: str) -> None:
+    assert "SC433" in refused(folder, text)
+
+
+def test_a_mesh_without_its_materials_is_shown_plain(folder: Path) -> None:
+    (folder / "in/a.obj").write_text(
+        "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    visual = "<visual name='v'><geometry><mesh><uri>a.obj</uri></mesh></geometry></visual></link>"
+    found, made = imported(folder, model(link("a").replace("</link>", visual)))
+    assert found["entities"]["m"]["visuals"][0]["file"] == "scene_assets/a.obj"
+    assert [loss.kind for loss in made.losses] == ["mesh-looks"]
+
+
+def test_a_mesh_that_cannot_be_read_is_a_loss(folder: Path) -> None:
+    (folder / "in/a.stl").write_text("hello")
+    mesh = "<geometry><mesh><uri>a.stl</uri></mesh></geometry>"
+    text = model(link("a").replace("<geometry><box><size>0.2 0.4 0.6</size></box></geometry>", mesh))
+    assert refused(folder, text) == ["SC431"]
+    assert imported(folder, text, allow=["colliders"])[1].losses[0].kind == "colliders"
