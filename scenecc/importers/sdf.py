@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.geometry.rotations import Pose7, compose, rotate
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss
 from scenecc.importers.numbers import Names, plain_number, plain_numbers, plain_pose
-from scenecc.importers.sdf_frames import SEPARATOR, Scope
-from scenecc.importers.sdf_models import ModelReader, SceneParts
+from scenecc.importers.sdf_frames import SEPARATOR, WORLD, Scope
+from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type
+from scenecc.importers.sdf_models import BuiltLink, ModelReader, SceneParts
 from scenecc.importers.sdf_scopes import ScopeReader
-from scenecc.importers.sdf_xml import SdfFile, find, read_file
+from scenecc.importers.sdf_xml import SMALLEST, SdfFile, find, read_file, text_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -89,13 +90,39 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
         pose = plain_pose(world.placed(element, world.base))
         place = {} if pose is None else {"pose": pose}
         parts.entities[parts.names.new(name)] = {"urdf": Asset(robot.name, robot), **place}
-    for joint in world.joints.values():
-        file.lose("joints", f"the joint `{joint.attributes.get('name', '')}` between models", joint)
+    for name, joint in world.joints.items():
+        _connect(world, name, joint, parts)
     if not is_world and not world.models and not losses:
         file.error("there is nothing to import: no world and no model", top)
     return ImportedScene(
         _document(path, file, world, parts, is_world=is_world), tuple(losses), parts.bodies, places=parts.locations
     )
+
+
+def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts) -> None:
+    """Adds a joint between models as a constraint."""
+    kind, file = joint_type(element), world.file
+    ends: list[tuple[str, Pose7, bool]] = []
+    for tag in ("parent", "child"):
+        word = text_of(element, tag)
+        path = "" if word == WORLD else world.link_of(word, element)
+        built = None if path is None else parts.links.get(path, BuiltLink(WORLD, IDENTITY_POSE, is_moved=False))
+        if built is None:
+            return
+        ends.append((built.name or WORLD, built.pose if built.name else IDENTITY_POSE, built.is_moved))
+    if not kind:
+        file.lose("joints", f"the joint `{name}` of the type `{element.attributes.get('type', '')}`", element)
+        return
+    if ends[0][0] == ends[1][0]:
+        file.error(f"the joint `{name}` connects a body with itself", element)
+        return
+    joint = SdfJoint(world, element, name, kind, ends[0][0], ends[1][0], world.pose_of(name, element), IDENTITY_POSE)
+    hinges = hinges_of(joint)
+    if not ends[1][2]:
+        ends.reverse()
+    if ends[1][2]:
+        made = constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges)
+        parts.constraints[parts.constraint_names.new(name)] = made
 
 
 def _apply_bitmasks(parts: SceneParts) -> None:
@@ -226,7 +253,8 @@ class _Rendering:
             "type": kind,
             "color": plain_numbers([max(each, 0) * intensity for each in (color or (1, 1, 1))[:3]]),
         }
-        direction = rotate(pose[3:], file.vector(element, "direction", default=(0, 0, -1)))
+        aim = file.vector(element, "direction", default=(0, 0, -1))
+        direction = rotate(pose[3:], aim if math.hypot(*aim) >= SMALLEST else (0.0, 0.0, -1.0))
         if kind != "directional" or mount:
             light["position"] = plain_numbers(pose[:3])
         if kind != "point":

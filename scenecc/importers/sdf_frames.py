@@ -78,12 +78,12 @@ class Scope:
 
     def link_of(self, name: str, user: SourceElement, depth: int = 0) -> str | None:
         """The path of the link that a frame is attached to, from this scope; None after an error at `user`."""
-        head, _, rest = name.partition(SEPARATOR)
-        if rest and head in self.models:
-            found = self.models[head].link_of(rest, user, depth)
-            return None if found is None else f"{head}{SEPARATOR}{found}"
         if name in self.links:
             return name
+        head, _, rest = name.partition(SEPARATOR)
+        if rest and head in self.models and name not in self.frames and name not in self.joints:
+            found = self.models[head].link_of(rest, user, depth)
+            return None if found is None else f"{head}{SEPARATOR}{found}"
         target = None
         if name in self.models:
             target = f"{name}{SEPARATOR}{MODEL}"
@@ -118,11 +118,6 @@ class Scope:
         return first or (None if nested is None else f"{nested}{SEPARATOR}{MODEL}")
 
     def _resolve(self, name: str, user: SourceElement) -> Pose7 | None:
-        head, _, rest = name.partition(SEPARATOR)
-        if head in self.models:
-            model = self.models[head]
-            pose = self.model_pose(model)
-            return compose(pose, model.pose_of(rest, user)) if rest else pose
         if name in self.links:
             return self.placed(self.links[name], self.base)
         if name in self.joints:
@@ -130,6 +125,11 @@ class Scope:
             return self.placed(self.joints[name], self.base if child is None else child.text)
         if name in self.frames:
             return self.placed(self.frames[name], self.frames[name].attributes.get("attached_to") or self.base)
+        head, _, rest = name.partition(SEPARATOR)
+        if head in self.models:
+            model = self.models[head]
+            pose = self.model_pose(model)
+            return compose(pose, model.pose_of(rest, user)) if rest else pose
         merged = next((each for each in self.models.values() if each.is_merged and each.knows(name)), None)
         if merged is not None:
             return compose(self.model_pose(merged), merged.pose_of(name, user))

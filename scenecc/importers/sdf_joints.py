@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY, Pose7, compose, invert, rotate, shortest_from_x
 from scenecc.importers.numbers import plain_axis, plain_number, plain_numbers, plain_pose
-from scenecc.importers.sdf_xml import find
+from scenecc.importers.sdf_xml import SMALLEST, find
 
 if TYPE_CHECKING:
     from scenecc.geometry.rotations import Vec3
@@ -96,7 +96,7 @@ def hinges_of(joint: SdfJoint) -> list[Hinge]:
 def _hinge(joint: SdfJoint, tag: str) -> Hinge:
     file, axis = joint.scope.file, joint.element.find(tag)
     xyz = file.vector(axis, "xyz", default=(0, 0, 1))
-    if not any(xyz):
+    if math.hypot(*xyz) < SMALLEST:
         file.error(f"the axis of `{joint.path}` has the length 0", joint.element)
         xyz = (0.0, 0.0, 1.0)
     kind = "prismatic" if joint.type == "prismatic" else "revolute"

@@ -25,6 +25,9 @@ Node = dict[str, Any]
 
 _MAX_GROUPS, _MAX_LINKS = 31, 255
 
+_LEAST_INERTIA: Final = 1e-30
+"""Masses and moments below it are 0 for the engine, which has single precision [kg, kg·m²]."""
+
 _DUMMY_MASS: Final = 1e-6
 """Of the links between the hinges of one joint [kg]."""
 
@@ -316,6 +319,8 @@ def _mass(link: SdfLink, content: Node) -> Node:
     file, inertial = link.scope.file, link.element.find("inertial")
     collides = any(key in content for key in ("shapes", "collisions"))
     if inertial is not None and inertial.attributes.get("auto", "").lower() in {"true", "1"} and collides:
+        if inertial.find("mass") is not None:
+            return {"mass": plain_number(file.positive(inertial, "mass", default=1))}
         density = file.positive(inertial, "density", default=1000)
         mass = sum(solid_mass(shape, density) for shape in (*content.get("shapes", ()), *content.get("collisions", ())))
         # SAPIEN's cylinders are hulls, which weigh a little less.
@@ -335,15 +340,15 @@ def _mass(link: SdfLink, content: Node) -> Node:
         axes[:, 2] *= np.sign(np.linalg.det(axes))
         pose = compose(pose, _turn(axes))
     low, middle, high = sorted(float(each) for each in moments)
-    if mass <= 0 or low <= 0 or not np.isfinite(tensor).all() or low + middle < high * (1 - 1e-6):
+    if min(mass, low) < _LEAST_INERTIA or low + middle < high * (1 - 1e-6):
         shown = f"the mass {mass:g} kg and the moments {low:.3g}, {middle:.3g}, {high:.3g}"
-        instead = f"{mass:g} kg in its shapes" if mass > 0 and collides else "a small mass"
+        instead = f"{mass:g} kg in its shapes" if mass >= _LEAST_INERTIA and collides else "a small mass"
         file.lose(
             "inertias", f"`{link.path}` has {shown}, which no body has; it gets {instead}", inertial or link.element
         )
-        if mass > 0 and collides:
+        if mass >= _LEAST_INERTIA and collides:
             return {"mass": plain_number(mass)}
-        mass = mass if mass > 0 else _DUMMY_MASS
+        mass = mass if mass >= _LEAST_INERTIA else _DUMMY_MASS
         moments = np.full(3, mass * 1e-2)
     com = plain_pose(pose)
     place = {} if com is None else {"com": com}

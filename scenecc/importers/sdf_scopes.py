@@ -50,7 +50,9 @@ class ScopeReader:
             elif child.tag in {"link", "joint", "frame"}:
                 table = {"link": scope.links, "joint": scope.joints, "frame": scope.frames}[child.tag]
                 name = child.attributes.get("name", "")
-                if not name or name in table or SEPARATOR in name:
+                # Models that older versions flattened have links called `MODEL::LINK`.
+                is_flat = scope.file.is_before(1, 8)
+                if not name or name in table or (SEPARATOR in name and not is_flat):
                     what = "is used twice" if name in table else "is not a name"
                     scope.file.error(f"`{name[:80]}` {what}, of a <{child.tag}> in `{scope.name}`", child)
                     continue

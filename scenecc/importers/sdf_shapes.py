@@ -20,7 +20,7 @@ from scenecc.importers.meshes import (
 )
 from scenecc.importers.numbers import plain_number, plain_numbers, plain_pose
 from scenecc.importers.sdf_files import find_file
-from scenecc.importers.sdf_xml import find, text_of
+from scenecc.importers.sdf_xml import SMALLEST, find, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -271,7 +271,7 @@ class _Request:
 
 def _box(asked: _Request) -> Shape | str:
     size = asked.file.vector(asked.form, "size", default=(1, 1, 1))
-    if min(size) <= 0:
+    if min(size) < SMALLEST:
         return f"has the size {' '.join(f'{each:g}' for each in size)}"
     return {"type": "box", "half_size": plain_numbers([each / 2 for each in size])}
 
@@ -290,20 +290,20 @@ def _round(kind: str) -> Callable[[_Request], Shape | str]:
 
 def _plane(asked: _Request) -> Shape | str:
     normal = asked.file.vector(asked.form, "normal", default=(0, 0, 1))
-    if not any(normal):
+    if math.hypot(*normal) < SMALLEST:
         return "has a normal of length 0"
     made: Shape = {"type": "plane"} if normal == (0, 0, 1) else {"type": "plane", "normal": plain_numbers(normal)}
     if asked.collides:
         return "is a plane on a body that moves" if asked.place.moves else made
     size = asked.file.numbers(asked.form.find("size"), 2) or (1.0, 1.0)
-    if min(size) <= 0:
+    if min(size) < SMALLEST:
         return "is a plane without a size"
     return {**made, "half_size": plain_numbers([size[0] / 2, size[1] / 2])}
 
 
 def _ellipsoid(asked: _Request) -> Shape | str:
     radii = asked.file.vector(asked.form, "radii", default=(1, 1, 1))
-    if min(radii) <= 0:
+    if min(radii) < SMALLEST:
         return "has a radius that is not positive"
     if asked.collides:
         asked.file.lose("ellipsoids", f"an ellipsoid of `{asked.place.path}` collides as a hull", asked.form)
@@ -337,6 +337,8 @@ def _heightmap(asked: _Request) -> Shape | str:
     except MeshError as error:
         return f"is a heightmap: {error}"
     size = asked.file.vector(asked.form, "size", default=(1, 1, 1))
+    if min(size) < SMALLEST:
+        return "is a heightmap without a size"
     x, y, z = asked.file.vector(asked.form, "pos", default=(0, 0, 0))
     pose = compose(asked.pose, (x, y, z, 1.0, 0.0, 0.0, 0.0))
     return {"type": "heightfield", "file": Asset(found.name, found), "size": plain_numbers(size), "pose": pose}
@@ -350,7 +352,7 @@ def _mesh(asked: _Request) -> Shape | str:
     scale = [*asked.file.vector(asked.form, "scale", default=(1, 1, 1))]
     if found.suffix.lower() not in MESH_SUFFIXES:
         return f"is a mesh of the format {found.suffix or 'without a suffix'}"
-    if not all(scale):
+    if min(map(abs, scale)) < SMALLEST:
         return "is a mesh of the scale 0"
     try:
         asset, scale = _asset(found, scale, asked)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, from_rpy, normalized
 from scenecc.importers.imported_scene import Loss
@@ -16,6 +16,16 @@ if TYPE_CHECKING:
 
     from scenecc.geometry.rotations import Vec3
     from scenecc.importers.imported_scene import ImportContext
+
+
+_MAX_NUMBER: Final = 1e30
+"""Larger numbers are infinite: the engine has single precision."""
+
+_INFINITE: Final = frozenset({"lower", "upper", "effort", "velocity", "far", "mu", "mu2", "friction"})
+"""Elements whose number may be infinite."""
+
+SMALLEST: Final = 1e-9
+"""Of sizes [m] and lengths of directions."""
 
 
 class SdfFile:
@@ -51,7 +61,7 @@ class SdfFile:
         if element is None:
             return None
         values = [parse_number(word) for word in element.text.split()]
-        numbers = [value for value in values if value is not None and math.isfinite(value)]
+        numbers = [value for value in values if value is not None and abs(value) <= _MAX_NUMBER]
         if len(numbers) != count or len(values) != count:
             wanted = "a finite number" if count == 1 else f"{count} finite numbers"
             self.error(f"<{element.tag}> needs {wanted}, not `{element.text[:60]}`", element)
@@ -59,20 +69,22 @@ class SdfFile:
         return tuple(numbers)
 
     def number(self, parent: SourceElement | None, *path: str, default: float) -> float:
-        """The number of an element below another; the default where there is none. It may be infinite."""
+        """The number of an element below another; the default where there is none. Limits may be infinite."""
         element = find(parent, *path)
         if element is None or not element.text:
             return default
         value = parse_number(element.text)
-        if value is None or math.isnan(value):
-            self.error(f"<{element.tag}> needs a number, not `{element.text[:60]}`", element)
+        if value is not None and abs(value) <= _MAX_NUMBER:
+            return value
+        if value is None or math.isnan(value) or element.tag not in _INFINITE:
+            self.error(f"<{element.tag}> needs a finite number, not `{element.text[:60]}`", element)
             return default
-        return value
+        return math.copysign(math.inf, value)
 
     def positive(self, parent: SourceElement, *path: str, default: float) -> float:
         """A number above 0, else an error."""
         value = self.number(parent, *path, default=default)
-        if value > 0 and math.isfinite(value):
+        if value >= SMALLEST:
             return value
         self.error(f"<{path[-1]}> must be positive, not {value:g}", find(parent, *path) or parent)
         return default

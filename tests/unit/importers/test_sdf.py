@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -387,3 +388,38 @@ def test_a_mesh_that_cannot_be_read_is_a_loss(folder: Path) -> None:
     text = model(link("a").replace("<geometry><box><size>0.2 0.4 0.6</size></box></geometry>", mesh))
     assert refused(folder, text) == ["SC431"]
     assert imported(folder, text, allow=["colliders"])[1].losses[0].kind == "colliders"
+
+
+def test_a_joint_between_models_is_a_constraint(folder: Path) -> None:
+    models = "".join(
+        f'<model name="{name}"><pose>0 0 {z} 0 0 0</pose>{link("l")}</model>' for name, z in (("a", 0), ("b", 1))
+    )
+    found, _ = imported(folder, world(models + joint("ball", "a::l", "b::l")))
+    expected = {"parent": "a", "child": "b", "pose_in_parent": [0, 0, 1], "pose_in_child": [0, 0, 0]}
+    limits = {axis: [0, 0] for axis in "xyz"}
+    assert found["constraints"]["j"] == {"type": "drive", **expected, "limits": limits}
+
+
+def test_mutated_files_are_imported_or_refused(folder: Path) -> None:
+    """Nothing else is raised, whatever stands in place of a word."""
+    from random import Random
+
+    from scenecc.importers.imported_scene import LOSSES
+
+    random = Random(1)
+    axis = "<axis><xyz>0 0 1</xyz><limit><lower>-1</lower><upper>2</upper></limit></axis>"
+    shape = "<visual name='v'><geometry><cylinder><radius>0.1</radius><length>1</length></cylinder></geometry></visual>"
+    parts = link("a") + link("b", "0 0 1 0 0 0").replace("</link>", f"{shape}</link>")
+    text = model(f"{parts}{joint('revolute', 'a', 'b', axis)}<frame name='f' attached_to='a'/>")
+    words = [match.span() for match in re.finditer(r"<[^>]*>|[^<>\s]+", text)]
+    others = ["0", "-1", "nan", "inf", "1e400", "1e-300", "true", "world", "__model__", "", "é", "a::b", "1 2 3", "<x>"]
+    built, codes = 0, set[str]()
+    for _ in range(80):
+        start, end = random.choice(words)
+        try:
+            imported(folder, f"{text[:start]}{random.choice(others)}{text[end:]}", allow=list(LOSSES))
+            built += 1
+        except SceneError as error:
+            codes |= {each.code for each in error.diagnostics}
+    assert 10 < built < 70
+    assert {code[2] for code in codes} <= set("1345"), codes
