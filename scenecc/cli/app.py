@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 from importlib import import_module
+from keyword import iskeyword
 from types import ModuleType
 from typing import Annotated, Any, Final
 
@@ -23,6 +24,7 @@ COMMANDS: Final = (
     "render",
     "view",
     "emit",
+    "import",
     "diff",
     "params",
     "prefabs",
@@ -103,7 +105,9 @@ def _application() -> typer.Typer:
     # Who names a command pays for no other.
     asked = sys.argv[1:2]
     for name in asked if asked and asked[0] in COMMANDS else COMMANDS:
-        app.command(name)(getattr(import_module(f"scenecc.cli.{name}"), name))
+        # `import` is a word of Python: its module and function end in `_`.
+        named = f"{name}_" if iskeyword(name) else name
+        app.command(name)(getattr(import_module(f"scenecc.cli.{named}"), named))
     return app
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
+from importlib import import_module
 from pyexpat import ExpatError, ParserCreate
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
@@ -223,6 +224,50 @@ def parse_xml(data: bytes, file: str, findings: FileReport, bounds: XmlBounds | 
         findings.report("SC450", f"this is not well-formed XML: {message}", place)
         return None
     return builder.root
+
+
+def parse_recovered_xml(data: bytes, file: str, findings: FileReport) -> SourceElement | None:
+    """The root element of a document that is not well-formed, as far as libxml2 recovers it. Needs lxml.
+
+    The bounds are those of `XmlBounds`, and a document type is refused, as in `parse_xml`. The place of an attribute is
+    that of its element.
+    """
+    etree: Any = import_module("lxml.etree")  # an extra
+    bounds = XmlBounds()
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    lines = TextLines(file, data.decode(errors="replace"))
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+        findings.report("SC451", "a document type is not read: it may declare entities", findings.top(file))
+        return None
+    options: dict[str, bool] = {"recover": True, "resolve_entities": False, "no_network": True, "load_dtd": False}
+    parser: Any = etree.XMLParser(**options, huge_tree=False, remove_comments=True, remove_pis=True)
+    top: Any = etree.fromstring(data, parser)
+    if top is None:
+        findings.report("SC450", "this is not XML: no element can be recovered", findings.top(file))
+        return None
+    text, count = _XmlText(data, lines), 0
+
+    def convert(node: Any, depth: int) -> SourceElement:
+        nonlocal count
+        count += 1
+        line = max(int(node.sourceline or 1) - 1, 0)
+        # A prefix that is bound has become its namespace; one that is not is a part of the name.
+        local = str(node.tag).rpartition("}")[2]
+        tag = f"{node.prefix}:{local}" if node.prefix else local
+        attributes = {str(name).rpartition("}")[2]: str(value) for name, value in node.attrib.items()}
+        column = max(lines.line(line).find(f"<{tag}"), 0)
+        made = SourceElement(tag, attributes, line, column, len(data), text)
+        if count > bounds.elements or depth > bounds.depth:
+            raise _ParserStop
+        made.characters.extend(part for part in (node.text, *(child.tail for child in node)) if part)
+        made.children.extend(convert(child, depth + 1) for child in node)
+        return made
+
+    try:
+        return convert(top, 1)
+    except _ParserStop:
+        findings.report("SC452", "the file is too large: too many elements, or too deep", findings.top(file))
+        return None
 
 
 def _report_encoding(error: UnicodeDecodeError, file: str, findings: FileReport) -> None:

@@ -1,0 +1,64 @@
+"""`scenecc import`."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Annotated, Any
+
+import typer
+
+from scenecc.cli.options import takes_compile_options
+from scenecc.cli.output import end, print_asides, print_out, scene_errors, usage_error
+from scenecc.cli.paths import STDIN, path_faults
+
+_takes = partial(takes_compile_options, names=("asset_roots", "allow_outside_assets", "limits"))
+
+
+@_takes
+def import_(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="An SDF world or model, or a URDF.", show_default=False)],
+    *,
+    output: Annotated[str, typer.Option("--output", "-o", metavar="SCENE", help="The scene file to write.")],
+    allow: Annotated[
+        list[str] | None,
+        typer.Option("--allow", metavar="LOSS", help="Accept a loss that changes the machine; may be repeated."),
+    ] = None,
+    options: dict[str, Any],
+) -> None:
+    """Write a scene file for a world or a robot of another format.
+
+    The formats are SDF (.sdf, .world) and URDF (.urdf). Files that the scene can name neither relative to itself nor
+    by pkg:// or asset:// are copied to the folder SCENE_assets beside it.
+
+    The command lists all content that a scene file does not hold. If masses, joints, contacts or poses would differ,
+    it writes nothing, unless --allow names the loss. It then builds the scene as written and compares poses and masses
+    with Drake, if pydrake is installed.
+
+    \b
+    Examples:
+      scenecc import world.sdf -o scene.yaml
+      scenecc import world.sdf -o scene.yaml --asset-root ~/models
+      scenecc import world.sdf -o scene.yaml --allow screw-joints
+      scenecc import robot.urdf -o scene.yaml
+    """
+    from scenecc.importers.import_scene import import_scene
+    from scenecc.importers.imported_scene import LOSSES
+
+    unknown = next((kind for kind in allow or () if kind not in LOSSES), None)
+    if unknown is not None:
+        known = ", ".join(kind for kind, row in LOSSES.items() if row.changes_machine)
+        raise typer.BadParameter(f"there is no loss '{unknown}'; the losses are {known}", param_hint="'--allow'")
+    if STDIN in {file, output}:
+        raise typer.BadParameter("import reads a file and writes a file", param_hint="'FILE'")
+    faults = path_faults(file, output)
+    if faults:
+        end(faults)
+    with scene_errors(options):
+        try:
+            made = import_scene(file, output, allow=allow or (), **options)
+        except OSError as error:
+            end(
+                [usage_error("SC904", f"`{error.filename or output}` cannot be written: {error.strerror}", file=output)]
+            )
+    print_asides(made.diagnostics)
+    print_out("".join(f"{line}\n" for line in made.certificate.lines()))

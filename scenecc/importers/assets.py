@@ -1,0 +1,103 @@
+"""How a written scene names the files it uses: relative to itself, by `pkg://` or `asset://`, or copied beside it."""
+
+from __future__ import annotations
+
+import re
+import sys
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from scenecc.files import open_regular
+from scenecc.importers.imported_scene import Asset
+from scenecc.source.paths import has_package
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from scenecc.source.paths import AssetScope
+
+
+def map_assets(node: Any, name: Callable[[Asset], str]) -> Any:
+    """The same plain data with a path in place of each asset."""
+    if isinstance(node, Asset):
+        return name(node)
+    if isinstance(node, dict):
+        return {key: map_assets(value, name) for key, value in cast("dict[str, Any]", node).items()}
+    if isinstance(node, list):
+        return [map_assets(item, name) for item in cast("list[Any]", node)]
+    return node
+
+
+def find_assets(node: Any) -> Iterator[Asset]:
+    """Every asset of plain data, in its order."""
+    if isinstance(node, Asset):
+        yield node
+    elif isinstance(node, dict | list):
+        items = cast("Any", node)
+        for item in items.values() if isinstance(node, dict) else items:
+            yield from find_assets(item)
+
+
+class AssetNames:
+    """The names of a scene's files, and the copies that these names need.
+
+    Args:
+        output: the scene file that will be written, absolute.
+        scope: of the imported file: its root is that file's folder.
+        companions: file → the files that it names in turn, which are copied with it.
+
+    Attributes:
+        copies: path relative to the output's folder → content.
+    """
+
+    def __init__(self, output: Path, scope: AssetScope, companions: Mapping[Path, tuple[Path, ...]]) -> None:
+        self.copies: dict[str, bytes] = {}
+        self._folder = output.parent
+        self._copied = f"{output.stem}_assets"
+        self._scope = scope
+        self._companions = companions
+        self._made: dict[str, str] = {}
+
+    def name(self, asset: Asset) -> str:
+        """The path that the scene file has for an asset. Raises OSError where a file to copy cannot be read."""
+        if isinstance(asset.source, bytes):
+            return self._add_made(asset.name, asset.source)
+        return self._in_place(asset.source) or self._copy(asset.source)
+
+    def _in_place(self, path: Path) -> str | None:
+        if path.is_relative_to(self._folder):
+            return path.relative_to(self._folder).as_posix()
+        for root in self._scope.asset_roots:
+            if path.is_relative_to(root.resolve()):
+                return f"asset://{path.relative_to(root.resolve()).as_posix()}"
+        for folder in path.parents:
+            if (folder / "__init__.py").is_file() and str(folder.parent) in sys.path:
+                return f"pkg://{folder.name}/{path.relative_to(folder).as_posix()}" if self._has(folder.name) else None
+        return None
+
+    def _has(self, package: str) -> bool:
+        return has_package(package, self._scope)
+
+    def _copy(self, path: Path) -> str:
+        """Keeps the folders below the imported file's own, so that files find one another."""
+        root = (self._scope.root or Path.cwd()).resolve()
+        base = root if path.is_relative_to(root) else path.parent
+        for each in (path, *self._companions.get(path, ())):
+            inner = each.relative_to(base).as_posix() if each.is_relative_to(base) else each.name
+            with open_regular(each) as stream:
+                self.copies.setdefault(f"{self._copied}/{inner}", stream.read())
+        return f"{self._copied}/{path.relative_to(base).as_posix()}"
+
+    def _add_made(self, name: str, data: bytes) -> str:
+        digest = sha256(data).hexdigest()
+        if digest not in self._made:
+            safe = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).lstrip(".") or "asset"
+            stem, suffix = Path(safe).stem, Path(safe).suffix
+            path, count = f"{self._copied}/{safe}", 1
+            while path in self.copies:
+                count += 1
+                path = f"{self._copied}/{stem}_{count}{suffix}"
+            self._made[digest] = path
+            self.copies[path] = data
+        return self._made[digest]

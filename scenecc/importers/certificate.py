@@ -1,0 +1,133 @@
+"""A built scene compared with the engine or library of the format that it was imported from."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.frozen import frozen
+from scenecc.importers.imported_scene import ReferencePose
+from scenecc.pipeline import build_batch, compile_or_raise
+from scenecc.plan.articulation import ArticulationStructure
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from scenecc.importers.imported_scene import ImportedScene
+    from scenecc.options import Options
+    from scenecc.plan.snapshot import EngineSnapshot
+
+_JUDGE_SECONDS: Final = 120
+
+
+@frozen
+class Certificate:
+    """Figures of the comparison.
+
+    Attributes:
+        bodies: bodies that were built.
+        mass: of all bodies that move [kg].
+        judge: what the scene was compared with; "" where none is installed.
+        compared: bodies that both have.
+        position: largest difference of positions [m].
+        angle: largest difference of rotations [rad].
+        masses: bodies whose mass was compared.
+        relative_mass: largest relative difference of masses.
+    """
+
+    bodies: int
+    mass: float
+    judge: str = ""
+    compared: int = 0
+    position: float = 0.0
+    angle: float = 0.0
+    masses: int = 0
+    relative_mass: float = 0.0
+
+    def lines(self) -> list[str]:
+        """The figures as text."""
+        lines = [f"built {self.bodies} bodies; those that move weigh {self.mass:.6g} kg"]
+        if not self.judge:
+            return [*lines, "compared with no other engine: none that reads the file is installed"]
+        lines.append(f"compared with {self.judge}: {self.compared} bodies")
+        lines.append(f"  poses differ by at most {self.position:.2g} m and {self.angle:.2g} rad")
+        if self.masses:
+            lines.append(f"  {self.masses} masses differ by at most {self.relative_mass:.2g} of themselves")
+        return lines
+
+
+def certificate_of(found: ImportedScene, source: Path, target: Path, options: Options) -> Certificate:
+    """Builds the scene file as written and compares it. Raises SceneError where it does not build."""
+    sink = Sink()
+    plan = compile_or_raise(target, replace(options, allow_outside_assets=False), sink).plan
+    with build_batch(plan, sink, backend="cpu", scene_idxs=None, render=False, audit="full") as batch:
+        from scenecc.backends.sapien.measure import measure  # noqa: PLC0415 - with the engine
+
+        built = _bodies(measure(batch))
+    judge, reference = "the library of the format", dict(found.reference)
+    if not reference:
+        judge, reference = _ask_drake(source, options)
+    certificate = Certificate(len(built), math.fsum(body.mass or 0.0 for body in built.values()))
+    compared = _compare(certificate, built, found.bodies, judge, reference)
+    return compared if compared.compared else certificate
+
+
+def _bodies(snapshot: EngineSnapshot) -> dict[str, ReferencePose]:
+    """What the first scene holds, by `ENTITY` or `ENTITY/LINK`."""
+    found: dict[str, ReferencePose] = {}
+    for entity in snapshot.scenes[0].entities:
+        for body in entity.bodies:
+            is_link = isinstance(entity.structure, ArticulationStructure)
+            name = f"{entity.entity.name}/{body.name}" if is_link else entity.entity.name
+            found[name] = ReferencePose(body.pose, None if body.mass is None else body.mass.mass)
+    return found
+
+
+def _compare(
+    certificate: Certificate,
+    built: Mapping[str, ReferencePose],
+    names: Mapping[str, str],
+    judge: str,
+    reference: Mapping[str, ReferencePose],
+) -> Certificate:
+    pairs = [(built[mine], reference[own]) for mine, own in names.items() if mine in built and own in reference]
+    weighed = [(a.mass, b.mass) for a, b in pairs if a.mass is not None and b.mass]
+    return replace(
+        certificate,
+        judge=judge,
+        compared=len(pairs),
+        position=max((math.dist(a.pose[:3], b.pose[:3]) for a, b in pairs), default=0.0),
+        angle=max((_angle(a.pose[3:], b.pose[3:]) for a, b in pairs), default=0.0),
+        masses=len(weighed),
+        relative_mass=max((abs(a - b) / b for a, b in weighed), default=0.0),
+    )
+
+
+def _angle(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    """Between two rotations. The chord keeps its digits where the cosine of a small angle loses them."""
+    chord = min(math.dist(a, b), math.dist(a, [-each for each in b]))
+    return 4 * math.asin(min(1.0, chord / 2))
+
+
+def _ask_drake(source: Path, options: Options) -> tuple[str, dict[str, ReferencePose]]:
+    """Poses and masses of Drake's own reader, in a process of its own; nothing where Drake is missing or refuses."""
+    if find_spec("pydrake") is None or source.suffix.lower() not in {".sdf", ".world", ".urdf"}:
+        return "", {}
+    asked: dict[str, Any] = {"file": str(source.absolute()), "roots": [str(root) for root in options.asset_roots]}
+    command = [sys.executable, "-m", "scenecc.importers.drake_poses", json.dumps(asked)]
+    try:
+        done = subprocess.run(command, capture_output=True, check=True, timeout=_JUDGE_SECONDS)  # noqa: S603 - our own
+        rows: dict[str, Any] = json.loads(done.stdout)
+    except (subprocess.SubprocessError, ValueError):
+        return "", {}
+    # The bodies of a URDF are named by their links, and it has one robot.
+    is_urdf = source.suffix.lower() == ".urdf"
+    named = {name.rpartition("::")[2] if is_urdf else name: row for name, row in rows.items()}
+    return "Drake", {name: ReferencePose(tuple(row["pose"]), row["mass"]) for name, row in named.items()}

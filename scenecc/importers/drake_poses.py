@@ -1,0 +1,51 @@
+"""Prints poses and masses of a file's bodies as Drake reads them: `python -m scenecc.importers.drake_poses REQUEST`.
+
+REQUEST is JSON: `{"file": PATH, "roots": [FOLDER, …]}`. The result is JSON: `MODEL::BODY` → `{"pose": …, "mass": …}`, a
+pose as p [m] and q (wxyz). Drake reads the file in a process of its own, since it ends the process for some files.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+
+def main() -> None:
+    """Answers the request of the command line."""
+    asked = json.loads(sys.argv[1])
+    plants: Any = import_module("pydrake.multibody.plant")
+    parsing: Any = import_module("pydrake.multibody.parsing")
+    plant = plants.MultibodyPlant(time_step=0.001)
+    parser = parsing.Parser(plant)
+    for root in asked["roots"]:
+        parser.package_map().PopulateFromFolder(root)
+    parser.AddModels(asked["file"])
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    # A joint that cannot be at 0 starts at its limit in a scene.
+    limits = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
+    plant.SetPositions(context, np.clip(plant.GetPositions(context), *limits))
+    found: dict[str, Any] = {}
+    for index in _bodies(plant):
+        body = plant.get_body(index)
+        pose = plant.EvalBodyPoseInWorld(context, body)
+        name = f"{plant.GetModelInstanceName(body.model_instance())}::{body.name()}"
+        quaternion = pose.rotation().ToQuaternion().wxyz()
+        found[name] = {
+            "pose": [*map(float, pose.translation()), *map(float, quaternion)],
+            "mass": float(body.get_mass(context)),
+        }
+    print(json.dumps(found))  # noqa: T201 - the answer
+
+
+def _bodies(plant: Any) -> list[Any]:
+    module: Any = import_module("pydrake.multibody.tree")
+    return [module.BodyIndex(number) for number in range(1, plant.num_bodies())]
+
+
+if __name__ == "__main__":
+    main()

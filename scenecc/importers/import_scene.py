@@ -1,0 +1,256 @@
+"""A file of another format as a scene file: read, checked, written, built and compared."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final
+
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.errors import SceneError
+from scenecc.files import open_regular, replace_all, replace_set
+from scenecc.importers import FORMATS
+from scenecc.importers.assets import AssetNames, map_assets
+from scenecc.importers.imported_scene import LOSSES, ImportContext, ImportedScene, Loss
+from scenecc.named_files import DICT
+from scenecc.options import Options
+from scenecc.pipeline import compile_or_raise
+from scenecc.scene_file.layout import scene_text
+from scenecc.source.paths import AssetScope
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Generator, Iterable, Mapping
+    from os import PathLike
+
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.importers import Reader, SourceFormat
+    from scenecc.importers.certificate import Certificate
+    from scenecc.importers.imported_scene import Asset
+    from scenecc.pipeline import CompileResult
+
+_ROOT_ELEMENT: Final = re.compile(rb"<([A-Za-z_][\w.-]*)")
+_COMMENT: Final = re.compile(rb"<!--.*?-->|<[?!][^>]*>", re.DOTALL)
+_HEAD_BYTES: Final = 65536
+_SHOWN_PLACES: Final = 5
+_PACKAGE_LEVELS: Final = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """An imported scene.
+
+    Attributes:
+        files: path relative to the output's folder → content; the scene file first.
+        losses: what the scene does not hold.
+        diagnostics: warnings about the file and the scene.
+        paths: where they were written.
+        certificate: the comparison of the built scene with the source's own engine.
+    """
+
+    files: Mapping[str, bytes] = field(repr=False)
+    losses: tuple[Loss, ...]
+    diagnostics: list[Diagnostic]
+    paths: tuple[Path, ...]
+    certificate: Certificate
+
+
+def import_scene(
+    file: str | PathLike[str],
+    output: str | PathLike[str],
+    *,
+    allow: Collection[str] = (),
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+) -> Imported:
+    """Writes a scene file for a file of another format, builds it and compares it with the source.
+
+    Args:
+        file: an SDF world or model, or a URDF.
+        output: the scene file. Files that can be named neither relative to it nor by `pkg://` or `asset://` are copied
+            to the folder `NAME_assets` beside it.
+        allow: losses that may change the machine; keys of `scenecc.importers.imported_scene.LOSSES`.
+        asset_roots: as for `validate`; the file and the scene may read them.
+        allow_outside_assets: as for `validate`.
+        limits: as for `validate`.
+
+    Raises:
+        SceneError: the file cannot be imported, or not without a loss that is not allowed. Nothing is written.
+        OSError: the output cannot be written.
+        ValueError: there is no such loss or limit.
+    """
+    unknown = next((kind for kind in allow if kind not in LOSSES), None)
+    if unknown is not None:
+        raise ValueError(f"there is no loss `{unknown}`; the losses are {', '.join(LOSSES)}")
+    options = Options.of(asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
+    sink, source, target = Sink(), Path(file), Path(output).absolute()
+    scope = AssetScope(_root_of(source), options.asset_roots, options.allow_outside_assets)
+    context = ImportContext(sink, scope, options.limits, frozenset(allow))
+    found = _read(source, context)
+    if found is None or sink.failed:
+        raise SceneError(sink.diagnostics())
+    _report_losses(found.losses, context)
+    if sink.failed:
+        raise SceneError(sink.diagnostics())
+    compiled = _compile(found, source, context, options)
+    names = AssetNames(target, scope, _companions(compiled))
+    head = {(): f"Imported from {source.name} by scenecc."}
+    text = scene_text(map_assets(found.document, names.name), comments=head)
+    files = {target.name: text.encode("utf-8"), **names.copies}
+    with _undone_by_errors([target.parent / name for name in files]):
+        paths = replace_set(target, files, folder=False)
+        certificate_of = import_module("scenecc.importers.certificate").certificate_of
+        certificate = certificate_of(found, source, target, options)
+    return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
+
+
+@contextmanager
+def _undone_by_errors(paths: list[Path]) -> Generator[None]:
+    """Puts files back as they were, or removes them, where what was written does not build."""
+    before = {path: path.read_bytes() for path in paths if path.is_file()}
+    folders = {each for path in paths for each in path.parents if not each.exists()}
+    try:
+        yield
+    except SceneError:
+        for path in paths:
+            path.unlink(missing_ok=True)
+        for folder in sorted(folders, reverse=True):
+            folder.rmdir()
+        if before:
+            replace_all(before)
+        raise
+
+
+def _root_of(source: Path) -> Path:
+    """The folder that a file may read: that of the package or model which it belongs to, else its own."""
+    folder = source.absolute().parent
+    for each in (folder, *folder.parents[:_PACKAGE_LEVELS]):
+        if any((each / name).is_file() for name in ("package.xml", "model.config")):
+            return each
+    return folder
+
+
+def _read(source: Path, context: ImportContext) -> ImportedScene | None:
+    """The scene of a file, by the reader of its format."""
+    try:
+        with open_regular(source) as stream:
+            head = stream.read(_HEAD_BYTES)
+    except OSError as error:
+        context.sink.report("SC430", f"the file cannot be read: {error.strerror or error}", Location(str(source)))
+        return None
+    chosen = _format_of(source, head, context.sink)
+    if chosen is None:
+        return None
+    if chosen.module and not _is_installed(chosen, context.sink):
+        return None
+    module, _, name = chosen.reader.partition(":")
+    reader: Reader = getattr(import_module(module), name)
+    return reader(source, context)
+
+
+def _format_of(source: Path, head: bytes, sink: Sink) -> SourceFormat | None:
+    """The format whose suffix and content a file has; None, reported, where there is none."""
+    suffix, place = source.suffix.lower(), Location(str(source))
+    takers = [one for one in FORMATS if suffix in one.suffixes]
+    if not takers:
+        known = ", ".join(dict.fromkeys(suffix for one in FORMATS for suffix in one.suffixes))
+        sink.report("SC430", f"no format has the suffix `{suffix}`", place, hint=f"the suffixes are {known}")
+        return None
+    root = _ROOT_ELEMENT.search(_COMMENT.sub(b"", head))
+    tag = "" if root is None else root[1].decode("ascii", "replace")
+    found = next((one for one in takers if not one.root or one.root == tag), None)
+    if found is None:
+        expected = " or ".join(f"<{one.root}> ({one.name})" for one in takers)
+        seen = f"the first element is <{tag}>" if tag else "there is no XML element"
+        sink.report("SC430", f"the file is not what its name says: {seen}, not {expected}", place)
+    return found
+
+
+def _is_installed(chosen: SourceFormat, sink: Sink) -> bool:
+    try:
+        import_module(chosen.module)
+    except ImportError as error:
+        message = f"{chosen.name} files are read with {chosen.module}: {error}"
+        sink.report("SC813", message, Location("scenecc"), hint='run `pip install "scenecc[import]"`')
+        return False
+    return True
+
+
+def _report_losses(losses: tuple[Loss, ...], context: ImportContext) -> None:
+    """One finding a kind: an error where it changes the machine and is not allowed."""
+    counts = Counter(loss.kind for loss in losses)
+    for kind, count in counts.items():
+        row, first, *others = LOSSES[kind], *(loss for loss in losses if loss.kind == kind)
+        refused = row.changes_machine and kind not in context.allow
+        message = f"{count} {row.what}: {first.message}" + (f", and {count - 1} more" if count > 1 else "")
+        related = [(loss.message, loss.place, "value") for loss in others[:_SHOWN_PLACES]]
+        context.sink.report(
+            "SC431" if refused else "SC432",
+            message,
+            first.place,
+            hint=f"allow it with --allow {kind}" if refused else None,
+            related=related,  # pyright: ignore[reportArgumentType] - a literal
+        )
+
+
+def _compile(found: ImportedScene, source: Path, context: ImportContext, options: Options) -> CompileResult:
+    """Compiles the document before anything is written, with the assets where they are. Raises SceneError."""
+    sink = Sink()
+    with TemporaryDirectory() as folder:
+
+        def name(asset: Asset) -> str:
+            if isinstance(asset.source, Path):
+                return str(asset.source)
+            path = Path(folder, f"{len(made)}_{asset.name.replace('/', '_')}")
+            if asset not in made:
+                path.write_bytes(asset.source)
+                made[asset] = str(path)
+            return made[asset]
+
+        made: dict[Asset, str] = {}
+        # What the reader found inside its own scope is named by absolute paths here.
+        outside = replace(options, allow_outside_assets=True)
+        try:
+            compiled = compile_or_raise(map_assets(found.document, name), outside, sink)
+        except SceneError as error:
+            told = [_placed(each, found, source) for each in error.diagnostics]
+            raise SceneError([*context.sink.diagnostics(), *told]) from None
+    for each in sink.diagnostics():
+        placed = _placed(each, found, source)
+        context.sink.report(each.code, each.message, placed.location, hint=each.hint)
+    return compiled
+
+
+def _placed(told: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
+    """A finding about the scene, at the place of the imported file that led to it."""
+    if told.location.file != DICT:
+        return replace(told, related=())
+    section, _, rest = told.path.partition(".")
+    names = [name for name in found.places if section == "entities" and f"{rest}.".startswith(f"{name}.")]
+    place = found.places[max(names, key=len)] if names else Location(str(source))
+    return replace(told, location=place, related=())
+
+
+def _companions(compiled: CompileResult) -> dict[Path, tuple[Path, ...]]:
+    """File → the files that it names, at any depth, as the compilation found them."""
+    named = compiled.scope.memory.named
+    by: dict[str, list[Path]] = {}
+    for path, reference in named.items():
+        for owner in reference.by:
+            by.setdefault(owner, []).append(path)
+    found: dict[Path, tuple[Path, ...]] = {}
+    for path, reference in named.items():
+        todo, seen = [reference.uri], dict[Path, None]()
+        while todo:
+            for each in by.get(todo.pop(), ()):
+                if each not in seen and each != path:
+                    seen[each] = None
+                    todo.append(named[each].uri)
+        found[path] = tuple(seen)
+    return found
