@@ -33,6 +33,23 @@ class LossKind:
 LOSSES: Final[Mapping[str, LossKind]] = {
     "malformed-xml": LossKind("faults of the XML"),
     "plugins": LossKind("plugins"),
+    # USD
+    "hulls": LossKind("meshes as hulls"),
+    "ball-joints": LossKind("ball joints as hinges"),
+    "visuals": LossKind("visual shapes"),
+    "missing-files": LossKind("missing files"),
+    "mesh-simplification": LossKind("simplifications of colliding meshes"),
+    "assumed-masses": LossKind("masses and inertias that the file leaves open"),
+    "material-looks": LossKind("properties of materials"),
+    "frictions": LossKind("static frictions below the dynamic ones"),
+    "idle-joints": LossKind("joints without effect"),
+    "joint-breaks": LossKind("joints that break"),
+    "physics-scenes": LossKind("further physics scenes"),
+    "colliders": LossKind("colliding shapes", changes_machine=True),
+    "inertias": LossKind("impossible inertias", changes_machine=True),
+    "joints": LossKind("joints", changes_machine=True),
+    "joint-limits": LossKind("limits of joints", changes_machine=True),
+    "joint-frames": LossKind("joints whose frames do not meet at the start"),
 }
 """The name that `--allow` takes, and what it stands for."""
 
