@@ -143,7 +143,7 @@ class BodyReader:
         plain = (
             bool(shapes) and all(shape.exact and shape.mass for _, _, shape in shapes) and len(entries) == len(shapes)
         )
-        plain = plain and not any(self._said(prim, "mass") for prim, _, _ in shapes)
+        plain = plain and not any(self._said(prim, "mass") for prim, _, _ in shapes if prim != body.prim)
         if plain and not any(said[name] is not None for name in said if name != "mass"):
             for (prim, parsed, _), entry in zip(shapes, entries, strict=True):
                 density = self._density(prim, parsed, body.prim)
@@ -181,6 +181,9 @@ class BodyReader:
                 solids.setdefault(prim.GetPath(), []).append(shape.mass)
         mass, moments, centre, axes = self.mass_properties(body, solids)
         frames = self._stage.frames
+        said = self._said(body.prim, "diagonalInertia")
+        if said is not None:  # usd-core takes small moments for none
+            moments, axes = said, self._said(body.prim, "principalAxes") or axes
         if not mass > 0:
             mass = 1 / frames.kilograms
             self._stage.lose(
