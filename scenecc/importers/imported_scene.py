@@ -46,6 +46,7 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "joint-breaks": LossKind("joints that break"),
     "physics-scenes": LossKind("further physics scenes"),
     "colliders": LossKind("colliding shapes", changes_machine=True),
+    "collision-filters": LossKind("filters of collisions", changes_machine=True),
     "inertias": LossKind("impossible inertias", changes_machine=True),
     "joints": LossKind("joints", changes_machine=True),
     "joint-limits": LossKind("limits of joints", changes_machine=True),

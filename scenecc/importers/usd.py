@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.importers.imported_scene import ImportedScene
 from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import BodyReader, UsdBody
+from scenecc.importers.usd_filters import CollisionFilters
 from scenecc.importers.usd_frames import pose_value, tidy_row
 from scenecc.importers.usd_joints import JointReader, UsdJoint, constraint_keys
 from scenecc.importers.usd_layers import UsdLayers
@@ -45,6 +46,7 @@ class SceneReader:
         self._names: set[str] = {"world"}
         self._bodies: dict[str, UsdBody] = {}
         self._where: dict[str, str] = {}
+        self._keys: dict[str, dict[str, Any]] = {}
 
     def read(self) -> ImportedScene:
         """The document and what it does not hold."""
@@ -53,14 +55,22 @@ class SceneReader:
         joints = self._joints()
         trees, rest = find_trees(joints, moving, self._roots())
         entities = self._entities(groups, trees)
-        constraints = self._constraints([*rest, *(joint for tree in trees for joint in tree.rest)])
+        rest += [joint for tree in trees for joint in tree.rest]
+        constraints = self._constraints(rest)
+        filters = CollisionFilters(self._stage, groups, self._parsed.get("CollisionGroup", []))
+        filters.add_joints([*rest, *(joint for tree in trees for joint in tree.split_joints)])
+        filters.add_filtered(
+            each for kind in ("RigidBody", "Shape", "Articulation") for each in self._parsed.get(kind, [])
+        )
+        filters.add_groups()
         sections = {
             "physics": self._physics(),
             "materials": self._materials.named,
+            "collision_groups": filters.section(self._keys, self._where),
             "entities": entities,
             "constraints": constraints,
         }
-        document = {"scenecc": 1, **{key: section for key, section in sections.items() if section}}
+        document: dict[str, Any] = {"scenecc": 1, **{key: section for key, section in sections.items() if section}}
         return ImportedScene(document, tuple(self._stage.losses), {mine: own for own, mine in self._where.items()}, {})
 
     def _physics(self) -> dict[str, Any]:
@@ -169,9 +179,11 @@ class SceneReader:
             # A body without shapes is an articulation of one link.
             self._where[path] = f"{name}/{name}"
             speeds = {key: keys.pop(key) for key in ("linear_velocity", "angular_velocity") if key in keys}
-            return {name: {**placed, **speeds, "root": {"name": name, **keys}}}
+            self._keys[path] = {"name": name, **keys}
+            return {name: {**placed, **speeds, "root": self._keys[path]}}
         kind = {} if body.body_type == "dynamic" else {"body_type": body.body_type}
-        return {name: {**kind, **placed, **keys}}
+        self._keys[path] = {**kind, **placed, **keys}
+        return {name: self._keys[path]}
 
     def _articulation(self, tree: Tree) -> dict[str, Any]:
         name = self._name(self._tree_wish(tree))
@@ -182,7 +194,9 @@ class SceneReader:
             self._where[path] = f"{name}/{links[path]}"
         named: set[str] = set()
         joints = {id(joint): _unique(_safe(joint.name), named) for joint in tree.joints}
-        entity = ArticulationWriter(self._stage, self._reader, self._bodies).entity(tree, links, joints)
+        writer = ArticulationWriter(self._stage, self._reader, self._bodies)
+        entity = writer.entity(tree, links, joints)
+        self._keys |= writer.keys
         merge_settings(entity)
         return {name: entity}
 
@@ -199,6 +213,8 @@ class SceneReader:
         for path in paths[1:]:
             common = common.GetCommonPrefix(path)
         prim = self._stage.prim(common)
+        while str(prim.GetTypeName()) == "Scope":
+            prim = prim.GetParent()
         default = self._stage.stage.GetDefaultPrim()
         if prim and not prim.IsPseudoRoot() and (prim != default or len(tree.bodies) > 1):
             return self._wish(prim)

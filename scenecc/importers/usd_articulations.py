@@ -49,6 +49,11 @@ class Tree:
         found = [self.root] if self.root else []
         return found + [joint.bodies[1] for joint in self.joints]
 
+    @property
+    def split_joints(self) -> list[UsdJoint]:
+        """Joints of several freedoms: PhysX keeps only direct neighbours of a tree apart."""
+        return [joint for joint in self.joints if len(joint.freedoms) > 1]
+
 
 def find_trees(
     joints: Iterable[UsdJoint], moving: Iterable[str], roots: Mapping[str, Prim]
@@ -145,10 +150,15 @@ def _span(
 
 
 class ArticulationWriter:
-    """Writes trees as entities."""
+    """Writes trees as entities.
+
+    Attributes:
+        keys: of each link, by the path of its body.
+    """
 
     def __init__(self, stage: UsdStage, reader: BodyReader, bodies: Mapping[str, UsdBody]) -> None:
         """`bodies`: by their paths."""
+        self.keys: dict[str, dict[str, Any]] = {}
         self._stage = stage
         self._reader = reader
         self._bodies = bodies
@@ -190,7 +200,8 @@ class ArticulationWriter:
         return {**entity, "root": root}
 
     def _link(self, path: str, names: Mapping[str, str]) -> dict[str, Any]:
-        return {"name": names[path], **self._reader.keys(self._bodies[path], is_link=True)}
+        self.keys[path] = {"name": names[path], **self._reader.keys(self._bodies[path], is_link=True)}
+        return self.keys[path]
 
     def _add(
         self,

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.importers.usd_frames import pose_value, quat_of, tidy, tidy_row
+from scenecc.geometry.rotations import IDENTITY
+from scenecc.importers.usd_frames import pose_value, quat_of, split_matrix, tidy, tidy_row
 from scenecc.importers.usd_shapes import ShapeReader, SolidMass, UsdShape
 
 if TYPE_CHECKING:
@@ -16,6 +18,9 @@ if TYPE_CHECKING:
     from scenecc.importers.usd_frames import Prim
     from scenecc.importers.usd_materials import UsdMaterials
     from scenecc.importers.usd_stage import UsdStage
+
+_BALL_RADIUS: Final = 0.1
+"""Of the ball whose moments a body without any has, as usd-core has it [m]."""
 
 _DENSITY: Final = 1000.0
 """Of what has none, in USD as in SAPIEN [kg/m³]."""
@@ -152,19 +157,17 @@ class BodyReader:
             return {"mass": tidy(float(said["mass"]) * stage.frames.kilograms)} if said["mass"] else {}
         return {"inertial": self._inertial(body, shapes)}
 
-    def mass_properties(self, body: UsdBody, shapes: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
+    def _computed(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
         """Mass, moments, centre and principal axes, as UsdPhysics computes them, in the stage's units.
 
-        `shapes`: what each collider encloses, by its path.
+        `solids`: what each collider encloses, by its path.
         """
         metres, api = self._stage.frames.metres, self._stage.physics.RigidBodyAPI
-        from importlib import import_module  # noqa: PLC0415
-
         gf: Any = import_module("pxr.Gf")
 
         def information(prim: Prim) -> Any:
             found = api.MassInformation()
-            total = _together(shapes.get(prim.GetPath(), []))
+            total = _together(solids.get(prim.GetPath(), []))
             found.volume = total.volume / metres**3
             found.inertia = gf.Matrix3f(*(total.inertia / metres**5).ravel().tolist())
             found.localPos = gf.Vec3f(*(total.centre / metres).tolist())
@@ -179,37 +182,41 @@ class BodyReader:
         for prim, _, shape in shapes:
             if shape.mass is not None:
                 solids.setdefault(prim.GetPath(), []).append(shape.mass)
-        mass, moments, centre, axes = self.mass_properties(body, solids)
         frames = self._stage.frames
-        said = self._said(body.prim, "diagonalInertia")
-        if said is not None:  # usd-core takes small moments for none
-            moments, axes = said, self._said(body.prim, "principalAxes") or axes
+        mass, moments, centre, axes = self._computed(body, solids)
+        mass = float(mass) * frames.kilograms
         if not mass > 0:
-            mass = 1 / frames.kilograms
+            mass = 1.0
             self._stage.lose(
                 "assumed-masses", "a body without mass and colliders, which weighs 1 kg, as in PhysX", body.prim
             )
+        said = self._said(body.prim, "diagonalInertia")
+        if said is not None:  # usd-core takes small moments for none
+            moments, axes = said, self._said(body.prim, "principalAxes")
         inertia = [float(each) * frames.kilograms * frames.metres**2 for each in moments]
-        if not all(each > 0 and math.isfinite(each) for each in inertia):
-            radius = 0.1
-            inertia = [0.4 * mass * frames.kilograms * radius * radius] * 3
-            self._stage.lose(
-                "assumed-masses", "a body without moments of inertia, which has those of a ball of 0.1 m", body.prim
-            )
+        # Without colliders usd-core leaves these as they were in memory.
+        if said is None and (not solids or not all(each > 0 and math.isfinite(each) for each in inertia)):
+            inertia, axes = [0.4 * mass * _BALL_RADIUS**2] * 3, None
+            message = f"a body without moments of inertia, which has those of a ball of {_BALL_RADIUS} m"
+            self._stage.lose("assumed-masses", message, body.prim)
+        self._keep_triangle_rule(inertia, body.prim)
+        own = self._said(body.prim, "centerOfMass")
+        if own is not None:
+            x, y, z = (split_matrix(frames.world(body.prim))[1] @ np.array(own, np.float64)).tolist()
+        else:
+            x, y, z = (float(each) * frames.metres if solids else 0.0 for each in centre)
+        com = pose_value((x, y, z, *(IDENTITY if axes is None else quat_of(axes))))
+        keys: dict[str, Any] = {"mass": tidy(mass)}
+        return keys | ({} if com == [0.0, 0.0, 0.0] else {"com": com}) | {"inertia": tidy_row(inertia)}
+
+    def _keep_triangle_rule(self, inertia: list[float], prim: Prim) -> None:
+        """Lowers the largest moment to the sum of the others, which no body can exceed."""
         largest = max(range(3), key=inertia.__getitem__)
         others = sum(inertia) - inertia[largest]
         if inertia[largest] > others * (1 + 1e-6):
-            self._stage.lose(
-                "inertias",
-                f"a moment of inertia of {inertia[largest]:.6g} above the sum of the others, {others:.6g}",
-                body.prim,
-            )
+            message = f"a moment of inertia of {inertia[largest]:.6g} above the sum of the others, {others:.6g}"
+            self._stage.lose("inertias", message, prim)
             inertia[largest] = others
-        x, y, z = (float(each) * frames.metres for each in centre)
-        at: Pose7 = (x, y, z, *quat_of(axes))
-        keys: dict[str, Any] = {"mass": tidy(float(mass) * frames.kilograms), "inertia": tidy_row(inertia)}
-        com = pose_value(at)
-        return keys if com == [0.0, 0.0, 0.0] else {"mass": keys["mass"], "com": com, "inertia": keys["inertia"]}
 
     def _said(self, prim: Prim, name: str) -> Any:
         """A number of a prim's `MassAPI`; None where it says none, which 0, -inf and the like also mean."""
