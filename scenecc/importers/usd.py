@@ -6,7 +6,7 @@ import re
 import warnings
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.importers.imported_scene import ImportedScene
+from scenecc.importers.imported_scene import ImportedScene, ReferencePose
 from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import BodyReader, UsdBody
 from scenecc.importers.usd_filters import CollisionFilters
@@ -71,7 +71,18 @@ class SceneReader:
             "constraints": constraints,
         }
         document: dict[str, Any] = {"scenecc": 1, **{key: section for key, section in sections.items() if section}}
-        return ImportedScene(document, tuple(self._stage.losses), {mine: own for own, mine in self._where.items()}, {})
+        where = {mine: own for own, mine in self._where.items()}
+        return ImportedScene(document, tuple(self._stage.losses), where, self._reference())
+
+    def _reference(self) -> dict[str, ReferencePose]:
+        """Where UsdPhysics has the bodies, and what it says that they weigh."""
+        found: dict[str, ReferencePose] = {}
+        for path, body in self._bodies.items():
+            if path in self._where:
+                parsed = body.parsed
+                pose = self._stage.frames.frame_in(None, parsed.position, parsed.rotation)
+                found[path] = ReferencePose(pose, self._reader.masses.get(path))
+        return found
 
     def _physics(self) -> dict[str, Any]:
         scenes = self._parsed.get("Scene", [])

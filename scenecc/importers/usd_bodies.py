@@ -48,9 +48,15 @@ class UsdBody:
 
 
 class BodyReader:
-    """Makes the keys of a body. `materials`: of the stage."""
+    """Makes the keys of bodies.
+
+    Attributes:
+        masses: of the bodies that are made, as UsdPhysics computes them, by the path of their prim [kg]; None: it
+            cannot.
+    """
 
     def __init__(self, stage: UsdStage, materials: UsdMaterials) -> None:
+        self.masses: dict[str, float | None] = {}
         self._stage = stage
         self._materials = materials
         self._shapes = ShapeReader(stage)
@@ -142,6 +148,11 @@ class BodyReader:
     ) -> dict[str, Any]:
         """`mass`, `inertial`, or densities in the entries: the least that gives what UsdPhysics says."""
         stage = self._stage
+        solids: dict[Any, list[SolidMass]] = {}
+        for prim, _, shape in shapes:
+            if shape.mass is not None:
+                solids.setdefault(prim.GetPath(), []).append(shape.mass)
+        computed = self._computed(body, solids)
         said = {
             name: self._said(body.prim, name) for name in ("mass", "centerOfMass", "diagonalInertia", "principalAxes")
         }
@@ -155,7 +166,7 @@ class BodyReader:
                 if density != _DENSITY and not (said["mass"] and len(shapes) == 1):
                     entry["density"] = tidy(density)
             return {"mass": tidy(float(said["mass"]) * stage.frames.kilograms)} if said["mass"] else {}
-        return {"inertial": self._inertial(body, shapes)}
+        return {"inertial": self._inertial(body, solids, computed)}
 
     def _computed(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
         """Mass, moments, centre and principal axes, as UsdPhysics computes them, in the stage's units.
@@ -175,15 +186,14 @@ class BodyReader:
             found.localRot = gf.Quatf(1)
             return found
 
-        return api(body.prim).ComputeMassProperties(information)
+        found = api(body.prim).ComputeMassProperties(information)
+        known = found[0] > 0 and (solids or self._said(body.prim, "mass"))
+        self.masses[str(body.prim.GetPath())] = float(found[0]) * self._stage.frames.kilograms if known else None
+        return found
 
-    def _inertial(self, body: UsdBody, shapes: list[tuple[Prim, Any, UsdShape]]) -> dict[str, Any]:
-        solids: dict[Any, list[SolidMass]] = {}
-        for prim, _, shape in shapes:
-            if shape.mass is not None:
-                solids.setdefault(prim.GetPath(), []).append(shape.mass)
+    def _inertial(self, body: UsdBody, solids: dict[Any, list[SolidMass]], computed: Any) -> dict[str, Any]:
         frames = self._stage.frames
-        mass, moments, centre, axes = self._computed(body, solids)
+        mass, moments, centre, axes = computed
         mass = float(mass) * frames.kilograms
         if not mass > 0:
             mass = 1.0
