@@ -10,12 +10,14 @@ from scenecc.importers.imported_scene import ImportedScene, ReferencePose
 from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import BodyReader, UsdBody
 from scenecc.importers.usd_filters import CollisionFilters
-from scenecc.importers.usd_frames import pose_value, tidy_row
+from scenecc.importers.usd_frames import pose_value, tidy, tidy_row
 from scenecc.importers.usd_joints import JointReader, UsdJoint, constraint_keys
 from scenecc.importers.usd_layers import UsdLayers
 from scenecc.importers.usd_materials import UsdMaterials
+from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
 from scenecc.importers.usd_stage import UsdStage
+from scenecc.importers.usd_unread import report_unread
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,7 +71,11 @@ class SceneReader:
             "collision_groups": filters.section(self._keys, self._where),
             "entities": entities,
             "constraints": constraints,
+            **RenderingReader(self._stage, self._materials, self._body_of, self._where).sections(
+                lambda prim: self._name(self._wish(prim))
+            ),
         }
+        report_unread(self._stage)
         document: dict[str, Any] = {"scenecc": 1, **{key: section for key, section in sections.items() if section}}
         where = {mine: own for own, mine in self._where.items()}
         return ImportedScene(document, tuple(self._stage.losses), where, self._reference())
@@ -94,7 +100,9 @@ class SceneReader:
         # A direction of 0 and a negative magnitude mean gravity as on Earth, which usd-core has filled in.
         down = frames.direction(found.gravityDirection)
         gravity = tidy_row([each * found.gravityMagnitude * frames.metres for each in down], 1e-9)
-        return {} if gravity == [0.0, 0.0, -9.81] else {"gravity": gravity}
+        keys: dict[str, Any] = {} if gravity == [0.0, 0.0, -9.81] else {"gravity": gravity}
+        rate = self._stage.authored(self._stage.prim(found.primPath), "physxScene:timeStepsPerSecond")
+        return {"timestep": tidy(1 / rate), **keys} if rate else keys
 
     def _collect(self) -> dict[str, UsdBody]:
         """Finds all bodies by the path of their prim: those of UsdPhysics, and groups of prims that stand still."""
@@ -136,17 +144,24 @@ class SceneReader:
 
     def _owner(self, prim: Prim) -> UsdBody:
         """The body that a prim is part of: the next one above it, or else what stands still with it."""
+        found = self._body_of(prim)
+        if found is not None:
+            return found
+        parent = prim.GetParent()
+        default = self._stage.stage.GetDefaultPrim()
+        alone = parent.IsPseudoRoot() or parent == default or not parent.IsA(self._stage.geom.Xform)
+        frame = prim if alone else parent
+        return UsdBody(frame, self._stage.frames.pose(frame), "none")
+
+    def _body_of(self, prim: Prim) -> UsdBody | None:
+        """The body that UsdPhysics moves a prim with."""
         above = prim
         while above and not above.IsPseudoRoot():
             found = self._bodies.get(str(above.GetPath()))
             if found is not None:
                 return found
             above = above.GetParent()
-        parent = prim.GetParent()
-        default = self._stage.stage.GetDefaultPrim()
-        alone = parent.IsPseudoRoot() or parent == default or not parent.IsA(self._stage.geom.Xform)
-        frame = prim if alone else parent
-        return UsdBody(frame, self._stage.frames.pose(frame), "none")
+        return None
 
     def _joints(self) -> list[UsdJoint]:
         poses = {path: body.pose for path, body in self._bodies.items()}

@@ -184,7 +184,7 @@ class UsdMaterials:
             found = surface.GetInput(name)
             value = found.Get() if found else None
             if key.endswith("_texture"):
-                file = self._file(found.GetAttr(), value) if value is not None and value.path else None
+                file = self.file(found.GetAttr(), value) if value is not None and value.path else None
                 if file is not None:
                     look[key] = file
             elif value is not None:
@@ -245,7 +245,7 @@ class UsdMaterials:
         asset = file.Get(self._stage.time) if file else None
         if asset is None or not asset.path:
             return {}
-        found = self._file(file.GetAttr(), asset)
+        found = self.file(file.GetAttr(), asset)
         if found is None:
             return {}
         row: dict[str, Any] = {"file": found}
@@ -260,7 +260,7 @@ class UsdMaterials:
             row["address_mode"] = _WRAPS[str(wraps[0])]
         return {f"{key}_texture": row if len(row) > 1 else found}
 
-    def _file(self, attribute: Any, asset: Any) -> Asset | None:
+    def file(self, attribute: Any, asset: Any) -> Asset | None:
         """The file that an attribute names, sought from the layer that says so."""
         stage = self._stage
         layer = attribute.GetPropertyStack(stage.time)[0].layer
