@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.messages import cut
 from scenecc.files import open_regular
 from scenecc.source.paths import Refusal, ResolvedFile, resolve_asset_reference, shorten_uri
 
@@ -49,6 +50,11 @@ class UsdLayers:
             stage = usd.Stage.Open(str(path.resolve()), usd.Stage.LoadAll)
         except self._tf.ErrorException as error:
             self._report_unreadable(path, error)
+            return None
+        faults = stage.GetCompositionErrors()
+        if faults:
+            message = cut(" ".join(str(faults[0]).split()))
+            self._context.sink.report("SC430", f"the stage does not compose: {message}", Location(str(path)))
             return None
         # What the layers say was followed above; here it is held against what usd-core has opened.
         for layer in stage.GetUsedLayers():

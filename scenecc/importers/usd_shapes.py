@@ -30,6 +30,12 @@ if TYPE_CHECKING:
 SOLID_TYPES: Final = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Capsule_1", "Cylinder_1", "Plane", "Mesh")
 """Prims with a surface that a scene can hold."""
 
+_SIZES: Final = ("size", "radius", "radiusBottom", "width", "length")
+"""Those that must be above 0; a capsule may have no height, a tapered cylinder no radius at its top."""
+
+_NO_VOLUME: Final = 1e-30
+"""A scale whose product is below this makes a solid flat."""
+
 _EVEN: Final = 1e-4
 """Relative difference of two scales that count as one."""
 
@@ -139,9 +145,13 @@ class ShapeReader:
         return split_matrix(np.linalg.inv(pose_matrix4(body)) @ self._stage.frames.world(prim))
 
     def _solid(self, prim: Prim, body: Pose7, kind: str) -> UsdShape | None:
-        """A prim that is no mesh."""
+        """A prim that is no mesh. None where nothing can be built of it, which is told."""
         pose, stretch = self._local(prim, body)
         value = self._stage.value
+        sizes = [value(prim, name) for name in _SIZES if prim.HasAttribute(name)]
+        if abs(np.linalg.det(stretch)) < _NO_VOLUME or not all(0 < each < math.inf for each in sizes):
+            self._stage.lose("colliders", "a solid whose size or scale is not above 0", prim)
+            kind = ""
         match kind:
             case "Plane":
                 return self._plane(prim, pose, scale_of(stretch) or (1.0, 1.0, 1.0))
@@ -161,7 +171,8 @@ class ShapeReader:
                     else self._as_mesh(prim, solid, sizes, pose, stretch)
                 )
             case _:
-                return None
+                pass
+        return None
 
     def _box(self, prim: Prim, pose: Pose7, stretch: NDArray[np.float64]) -> UsdShape:
         half, scale = self._stage.value(prim, "size") / 2, scale_of(stretch)

@@ -9,7 +9,7 @@ import pytest
 
 from scenecc.diagnostics import Sink
 from scenecc.importers.imported_scene import ImportContext, ImportedScene
-from scenecc.importers.usd import read_usd
+from scenecc.importers.usd_scene import read_stage
 from scenecc.options import Options
 from scenecc.source.paths import AssetScope
 
@@ -21,7 +21,7 @@ def read(folder: Path, text: str, *, head: str = 'defaultPrim = "World"', name: 
     file = folder / name
     file.write_text(f'#usda 1.0\n(\n{head}\n)\ndef Xform "World" {{\n{text}\n}}\n', encoding="utf-8")
     sink = Sink()
-    found = read_usd(file, ImportContext(sink, AssetScope(folder), Options().limits))
+    found = read_stage(file, ImportContext(sink, AssetScope(folder), Options().limits))
     assert found is not None, sink.diagnostics()
     assert not sink.failed, sink.diagnostics()
     return found
