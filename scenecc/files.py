@@ -56,7 +56,8 @@ def replace_set(target: Path, files: Mapping[str, bytes], *, folder: bool) -> li
     top, names = Path(os.path.realpath(target)), list(files)
     paths = [top / name for name in names] if folder else [top, *(top.parent / name for name in names[1:])]
     folders = {top} if folder else set[Path]()
-    missing = [each for each in sorted(folders | {path.parent for path in paths}) if not each.exists()]
+    below = {each for path in paths for each in path.parents if each.is_relative_to(top if folder else top.parent)}
+    missing = [each for each in sorted(folders | below) if not each.exists()]
     replace_all(dict(zip(paths, files.values(), strict=True)), missing)
     return paths
 

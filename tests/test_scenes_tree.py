@@ -28,14 +28,18 @@ NO_FILE = {
     "SC318": "tests/unit/lower/test_draws.py",
     "SC407": "tests/unit/source/test_paths.py",
     "SC422": "tests/unit/test_plan_files.py",
+    "SC430": "tests/unit/importers/test_sdf.py",
+    "SC431": "tests/unit/importers/test_sdf.py",
+    "SC432": "tests/unit/importers/test_sdf.py",
+    "SC433": "tests/unit/importers/test_sdf.py",
     "SC452": "tests/unit/robots/test_urdf.py",
     "SC473": "tests/unit/robots/test_srdf.py",
     "SC477": "tests/unit/robots/test_urdf.py",
     "SC513": "tests/unit/lower/test_draws.py",
 }
 """Codes that no file in a repository can give: the file is missing or unreadable, changes meanwhile, is a Python
-object, holds a thousand errors or links, is given what it does not have, or is drawn first. The test that gives them
-instead."""
+object, is no scene, holds a thousand errors or links, is given what it does not have, or is drawn first. The test that
+gives them instead."""
 
 
 def data_of(file: Path) -> dict[str, Any] | None:

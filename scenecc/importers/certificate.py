@@ -75,7 +75,8 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
     if not reference:
         judge, reference = _ask_drake(source, options)
     certificate = Certificate(len(built), math.fsum(body.mass or 0.0 for body in built.values()))
-    return _compare(certificate, built, found.bodies, judge, reference) if reference else certificate
+    compared = _compare(certificate, built, found.bodies, judge, reference)
+    return compared if compared.compared else certificate
 
 
 def _bodies(snapshot: EngineSnapshot) -> dict[str, ReferencePose]:
@@ -126,4 +127,7 @@ def _ask_drake(source: Path, options: Options) -> tuple[str, dict[str, Reference
         rows: dict[str, Any] = json.loads(done.stdout)
     except (subprocess.SubprocessError, ValueError):
         return "", {}
-    return "Drake", {name: ReferencePose(tuple(row["pose"]), row["mass"]) for name, row in rows.items()}
+    # The bodies of a URDF are named by their links, and it has one robot.
+    is_urdf = source.suffix.lower() == ".urdf"
+    named = {name.rpartition("::")[2] if is_urdf else name: row for name, row in rows.items()}
+    return "Drake", {name: ReferencePose(tuple(row["pose"]), row["mass"]) for name, row in named.items()}

@@ -11,6 +11,8 @@ import sys
 from importlib import import_module
 from typing import Any
 
+import numpy as np
+
 
 def main() -> None:
     """Answers the request of the command line."""
@@ -24,6 +26,9 @@ def main() -> None:
     parser.AddModels(asked["file"])
     plant.Finalize()
     context = plant.CreateDefaultContext()
+    # A joint that cannot be at 0 starts at its limit in a scene.
+    limits = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
+    plant.SetPositions(context, np.clip(plant.GetPositions(context), *limits))
     found: dict[str, Any] = {}
     for index in _bodies(plant):
         body = plant.get_body(index)

@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
-
-import yaml
+from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.errors import SceneError
-from scenecc.files import open_regular, replace_set
+from scenecc.files import open_regular, replace_all, replace_set
 from scenecc.importers import FORMATS
 from scenecc.importers.assets import AssetNames, map_assets
 from scenecc.importers.imported_scene import LOSSES, ImportContext, ImportedScene, Loss
+from scenecc.named_files import DICT
 from scenecc.options import Options
 from scenecc.pipeline import compile_or_raise
+from scenecc.scene_file.layout import scene_text
 from scenecc.source.paths import AssetScope
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
+    from collections.abc import Collection, Generator, Iterable, Mapping
     from os import PathLike
 
     from scenecc.diagnostics import Diagnostic
@@ -37,6 +38,7 @@ _ROOT_ELEMENT: Final = re.compile(rb"<([A-Za-z_][\w.-]*)")
 _COMMENT: Final = re.compile(rb"<!--.*?-->|<[?!][^>]*>", re.DOTALL)
 _HEAD_BYTES: Final = 65536
 _SHOWN_PLACES: Final = 5
+_PACKAGE_LEVELS: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +72,7 @@ def import_scene(
     """Writes a scene file for a file of another format, builds it and compares it with the source.
 
     Args:
-        file: an SDF world or model, or a URDF.
+        file: an SDF world or model, a USD stage, or a URDF.
         output: the scene file. Files that can be named neither relative to it nor by `pkg://` or `asset://` are copied
             to the folder `NAME_assets` beside it.
         allow: losses that may change the machine; keys of `scenecc.importers.imported_scene.LOSSES`.
@@ -88,7 +90,7 @@ def import_scene(
         raise ValueError(f"there is no loss `{unknown}`; the losses are {', '.join(LOSSES)}")
     options = Options.of(asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
     sink, source, target = Sink(), Path(file), Path(output).absolute()
-    scope = AssetScope(source.absolute().parent, options.asset_roots, options.allow_outside_assets)
+    scope = AssetScope(_root_of(source), options.asset_roots, options.allow_outside_assets)
     context = ImportContext(sink, scope, options.limits, frozenset(allow))
     found = _read(source, context)
     if found is None or sink.failed:
@@ -96,14 +98,42 @@ def import_scene(
     _report_losses(found.losses, context)
     if sink.failed:
         raise SceneError(sink.diagnostics())
-    compiled = _compile(found, context, options)
+    compiled = _compile(found, source, context, options)
     names = AssetNames(target, scope, _companions(compiled))
-    text = _text(map_assets(found.document, names.name), source)
+    head = {(): f"Imported from {source.name} by scenecc."}
+    text = scene_text(map_assets(found.document, names.name), comments=head)
     files = {target.name: text.encode("utf-8"), **names.copies}
-    paths = replace_set(target, files, folder=False)
-    certificate_of = import_module("scenecc.importers.certificate").certificate_of
-    certificate = certificate_of(found, source, target, options)
+    with _undone_by_errors([target.parent / name for name in files]):
+        paths = replace_set(target, files, folder=False)
+        certificate_of = import_module("scenecc.importers.certificate").certificate_of
+        certificate = certificate_of(found, source, target, options)
     return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
+
+
+@contextmanager
+def _undone_by_errors(paths: list[Path]) -> Generator[None]:
+    """Puts files back as they were, or removes them, where what was written does not build."""
+    before = {path: path.read_bytes() for path in paths if path.is_file()}
+    folders = {each for path in paths for each in path.parents if not each.exists()}
+    try:
+        yield
+    except SceneError:
+        for path in paths:
+            path.unlink(missing_ok=True)
+        for folder in sorted(folders, reverse=True):
+            folder.rmdir()
+        if before:
+            replace_all(before)
+        raise
+
+
+def _root_of(source: Path) -> Path:
+    """The folder that a file may read: that of the package or model which it belongs to, else its own."""
+    folder = source.absolute().parent
+    for each in (folder, *folder.parents[:_PACKAGE_LEVELS]):
+        if any((each / name).is_file() for name in ("package.xml", "model.config")):
+            return each
+    return folder
 
 
 def _read(source: Path, context: ImportContext) -> ImportedScene | None:
@@ -169,8 +199,9 @@ def _report_losses(losses: tuple[Loss, ...], context: ImportContext) -> None:
         )
 
 
-def _compile(found: ImportedScene, context: ImportContext, options: Options) -> CompileResult:
+def _compile(found: ImportedScene, source: Path, context: ImportContext, options: Options) -> CompileResult:
     """Compiles the document before anything is written, with the assets where they are. Raises SceneError."""
+    sink = Sink()
     with TemporaryDirectory() as folder:
 
         def name(asset: Asset) -> str:
@@ -185,7 +216,25 @@ def _compile(found: ImportedScene, context: ImportContext, options: Options) -> 
         made: dict[Asset, str] = {}
         # What the reader found inside its own scope is named by absolute paths here.
         outside = replace(options, allow_outside_assets=True)
-        return compile_or_raise(map_assets(found.document, name), outside, context.sink)
+        try:
+            compiled = compile_or_raise(map_assets(found.document, name), outside, sink)
+        except SceneError as error:
+            told = [_placed(each, found, source) for each in error.diagnostics]
+            raise SceneError([*context.sink.diagnostics(), *told]) from None
+    for each in sink.diagnostics():
+        placed = _placed(each, found, source)
+        context.sink.report(each.code, each.message, placed.location, hint=each.hint)
+    return compiled
+
+
+def _placed(told: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
+    """A finding about the scene, at the place of the imported file that led to it."""
+    if told.location.file != DICT:
+        return replace(told, related=())
+    section, _, rest = told.path.partition(".")
+    names = [name for name in found.places if section == "entities" and f"{rest}.".startswith(f"{name}.")]
+    place = found.places[max(names, key=len)] if names else Location(str(source))
+    return replace(told, location=place, related=())
 
 
 def _companions(compiled: CompileResult) -> dict[Path, tuple[Path, ...]]:
@@ -205,8 +254,3 @@ def _companions(compiled: CompileResult) -> dict[Path, tuple[Path, ...]]:
                     todo.append(named[each].uri)
         found[path] = tuple(seen)
     return found
-
-
-def _text(document: dict[str, Any], source: Path) -> str:
-    header = f"# Imported from {source.name} by scenecc.\n"
-    return header + yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=100, allow_unicode=True)

@@ -33,18 +33,53 @@ class LossKind:
 LOSSES: Final[Mapping[str, LossKind]] = {
     "malformed-xml": LossKind("faults of the XML"),
     "plugins": LossKind("plugins"),
-    # USD
-    "hulls": LossKind("meshes as hulls"),
-    "ball-joints": LossKind("ball joints as hinges"),
+    "sensors": LossKind("sensors"),
+    "settings": LossKind("settings of the world"),
     "visuals": LossKind("visual shapes"),
     "missing-files": LossKind("missing files"),
+    "material-scripts": LossKind("material scripts"),
+    "mesh-looks": LossKind("materials of meshes"),
+    "lights": LossKind("lights"),
+    "light-falloff": LossKind("falloffs of lights"),
+    "names": LossKind("names used twice"),
+    "empty-links": LossKind("links without shapes"),
+    "ellipsoids": LossKind("ellipsoids as hulls"),
+    "hulls": LossKind("meshes as hulls"),
+    "ball-joints": LossKind("ball joints as hinges"),
+    "joint-friction": LossKind("frictions of joints"),
+    "effort-limits": LossKind("effort limits"),
+    "friction-directions": LossKind("frictions that depend on the direction"),
+    "saved-states": LossKind("saved states"),
+    "worlds": LossKind("further worlds"),
+    "actors": LossKind("actors"),
+    "roads": LossKind("roads"),
+    "particles": LossKind("particle emitters"),
+    "projectors": LossKind("projectors"),
+    "sounds": LossKind("sounds"),
+    "wind": LossKind("winds"),
+    "colliders": LossKind("colliding shapes", changes_machine=True),
+    "contactless-shapes": LossKind("colliding shapes without contacts"),
+    "collision-bitmasks": LossKind("bitmasks of collisions", changes_machine=True),
+    "self-collisions": LossKind("models that collide with themselves", changes_machine=True),
+    "inertias": LossKind("impossible inertias", changes_machine=True),
+    "joint-limits": LossKind("missing limits of joints", changes_machine=True),
+    "models": LossKind("models", changes_machine=True),
+    "joints": LossKind("joints", changes_machine=True),
+    "loops": LossKind("joints that close loops", changes_machine=True),
+    "screw-joints": LossKind("screw joints", changes_machine=True),
+    "gearbox-joints": LossKind("gearbox joints", changes_machine=True),
+    "kinematic-links": LossKind("kinematic links", changes_machine=True),
+    "populations": LossKind("populations of models", changes_machine=True),
+    "drake-elements": LossKind("elements of Drake", changes_machine=True),
+    "grippers": LossKind("grippers"),
+    "fluids": LossKind("added masses of fluids", changes_machine=True),
+    # Of USD.
     "mesh-simplification": LossKind("simplifications of colliding meshes"),
     "assumed-masses": LossKind("masses and inertias that the file leaves open"),
     "material-looks": LossKind("properties of materials"),
     "frictions": LossKind("static frictions below the dynamic ones"),
     "idle-joints": LossKind("joints without effect"),
     "joint-breaks": LossKind("joints that break"),
-    "lights": LossKind("lights"),
     "light-units": LossKind("units of lights"),
     "lenses": LossKind("lenses of cameras"),
     "animations": LossKind("motions over time"),
@@ -53,11 +88,8 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "soft-bodies": LossKind("things that move in other ways than bodies and joints", changes_machine=True),
     "point-instancers": LossKind("point instancers", changes_machine=True),
     "physics-scenes": LossKind("further physics scenes"),
-    "colliders": LossKind("colliding shapes", changes_machine=True),
     "collision-filters": LossKind("filters of collisions", changes_machine=True),
-    "inertias": LossKind("impossible inertias", changes_machine=True),
-    "joints": LossKind("joints", changes_machine=True),
-    "joint-limits": LossKind("limits of joints", changes_machine=True),
+    "swing-limits": LossKind("limits across the axis of joints", changes_machine=True),
     "joint-frames": LossKind("joints whose frames do not meet at the start"),
 }
 """The name that `--allow` takes, and what it stands for."""
@@ -119,12 +151,14 @@ class ImportedScene:
         bodies: name in the scene (`ENTITY` or `ENTITY/LINK`) → name in the source (`model::link`, a prim's path), for
             the comparison of poses and masses.
         reference: name in the source → what the source's own library says of the body; empty where an engine is asked.
+        places: name in the scene, as in `bodies`, or of an entity → where it is in the file.
     """
 
     document: dict[str, Any]
     losses: tuple[Loss, ...] = ()
     bodies: Mapping[str, str] = field(default_factory=dict[str, str])
     reference: Mapping[str, ReferencePose] = field(default_factory=dict[str, ReferencePose])
+    places: Mapping[str, Location] = field(default_factory=dict[str, "Location"])
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+import re
+from typing import TYPE_CHECKING, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, from_rpy, normalized
 from scenecc.importers.imported_scene import Loss
@@ -17,6 +18,16 @@ if TYPE_CHECKING:
     from scenecc.importers.imported_scene import ImportContext
 
 
+_MAX_NUMBER: Final = 1e30
+"""Larger numbers are infinite: the engine has single precision."""
+
+_INFINITE: Final = frozenset({"lower", "upper", "effort", "velocity", "far", "mu", "mu2", "friction"})
+"""Elements whose number may be infinite."""
+
+SMALLEST: Final = 1e-9
+"""Of sizes [m] and lengths of directions."""
+
+
 class SdfFile:
     """One file that is read: its values are checked, and what cannot be kept is listed.
 
@@ -24,12 +35,18 @@ class SdfFile:
         context: of the import.
         path: of the file.
         losses: so far, of all files of the import.
+        version: of the format.
     """
 
-    def __init__(self, context: ImportContext, path: Path, losses: list[Loss]) -> None:
+    def __init__(self, context: ImportContext, path: Path, losses: list[Loss], version: str = "") -> None:
         self.context = context
         self.path = path
         self.losses = losses
+        self.version = tuple(int(part) for part in re.findall(r"\d{1,9}", version)[:2])
+
+    def is_before(self, *version: int) -> bool:
+        """Whether it is written in an older version of the format. A file without a version is not."""
+        return bool(self.version) and self.version < version
 
     def error(self, message: str, element: SourceElement, hint: str | None = None, code: str = "SC433") -> None:
         """Reports an error at an element."""
@@ -44,7 +61,7 @@ class SdfFile:
         if element is None:
             return None
         values = [parse_number(word) for word in element.text.split()]
-        numbers = [value for value in values if value is not None and math.isfinite(value)]
+        numbers = [value for value in values if value is not None and abs(value) <= _MAX_NUMBER]
         if len(numbers) != count or len(values) != count:
             wanted = "a finite number" if count == 1 else f"{count} finite numbers"
             self.error(f"<{element.tag}> needs {wanted}, not `{element.text[:60]}`", element)
@@ -52,20 +69,22 @@ class SdfFile:
         return tuple(numbers)
 
     def number(self, parent: SourceElement | None, *path: str, default: float) -> float:
-        """The number of an element below another; the default where there is none. It may be infinite."""
+        """The number of an element below another; the default where there is none. Limits may be infinite."""
         element = find(parent, *path)
         if element is None or not element.text:
             return default
         value = parse_number(element.text)
-        if value is None or math.isnan(value):
-            self.error(f"<{element.tag}> needs a number, not `{element.text[:60]}`", element)
+        if value is not None and abs(value) <= _MAX_NUMBER:
+            return value
+        if value is None or math.isnan(value) or element.tag not in _INFINITE:
+            self.error(f"<{element.tag}> needs a finite number, not `{element.text[:60]}`", element)
             return default
-        return value
+        return math.copysign(math.inf, value)
 
     def positive(self, parent: SourceElement, *path: str, default: float) -> float:
         """A number above 0, else an error."""
         value = self.number(parent, *path, default=default)
-        if value > 0 and math.isfinite(value):
+        if value >= SMALLEST:
             return value
         self.error(f"<{path[-1]}> must be positive, not {value:g}", find(parent, *path) or parent)
         return default
@@ -138,4 +157,4 @@ def read_file(path: Path, context: ImportContext, losses: list[Loss]) -> tuple[S
     if root is not None and root.tag != "sdf":
         file.error(f"the root element is <{root.tag}>, not <sdf>", root, code="SC430")
         return None
-    return None if root is None else (file, root)
+    return None if root is None else (SdfFile(context, path, losses, root.attributes.get("version", "")), root)

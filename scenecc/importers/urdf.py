@@ -1,19 +1,75 @@
-"""URDFs as scenes: the file stays, and an entity names it."""
+"""URDFs as scenes: an entity names the file, which stays as it is."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.importers.imported_scene import Asset, ImportedScene
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.importers.imported_scene import Asset, ImportedScene, Loss
+from scenecc.importers.numbers import Names
+from scenecc.robots.urdf import read_urdf as read_robots
+from scenecc.source.paths import Refusal, resolve_path
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from scenecc.diagnostics import Sink
     from scenecc.importers.imported_scene import ImportContext
+    from scenecc.robots.description import RobotDescription
+    from scenecc.source.paths import ResolvedFile
+
+_REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files"}
+"""What the scene can repair in a file, and the loss that this is."""
+
+_REPAIRED: Final = "SC488"
 
 
 def read_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
-    """A scene with one robot, by its file."""
-    del context
-    robot = {"urdf": Asset(path.name, path.absolute())}
-    return ImportedScene({"scenecc": 1, "name": path.stem, "entities": {"robot": robot}})
+    """A scene with the robot of a URDF; None after an error. What must be repaired is listed as a loss."""
+    found = resolve_path(path.name, base=path.absolute().parent, scope=context.scope)
+    if isinstance(found, Refusal):
+        context.sink.report(found.code, found.message, Location(str(path)), hint=found.hint)
+        return None
+    described, losses, repair = _read(found, context)
+    if described is None:
+        return None
+    entities: dict[str, Any] = {}
+    bodies: dict[str, str] = {}
+    name = Names().new(path.stem)
+    entities[name] = {"urdf": Asset(path.name, path.absolute()), **({"repair": repair} if repair else {})}
+    for robot in described.robots:
+        entity = name if len(described.robots) == 1 else f"{name}/{robot.links[0].name}"
+        bodies |= {f"{entity}/{link.name}": link.name for link in robot.links}
+        if len(robot.links) == 1:
+            bodies[entity] = robot.links[0].name
+    return ImportedScene({"scenecc": 1, "name": name, "entities": entities}, losses, bodies)
+
+
+def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription | None, tuple[Loss, ...], list[str]]:
+    """What the file describes, with as few repairs as it needs."""
+    described, trial = _attempt(file, frozenset(), context)
+    if described is not None:
+        return described, (), []
+    errors = _count(trial)
+    needed = [name for name in _REPAIRS if _count(_attempt(file, frozenset({name}), context)[1]) < errors]
+    described, trial = _attempt(file, frozenset(needed), context)
+    if described is None:
+        read_robots(file, scope=context.scope, sink=context.sink, repair=frozenset(needed))
+        return None, (), []
+    losses: list[Loss] = []
+    for name in needed:
+        notes = _attempt(file, frozenset({name}), context)[1].diagnostics()
+        told = [note for note in notes if note.code == _REPAIRED]
+        losses += [Loss(_REPAIRS[name], note.message, note.location) for note in told]
+    return described, tuple(losses), needed
+
+
+def _attempt(
+    file: ResolvedFile, repair: frozenset[str], context: ImportContext
+) -> tuple[RobotDescription | None, Sink]:
+    trial = context.sink.another()
+    return read_robots(file, scope=context.scope, sink=trial, repair=repair), trial
+
+
+def _count(sink: Sink) -> int:
+    return sum(found.severity == "error" for found in sink.diagnostics())

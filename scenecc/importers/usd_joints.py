@@ -406,13 +406,13 @@ def _add_swing(drives: dict[str, Any], free: dict[str, Freedom], joint: UsdJoint
         drives["swing"] = dict(_HOLD)
         return
     if len(swings) == 1:
-        stage.lose("joint-limits", "a lock about one of the axes across a joint's x, which turns freely", joint.prim)
+        stage.lose("swing-limits", "a lock about one of the axes across a joint's x, which turns freely", joint.prim)
         return
     if any(math.isfinite(limit) for each in swings for limit in each.limits):
-        stage.lose("joint-limits", "limits across the axis of a joint, which turns freely", joint.prim)
+        stage.lose("swing-limits", "limits across the axis of a joint, which turns freely", joint.prim)
     first, second = (None if each.drive is None else each.drive.keys() for each in swings)
     if first != second:
-        stage.lose("joint-limits", "drives that differ about the two axes across a joint's x", joint.prim)
+        stage.lose("swing-limits", "drives that differ about the two axes across a joint's x", joint.prim)
     elif first is not None and drives.get("twist") == first:
         del drives["twist"]
         drives["slerp"] = first

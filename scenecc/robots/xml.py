@@ -251,8 +251,10 @@ def parse_recovered_xml(data: bytes, file: str, findings: FileReport) -> SourceE
         nonlocal count
         count += 1
         line = max(int(node.sourceline or 1) - 1, 0)
-        tag = f"{node.prefix}:{etree.QName(node).localname}" if node.prefix else str(node.tag)
-        attributes = {str(etree.QName(name).localname): str(value) for name, value in node.attrib.items()}
+        # A prefix that is bound has become its namespace; one that is not is a part of the name.
+        local = str(node.tag).rpartition("}")[2]
+        tag = f"{node.prefix}:{local}" if node.prefix else local
+        attributes = {str(name).rpartition("}")[2]: str(value) for name, value in node.attrib.items()}
         column = max(lines.line(line).find(f"<{tag}"), 0)
         made = SourceElement(tag, attributes, line, column, len(data), text)
         if count > bounds.elements or depth > bounds.depth:

@@ -1,0 +1,202 @@
+"""Meshes that an import makes itself, as OBJ: triangles of other files, ellipsoids, extruded polygons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.checks.mesh_data import AssetBudget, AssetError, AssetReference, MeshData, MeshReadContext
+from scenecc.checks.meshes import read_mesh
+from scenecc.files import open_regular
+from scenecc.lower.shapes import MAX_HEIGHTS
+from scenecc.meshes.primitives import sphere
+from scenecc.source.grey_png import read_grey_png
+from scenecc.source.paths import Refusal, resolve_asset_reference
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from scenecc.importers.imported_scene import ImportContext
+
+MESH_SUFFIXES: Final = (".obj", ".gltf", ".glb", ".stl", ".ply", ".dae")
+"""Formats of meshes that a scene can show, in lower case."""
+
+
+class MeshError(ValueError):
+    """Why a mesh cannot be made, in words."""
+
+
+def obj_bytes(vertices: NDArray[Any], faces: NDArray[Any]) -> bytes:
+    """An OBJ of triangles.
+
+    Args:
+        vertices: (V, 3) [m].
+        faces: (T, 3) indices, counterclockwise from outside.
+    """
+    lines = [*(f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(vertices, np.float64).tolist())]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in np.asarray(faces).tolist()]
+    return "\n".join([*lines, ""]).encode("ascii")
+
+
+def ellipsoid_obj() -> bytes:
+    """A ball of radius 1, to be scaled."""
+    surface = sphere()
+    return obj_bytes(surface.vertices, surface.faces)
+
+
+@dataclass(frozen=True, slots=True)
+class MeshFile:
+    """A mesh file that was read.
+
+    Attributes:
+        path: of the file.
+        content: of the file.
+        data: its triangles.
+        missing: the materials and images that it names and that are not there.
+    """
+
+    path: Path
+    content: bytes
+    data: MeshData
+    missing: tuple[str, ...]
+
+
+def load_mesh(path: Path, context: ImportContext) -> MeshFile:
+    """Reads a mesh file, which was found inside the scope of the import.
+
+    Raises:
+        MeshError: it is no mesh, is too large, or a buffer that it names is missing.
+    """
+    missing: list[str] = []
+    most = context.limits.asset_bytes
+
+    def open_named(reference: AssetReference) -> bytes:
+        found = resolve_asset_reference(reference.uri, owner=path, owner_uri=path.name, scope=context.scope)
+        if not isinstance(found, Refusal):
+            return _read(found.path, most)
+        if reference.kind == "buffer":
+            raise AssetError(found.code, found.message, found.hint)
+        missing.append(reference.uri)
+        return b""
+
+    content = _read(path, most)
+    reading = MeshReadContext(open_named, most, AssetBudget(context.limits.assets_bytes))
+    try:
+        data = read_mesh(content, path.suffix.lower(), reading)
+        for reference in data.references:
+            open_named(reference)
+    except AssetError as error:
+        raise MeshError(f"{path.name}: {error.message}") from error
+    if not any(len(part.faces) for part in data.parts):
+        raise MeshError(f"{path.name} has no triangles")
+    return MeshFile(path, content, data, tuple(missing))
+
+
+def _read(path: Path, most: int) -> bytes:
+    try:
+        with open_regular(path) as stream:
+            data = stream.read(most + 1)
+    except OSError as error:
+        raise MeshError(f"{path.name} cannot be read: {error.strerror}") from error
+    if len(data) > most:
+        raise MeshError(f"{path.name} has more than {most} bytes")
+    return data
+
+
+def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: bool) -> bytes:
+    """The triangles of a mesh file, scaled. A scale that mirrors turns the triangles round.
+
+    Args:
+        mesh: the file.
+        submesh: name of the only part to take; "": all parts.
+        scale: factors along x, y and z.
+        center: whether the middle of the bounds moves to the origin.
+
+    Raises:
+        MeshError: it has no such part.
+    """
+    meshes = _named_parts(mesh, submesh) if submesh else [(part.vertices, part.faces) for part in mesh.data.parts]
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+    vertices = np.concatenate([np.asarray(each, np.float64) for each, _ in meshes]) * scale
+    faces = np.concatenate([each + start for (_, each), start in zip(meshes, starts, strict=False)])
+    if center:
+        vertices = vertices - (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    return obj_bytes(vertices, faces[:, ::-1] if np.prod(scale) < 0 else faces)
+
+
+def read_heights(path: Path, context: ImportContext) -> None:
+    """Raises MeshError where a file is no terrain that a scene can hold."""
+    try:
+        read_grey_png(_read(path, context.limits.asset_bytes), MAX_HEIGHTS)
+    except ValueError as error:
+        raise MeshError(str(error)) from error
+
+
+def _named_parts(mesh: MeshFile, name: str) -> list[tuple[NDArray[Any], NDArray[Any]]]:
+    """The parts of some name, in the file's frame."""
+    import trimesh
+
+    library: Any = trimesh
+    try:
+        scene = library.load_scene(BytesIO(mesh.content), mesh.path.suffix[1:].lower(), process=False)
+    except Exception as error:  # trimesh's readers raise whatever comes
+        raise MeshError(f"{mesh.path.name} cannot be read: {error}") from error
+    found: list[tuple[NDArray[Any], NDArray[Any]]] = []
+    for node in scene.graph.nodes_geometry:
+        place, key = scene.graph[node]
+        if name in {node, key}:
+            part = scene.geometry[key].copy()
+            part.apply_transform(place)
+            found.append((part.vertices, part.faces))
+    if not found:
+        raise MeshError(f"{mesh.path.name} has no part `{name[:60]}`")
+    return found
+
+
+def polyline_obj(corners: list[tuple[float, float]], height: float) -> bytes:
+    """A polygon in the plane z = 0, extruded along z [m].
+
+    Raises:
+        MeshError: it is no simple polygon.
+    """
+    points = [corner for i, corner in enumerate(corners) if corner != corners[i - 1] or len(corners) == 1]
+    if len(points) < 3:
+        raise MeshError("has fewer than three corners")
+    if len(points) > 1000:
+        raise MeshError("has more than 1000 corners")
+    if _area(points) < 0:
+        points.reverse()
+    cap, n = _ears(points), len(points)
+    vertices = np.array([(x, y, z) for z in (0.0, height) for x, y in points])
+    sides = [(i, (i + 1) % n, (i + 1) % n + n) for i in range(n)] + [(i, (i + 1) % n + n, i + n) for i in range(n)]
+    top = [(a + n, b + n, c + n) for a, b, c in cap]
+    return obj_bytes(vertices, np.array([*((c, b, a) for a, b, c in cap), *top, *sides]))
+
+
+def _area(points: list[tuple[float, float]]) -> float:
+    return sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(points, [*points[1:], points[0]], strict=True)) / 2
+
+
+def _ears(points: list[tuple[float, float]]) -> list[tuple[int, int, int]]:
+    """Triangles of a polygon that runs counterclockwise, by cutting ears."""
+    left, found = list(range(len(points))), list[tuple[int, int, int]]()
+    while len(left) > 2:
+        for i in range(len(left)):
+            a, b, c = left[i - 1], left[i], left[(i + 1) % len(left)]
+            triangle = [points[a], points[b], points[c]]
+            if _area(triangle) > 0 and not any(_inside(points[k], triangle) for k in left if k not in {a, b, c}):
+                found.append((a, b, c))
+                del left[i]
+                break
+        else:
+            raise MeshError("crosses itself")
+    return found
+
+
+def _inside(point: tuple[float, float], triangle: list[tuple[float, float]]) -> bool:
+    return all(_area([triangle[i], triangle[(i + 1) % 3], point]) >= 0 for i in range(3))

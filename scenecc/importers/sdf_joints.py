@@ -1,0 +1,225 @@
+"""Joints of SDF as joints of link trees and as constraints."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.geometry.rotations import IDENTITY, Pose7, compose, invert, rotate, shortest_from_x
+from scenecc.importers.numbers import plain_axis, plain_number, plain_numbers, plain_pose
+from scenecc.importers.sdf_xml import SMALLEST, find
+
+if TYPE_CHECKING:
+    from scenecc.geometry.rotations import Vec3
+    from scenecc.importers.sdf_frames import Scope
+    from scenecc.importers.sdf_xml import SourceElement
+
+Node = dict[str, Any]
+
+_UNLIMITED: Final = 1e15
+"""SDF writes no limit as 1e16."""
+
+_AXES_OF: Final = {
+    "fixed": (),
+    "revolute": ("axis",),
+    "continuous": ("axis",),
+    "prismatic": ("axis",),
+    "screw": ("axis",),
+    "universal": ("axis", "axis2"),
+    "revolute2": ("axis", "axis2"),
+    "ball": ("x", "y", "z"),
+}
+"""Type of a joint → the axes of the hinges that make it."""
+
+
+@dataclass(frozen=True, slots=True)
+class SdfJoint:
+    """A joint between two links, or a link and the world.
+
+    Attributes:
+        scope: in which it is written.
+        element: the <joint>.
+        path: from the top model.
+        type: a key of the table of types.
+        parent, child: paths of links from the top model; the parent "" is the world.
+        pose: of its frame in the top model's frame.
+        turn: of the scope's frame in the top model's frame.
+    """
+
+    scope: Scope
+    element: SourceElement
+    path: str
+    type: str
+    parent: str
+    child: str
+    pose: Pose7
+    turn: Pose7
+
+
+@dataclass(frozen=True, slots=True)
+class Hinge:
+    """One degree of freedom.
+
+    Attributes:
+        type: of a joint of a link tree.
+        axis: in the joint's frame, from the parent to the child.
+        keys: limits, damping and so on of the joint.
+        velocity: largest speed; None: none is given.
+        drive: of a spring; None: there is none.
+    """
+
+    type: str
+    axis: Vec3
+    keys: Node
+    velocity: float | None = None
+    drive: Node | None = None
+
+
+def joint_type(element: SourceElement) -> str:
+    """The type of a <joint>, "" where it is none that is read."""
+    kind = element.attributes.get("type", "")
+    return kind if kind in _AXES_OF else ""
+
+
+def hinges_of(joint: SdfJoint) -> list[Hinge]:
+    """The degrees of freedom of a joint; several of them turn one after the other."""
+    file = joint.scope.file
+    if joint.type == "ball":
+        file.lose("ball-joints", f"the ball joint `{joint.path}` becomes three hinges", joint.element)
+        return [Hinge("continuous", axis, {}) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
+    if joint.type == "screw":
+        file.lose("screw-joints", f"the screw joint `{joint.path}` turns without moving along its axis", joint.element)
+    return [_hinge(joint, tag) for tag in _AXES_OF[joint.type]]
+
+
+def _hinge(joint: SdfJoint, tag: str) -> Hinge:
+    file, axis = joint.scope.file, joint.element.find(tag)
+    xyz = file.vector(axis, "xyz", default=(0, 0, 1))
+    if math.hypot(*xyz) < SMALLEST:
+        file.error(f"the axis of `{joint.path}` has the length 0", joint.element)
+        xyz = (0.0, 0.0, 1.0)
+    kind = "prismatic" if joint.type == "prismatic" else "revolute"
+    low = file.number(axis, "limit", "lower", default=-math.inf)
+    high = file.number(axis, "limit", "upper", default=math.inf)
+    limits = [-math.inf if low < -_UNLIMITED else low, math.inf if high > _UNLIMITED else high]
+    keys: Node = {}
+    if joint.type == "continuous" or (limits == [-math.inf, math.inf] and kind == "revolute"):
+        kind = "continuous"
+    elif limits[0] > limits[1]:
+        file.error(f"the lower limit of `{joint.path}` is above the upper one", joint.element)
+    elif limits != [-math.inf, math.inf]:
+        keys["limits"] = [each if math.isinf(each) else plain_number(each) for each in limits]
+    keys["friction"] = 0
+    damping = max(file.number(axis, "dynamics", "damping", default=0), 0.0)
+    if file.number(axis, "dynamics", "friction", default=0) > 0:
+        file.lose("joint-friction", f"the friction of `{joint.path}`; SAPIEN's is no torque", joint.element)
+    if 0 <= file.number(axis, "limit", "effort", default=-1) < _UNLIMITED:
+        file.lose("effort-limits", f"the effort of `{joint.path}`; nothing drives the joint", joint.element)
+    stiffness = file.number(axis, "dynamics", "spring_stiffness", default=0)
+    drive = None
+    if stiffness > 0:
+        target = file.number(axis, "dynamics", "spring_reference", default=0)
+        drive = {"stiffness": plain_number(stiffness), "damping": plain_number(damping), "target": plain_number(target)}
+    elif damping:
+        keys["damping"] = plain_number(damping)
+    velocity = file.number(axis, "limit", "velocity", default=-1)
+    if velocity <= 0 or velocity > _UNLIMITED:
+        velocity = None
+    return Hinge(kind, _in_joint(joint, axis, xyz), keys, velocity, drive)
+
+
+def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
+    """An axis in the joint's frame."""
+    element = find(axis, "xyz")
+    frame = "" if element is None else element.attributes.get("expressed_in", "")
+    is_model = joint.scope.file.flag(axis, "use_parent_model_frame", default=False) or joint.scope.file.is_before(1, 5)
+    if frame and element is not None:
+        around = compose(joint.turn, joint.scope.pose_of(frame, element))
+    elif is_model:
+        around = joint.turn
+    else:
+        return xyz
+    local = compose(invert(joint.pose), around)
+    if max(abs(a - b) for a, b in zip(local[3:], IDENTITY, strict=True)) < 1e-12:
+        return xyz
+    return rotate(local[3:], xyz)
+
+
+def mimic_of(joint: SdfJoint, names: dict[str, str]) -> Node | None:
+    """The `mimic` of a joint. `names`: path of a joint → its name in the scene."""
+    mimic = find(joint.element, "axis", "mimic")
+    if mimic is None:
+        return None
+    file, wanted = joint.scope.file, mimic.attributes.get("joint", "")
+    prefix = joint.path.rpartition("::")[0]
+    source = names.get(f"{prefix}::{wanted}" if prefix else wanted)
+    if source is None:
+        file.error(f"`{joint.path}` follows `{wanted[:80]}`, and there is no such joint", mimic)
+        return None
+    multiplier = file.number(mimic, "multiplier", default=1)
+    offset = file.number(mimic, "offset", default=0) - multiplier * file.number(mimic, "reference", default=0)
+    found: Node = {"joint": source, "multiplier": plain_number(multiplier)}
+    return {**found, "offset": plain_number(offset)} if offset else found
+
+
+def tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7], *, is_reversed: bool) -> Node:
+    """A joint of a link tree.
+
+    Args:
+        name: in the scene.
+        hinge: None: a fixed joint.
+        poses: of the parent link, the child link and the joint in one frame.
+        is_reversed: whether the tree's parent is the joint's child.
+    """
+    parent, child, joint = poses
+    in_parent, in_child = compose(invert(parent), joint), compose(invert(child), joint)
+    made: Node = {"name": name, "type": "fixed" if hinge is None else hinge.type}
+    if hinge is None:
+        origin = plain_pose(compose(invert(parent), child))
+        return {**made, "origin": origin} if origin is not None else made
+    axis = hinge.axis if not is_reversed else (-hinge.axis[0], -hinge.axis[1], -hinge.axis[2])
+    if plain_pose(in_child) is not None:
+        turn = (0.0, 0.0, 0.0, *_from_x(axis))
+        ends = {"pose_in_parent": compose(in_parent, turn), "pose_in_child": compose(in_child, turn)}
+        return {**made, **{key: plain_pose(pose) or [0, 0, 0] for key, pose in ends.items()}, **hinge.keys}
+    origin, plain = plain_pose(in_parent), plain_axis(axis)
+    place = {} if origin is None else {"origin": origin}
+    return {**made, **place, **({} if plain == "x" else {"axis": plain}), **hinge.keys}
+
+
+_HOLD: Final = {"stiffness": 1e10, "damping": 1e4, "mode": "acceleration"}
+
+
+def constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7], hinges: list[Hinge]) -> Node:
+    """A joint that closes a loop, as a constraint.
+
+    Args:
+        joint: the joint.
+        ends: parent and child in the scene.
+        poses: of both in the frame of the joint's pose.
+        hinges: of the joint.
+    """
+    turn = (0.0, 0.0, 0.0, *_from_x(hinges[0].axis)) if len(hinges) == 1 else None
+    frame = joint.pose if turn is None else compose(joint.pose, turn)
+    in_parent, in_child = (plain_pose(compose(invert(pose), frame)) or [0, 0, 0] for pose in poses)
+    made: Node = {"parent": ends[0], "child": ends[1], "pose_in_parent": in_parent, "pose_in_child": in_child}
+    locked = {"x": [0, 0], "y": [0, 0], "z": [0, 0]}
+    if not hinges:
+        return {"type": "weld", **made}
+    if joint.type == "ball":
+        return {"type": "drive", **made, "limits": locked}
+    if len(hinges) > 1:
+        joint.scope.file.lose("loops", f"the {joint.type} joint `{joint.path}` closes a loop", joint.element)
+    span = hinges[0].keys.get("limits", [-math.inf, math.inf])
+    if hinges[0].type == "prismatic":
+        limits = {"x": span, "y": [0, 0], "z": [0, 0], "twist": [0, 0]}
+    else:
+        inside = [min(max(each, -math.pi), math.pi) for each in span]
+        limits = {**locked, **({} if inside == [-math.pi, math.pi] else {"twist": plain_numbers(inside)})}
+    return {"type": "drive", **made, "limits": limits, "drive": {"swing": _HOLD}}
+
+
+def _from_x(axis: Vec3) -> tuple[float, float, float, float]:
+    length = math.hypot(*axis)
+    return shortest_from_x((axis[0] / length, axis[1] / length, axis[2] / length))

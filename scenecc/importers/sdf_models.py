@@ -1,0 +1,491 @@
+"""Models of SDF as entities: bodies, articulations and the constraints that close loops."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
+from scenecc.importers.numbers import Names, plain_number, plain_pose
+from scenecc.importers.sdf_frames import SEPARATOR, WORLD, Scope
+from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
+from scenecc.importers.sdf_shapes import LinkPlace, read_shapes, solid_mass
+from scenecc.importers.sdf_xml import find, text_of
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Location
+    from scenecc.importers.sdf_joints import Hinge
+    from scenecc.importers.sdf_xml import SourceElement
+
+Node = dict[str, Any]
+
+_MAX_GROUPS, _MAX_LINKS = 31, 255
+
+_LEAST_INERTIA: Final = 1e-30
+"""Masses and moments below it are 0 for the engine, which has single precision [kg, kg·m²]."""
+
+_DUMMY_MASS: Final = 1e-6
+"""Of the links between the hinges of one joint [kg]."""
+
+
+@dataclass(frozen=True, slots=True)
+class SdfLink:
+    """A link of a top model.
+
+    Attributes:
+        scope: in which it is written.
+        element: the <link>.
+        path: from the top model.
+        pose: in the top model's frame.
+        turn: of the scope's frame in the top model's frame.
+    """
+
+    scope: Scope
+    element: SourceElement
+    path: str
+    pose: Pose7
+    turn: Pose7
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltLink:
+    """Where a link is in the scene.
+
+    Attributes:
+        name: `ENTITY` or `ENTITY/LINK`.
+        pose: in the world.
+        is_moved: whether it may be moved by forces.
+    """
+
+    name: str
+    pose: Pose7
+    is_moved: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Bitmask:
+    """With what a link collides.
+
+    Attributes:
+        node: of the document.
+        mask: None: its shapes have several.
+        link: the link.
+        entity: the name of its entity.
+    """
+
+    node: Node
+    mask: int | None
+    link: SdfLink
+    entity: str
+
+
+@dataclass(slots=True)
+class SceneParts:
+    """What the models of a world become.
+
+    Attributes:
+        entities, constraints, groups: `entities`, `constraints` and `collision_groups` of the document.
+        bodies: name in the scene → name in the source.
+        links: path from the world → where it is.
+        locations: name of a body or an entity in the scene → where it is in the file.
+        bitmasks: of the links that collide.
+        places: path from the world → how its shapes, lights and sensors are placed.
+        names: of entities.
+        constraint_names: of constraints.
+    """
+
+    entities: Node = field(default_factory=dict[str, Any])
+    groups: Node = field(default_factory=dict[str, Any])
+    constraints: Node = field(default_factory=dict[str, Any])
+    bodies: dict[str, str] = field(default_factory=dict[str, str])
+    links: dict[str, BuiltLink] = field(default_factory=dict[str, BuiltLink])
+    places: dict[str, tuple[SourceElement, LinkPlace]] = field(
+        default_factory=dict[str, tuple["SourceElement", LinkPlace]]
+    )
+    locations: dict[str, Location] = field(default_factory=dict[str, "Location"])
+    bitmasks: list[Bitmask] = field(default_factory=list["Bitmask"])
+    names: Names = field(default_factory=Names)
+    constraint_names: Names = field(default_factory=Names)
+
+
+class ModelReader:
+    """Reads one top model.
+
+    Args:
+        model: its scope.
+        pose: of its frame in the world.
+        parts: takes what it becomes.
+    """
+
+    def __init__(self, model: Scope, pose: Pose7, parts: SceneParts) -> None:
+        self._model = model
+        self._pose = pose
+        self._parts = parts
+        self._links: dict[str, SdfLink] = {}
+        self._joints: list[SdfJoint] = []
+        self._joint_names: dict[str, str] = {}
+
+    def read(self) -> None:
+        """Adds the model's entities and constraints."""
+        self._collect(self._model, "", IDENTITY_POSE)
+        groups, entities = self._groups(), {*self._parts.entities}
+        first_of = {path: group[0] for group in groups for path in group}
+        joints_of: dict[str, list[SdfJoint]] = {}
+        for joint in self._joints:
+            joints_of.setdefault(first_of[joint.child or joint.parent], []).append(joint)
+        for group in groups:
+            self._add(group, joints_of.get(group[0], []), is_only=len(groups) == 1)
+        if len(groups) > 1 and not self._model.is_static:
+            self._separate(entities)
+
+    def _separate(self, before: set[str]) -> None:
+        """Bodies of one model do not collide with one another, unless it says so."""
+        model, parts = self._model, self._parts
+        added = [node for name, node in parts.entities.items() if name not in before and _collides(node)]
+        if len(added) < 2 or model.file.flag(model.element, "self_collide", default=False):
+            return
+        if len(parts.groups) >= _MAX_GROUPS:
+            model.file.lose("self-collisions", f"bodies of `{model.name}` collide with one another", model.element)
+            return
+        name = Names(*parts.groups).new(model.name)
+        parts.groups[name] = {"ignore": [name]}
+        for node in added:
+            node["collision_group"] = name
+
+    def _collect(self, scope: Scope, prefix: str, turn: Pose7) -> None:
+        """Every link and joint, nested ones too. `turn`: of the scope's frame in the top model's."""
+        for name, link in scope.links.items():
+            pose = compose(turn, scope.pose_of(name, link))
+            self._links[prefix + name] = SdfLink(scope, link, prefix + name, pose, turn)
+        for name, model in scope.models.items():
+            self._collect(model, f"{prefix}{name}{SEPARATOR}", compose(turn, scope.model_pose(model)))
+        for name, joint in scope.joints.items():
+            made = self._joint(scope, joint, name, prefix, turn)
+            if made is not None:
+                self._joints.append(made)
+
+    def _joint(self, scope: Scope, element: SourceElement, name: str, prefix: str, turn: Pose7) -> SdfJoint | None:
+        kind, file = joint_type(element), scope.file
+        if not kind:
+            word = element.attributes.get("type", "")
+            what = f"the joint `{prefix}{name}` of the type `{word}` is left out"
+            file.lose("gearbox-joints" if word == "gearbox" else "joints", what, element)
+            return None
+        ends: list[str] = []
+        for tag in ("parent", "child"):
+            end = text_of(element, tag) or text_of(element, tag, "link_name")
+            found = "" if end == WORLD else scope.link_of(end, element)
+            if found is None:
+                return None
+            ends.append(prefix + found if found else "")
+        if ends[0] == ends[1]:
+            file.error(f"the joint `{prefix}{name}` connects a link with itself", element)
+            return None
+        pose = compose(turn, scope.pose_of(name, element))
+        path, parent, child = prefix + name, ends[0], ends[1]
+        return SdfJoint(scope, element, path, kind, parent, child, pose, turn)
+
+    def _groups(self) -> list[list[str]]:
+        """Links that joints connect, each group in the order of the file; of a static model each link alone."""
+        owner = {path: path for path in self._links}
+
+        def top(path: str) -> str:
+            while owner[path] != path:
+                owner[path] = path = owner[owner[path]]
+            return path
+
+        if not self._model.is_static:
+            for joint in self._joints:
+                if joint.parent and joint.child:
+                    owner[top(joint.child)] = top(joint.parent)
+        groups: dict[str, list[str]] = {}
+        for path in self._links:
+            groups.setdefault(top(path), []).append(path)
+        return list(groups.values())
+
+    def _add(self, group: list[str], joints: list[SdfJoint], *, is_only: bool) -> None:
+        first = self._links[group[0]]
+        wish = self._model.name if is_only else f"{self._model.name}.{first.path}"
+        is_fixed = len(group) == 1 and all(joint.type == "fixed" for joint in joints) and bool(joints)
+        if self._model.is_static or is_fixed:
+            self._add_body(first, wish, "static")
+        elif len(group) == 1 and not joints:
+            self._add_body(first, wish, "")
+        else:
+            _Tree(self._links, group, joints, self).add(wish)
+
+    def _add_body(self, link: SdfLink, wish: str, body_type: str) -> None:
+        file, parts = link.scope.file, self._parts
+        if not body_type and file.flag(link.element, "kinematic", default=False):
+            body_type = "kinematic"
+        content = self.link_content(link, moves=not body_type)
+        world = compose(self._pose, link.pose)
+        has_shape = any(key in content for key in ("shapes", "collisions", "visuals"))
+        if body_type and not has_shape:
+            self.note(link, BuiltLink("", world, is_moved=False))
+            file.lose("empty-links", f"the link `{link.path}` has no shape and does not move", link.element)
+            return
+        name = parts.names.new(wish)
+        pose = plain_pose(world)
+        place = {} if pose is None else {"pose": pose}
+        if not has_shape:
+            # Only an articulation can be without shapes.
+            parts.entities[name] = {**place, "root": {"name": Names().new(link.path), **content}}
+            self.note(link, BuiltLink(f"{name}/{Names().new(link.path)}", world, is_moved=True))
+            return
+        if body_type == "static" and not any(key in content for key in ("shapes", "collisions")):
+            body_type = "none"
+        if body_type == "none":
+            content.pop("gravity", None)
+        kind = {"body_type": body_type} if body_type else {}
+        content.update({**kind, **place})
+        parts.entities[name] = content
+        self.keep_bitmask(content, link, name)
+        self.note(link, BuiltLink(name, world, is_moved=not body_type))
+
+    def keep_bitmask(self, node: Node, link: SdfLink, entity: str) -> None:
+        """Remembers the bitmask that `link_content` left in a node."""
+        if "bitmask" in node:
+            self._parts.bitmasks.append(Bitmask(node, node.pop("bitmask"), link, entity))
+
+    def note(self, link: SdfLink, built: BuiltLink) -> None:
+        """Remembers where a link is."""
+        path = f"{self._model.name}{SEPARATOR}{link.path}"
+        self._parts.links[path] = built
+        place = LinkPlace(link.scope, link.path, compose(invert(link.turn), link.pose), built.is_moved)
+        self._parts.places[path] = (link.element, place)
+        if built.name:
+            self._parts.bodies[built.name] = path
+            self._parts.locations[built.name] = link.element.location
+            self._parts.locations.setdefault(built.name.partition("/")[0], self._model.element.location)
+
+    @property
+    def parts(self) -> SceneParts:
+        """What takes the result."""
+        return self._parts
+
+    @property
+    def model(self) -> Scope:
+        """The model."""
+        return self._model
+
+    @property
+    def pose(self) -> Pose7:
+        """Of the model in the world."""
+        return self._pose
+
+    def link_content(self, link: SdfLink, *, moves: bool, joints: bool = False) -> Node:
+        """Shapes, mass and motion of a link."""
+        file, element = link.scope.file, link.element
+        place = LinkPlace(link.scope, link.path, compose(invert(link.turn), link.pose), moves)
+        content: Node = {**read_shapes(element, place)}
+        _note_bitmask(content)
+        if not moves:
+            return content
+        content |= _mass(link, content)
+        if joints and file.flag(element, "kinematic", default=False):
+            file.lose("kinematic-links", f"the link `{link.path}` is kinematic, and joints hold it", element)
+        if not file.flag(element, "gravity", default=True):
+            content["gravity"] = False
+        for tag, key in (("linear", "linear_damping"), ("angular", "angular_damping")):
+            if find(element, "velocity_decay", tag) is not None:
+                content[key] = plain_number(max(file.number(element, "velocity_decay", tag, default=0), 0.0))
+        return content
+
+
+def _note_bitmask(content: Node) -> None:
+    """One bitmask of a link in place of those of its shapes; None where these differ."""
+    masks = {shape.pop("bitmask") for shape in (*content.get("shapes", ()), *content.get("collisions", ()))}
+    if masks:
+        content["bitmask"] = masks.pop() if len(masks) == 1 else None
+
+
+def _collides(node: Node) -> bool:
+    """Whether an entity, or a link below it, has a shape that collides."""
+    return any(
+        key in {"shapes", "collisions"}
+        or (key == "root" and _collides(value))
+        or (key == "children" and any(map(_collides, value)))
+        for key, value in node.items()
+    )
+
+
+def _mass(link: SdfLink, content: Node) -> Node:
+    """The mass of a link: what the file says, its shapes by `auto`, or 1 kg and 1 kg·m², SDF's default."""
+    file, inertial = link.scope.file, link.element.find("inertial")
+    collides = any(key in content for key in ("shapes", "collisions"))
+    if inertial is not None and inertial.attributes.get("auto", "").lower() in {"true", "1"} and collides:
+        if inertial.find("mass") is not None:
+            return {"mass": plain_number(file.positive(inertial, "mass", default=1))}
+        density = file.positive(inertial, "density", default=1000)
+        mass = sum(solid_mass(shape, density) for shape in (*content.get("shapes", ()), *content.get("collisions", ())))
+        # SAPIEN's cylinders are hulls, which weigh a little less.
+        return {"density": plain_number(density)} if math.isnan(mass) else {"mass": float(f"{mass:.12g}")}
+    for shape in (*content.get("shapes", ()), *content.get("collisions", ())):
+        shape.pop("density", None)
+    mass = file.number(inertial, "mass", default=1)
+    names, default = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), (1, 1, 1, 0, 0, 0)
+    xx, yy, zz, xy, xz, yz = (
+        file.number(inertial, "inertia", name, default=value) for name, value in zip(names, default, strict=True)
+    )
+    pose = IDENTITY_POSE if inertial is None else file.pose(inertial)
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], np.float64)
+    moments, axes = np.diag(tensor), np.eye(3)
+    if xy or xz or yz:
+        moments, axes = np.linalg.eigh(tensor)
+        axes[:, 2] *= np.sign(np.linalg.det(axes))
+        pose = compose(pose, _turn(axes))
+    low, middle, high = sorted(float(each) for each in moments)
+    if min(mass, low) < _LEAST_INERTIA or low + middle < high * (1 - 1e-6):
+        shown = f"the mass {mass:g} kg and the moments {low:.3g}, {middle:.3g}, {high:.3g}"
+        instead = f"{mass:g} kg in its shapes" if mass >= _LEAST_INERTIA and collides else "a small mass"
+        file.lose(
+            "inertias", f"`{link.path}` has {shown}, which no body has; it gets {instead}", inertial or link.element
+        )
+        if mass >= _LEAST_INERTIA and collides:
+            return {"mass": plain_number(mass)}
+        mass = mass if mass >= _LEAST_INERTIA else _DUMMY_MASS
+        moments = np.full(3, mass * 1e-2)
+    com = plain_pose(pose)
+    place = {} if com is None else {"com": com}
+    return {"inertial": {"mass": plain_number(mass), **place, "inertia": _moments(moments)}}
+
+
+def _moments(moments: Any) -> list[float | int]:
+    """Not rounded to decimals: moments of small bodies are small."""
+    return [float(f"{float(each):.12g}") for each in moments]
+
+
+def _turn(axes: Any) -> Pose7:
+    from scenecc.geometry.rotations import from_matrix, to_vector  # noqa: PLC0415
+
+    a, b, c = (to_vector(row) for row in axes.tolist())
+    return (0.0, 0.0, 0.0, *from_matrix((a, b, c)))
+
+
+class _Tree:
+    """Connected links as an articulation; joints beyond a tree as constraints."""
+
+    def __init__(
+        self, links: dict[str, SdfLink], group: list[str], joints: list[SdfJoint], reader: ModelReader
+    ) -> None:
+        self._links = {path: links[path] for path in group}
+        self._joints = joints
+        self._reader = reader
+        self._link_names, self._joint_names = Names("world"), Names()
+        self._named = {path: self._link_names.new(path) for path in group}
+        self._called = {joint.path: self._joint_names.new(joint.path) for joint in joints}
+        self._entity: Node = {}
+        self._used: set[str] = set()
+
+    def add(self, wish: str) -> None:
+        """Adds the entity."""
+        reader = self._reader
+        if len(self._links) > _MAX_LINKS:
+            model = reader.model
+            message = f"joints connect {len(self._links)} links of `{model.name}`; PhysX counts them in eight bits"
+            model.file.error(message, model.element, hint=f"an articulation has at most {_MAX_LINKS} links")
+            return
+        name = reader.parts.names.new(wish)
+        anchors = [joint for joint in self._joints if not (joint.parent and joint.child)]
+        anchor = next(iter(anchors), None)
+        if anchor is None:
+            root, is_fixed = self._root(), False
+            top = self._node(root, name, None)
+            place = self._links[root].pose
+        elif anchor.type == "fixed":
+            root, is_fixed = anchor.child or anchor.parent, True
+            self._used.add(anchor.path)
+            top, place = self._node(root, name, None), self._links[root].pose
+        else:
+            is_fixed, place = True, IDENTITY_POSE
+            hangs = self._attached(anchor, "", anchor.child or anchor.parent, name)
+            top = {"name": self._link_names.new("base"), "children": [hangs]}
+        pose = plain_pose(compose(reader.pose, place))
+        entity: Node = {} if pose is None else {"pose": pose}
+        if is_fixed:
+            entity["fix_root_link"] = True
+        if not self._collides_with_itself() and _collides({"root": top}):
+            entity["disable_self_collisions"] = True
+        reader.parts.entities[name] = {**entity, **self._entity, "root": top}
+        for joint in self._joints:
+            if joint.path not in self._used:
+                self._close(joint, name)
+
+    def _collides_with_itself(self) -> bool:
+        model = self._reader.model
+        return model.file.flag(model.element, "self_collide", default=False)
+
+    def _root(self) -> str:
+        children = {joint.child for joint in self._joints}
+        return next((path for path in self._links if path not in children), next(iter(self._links)))
+
+    def _node(self, path: str, entity: str, joint: Node | None) -> Node:
+        """A link with everything that hangs on it. Recurses at most 255 times: more links are refused later."""
+        link, reader = self._links[path], self._reader
+        self._used.add(f"link {path}")
+        reader.note(link, BuiltLink(f"{entity}/{self._named[path]}", compose(reader.pose, link.pose), is_moved=True))
+        node: Node = {"name": self._named[path]}
+        if joint is not None:
+            node["joint"] = joint
+        node |= reader.link_content(link, moves=True, joints=True)
+        reader.keep_bitmask(node, link, entity)
+        children: list[Node] = []
+        for each in self._joints:
+            other = each.child if each.parent == path else each.parent if each.child == path else ""
+            if other and each.path not in self._used and f"link {other}" not in self._used:
+                children.append(self._attached(each, path, other, entity))
+        return {**node, "children": children} if children else node
+
+    def _attached(self, joint: SdfJoint, parent: str, child: str, entity: str) -> Node:
+        """A link below another by a joint; the hinges of the joint have links of their own between them."""
+        self._used.add(joint.path)
+        hinges: list[Hinge | None] = [*hinges_of(joint)] or [None]
+        is_reversed = joint.child != child
+        ordered = hinges[::-1] if is_reversed else hinges
+        name = self._called[joint.path]
+        above = self._links[parent].pose if parent else IDENTITY_POSE
+        nodes: list[dict[str, Any]] = []
+        for number, hinge in enumerate(ordered):
+            is_last = number == len(ordered) - 1
+            below = self._links[child].pose if is_last else joint.pose
+            called = name if len(ordered) == 1 else self._joint_names.new(f"{name}_{number + 1}")
+            made = tree_joint(called, hinge, (above, below, joint.pose), is_reversed=is_reversed)
+            self._note_joint(hinge, called)
+            if is_last:
+                nodes.append(self._node(child, entity, self._mimicking(joint, made)))
+            else:
+                small: Node = {"mass": _DUMMY_MASS, "inertia": [_DUMMY_MASS] * 3}
+                nodes.append({"name": self._link_names.new(f"{name}_{number + 1}"), "joint": made, "inertial": small})
+            above = below
+        for outer, inner in pairwise(nodes):
+            outer["children"] = [inner]
+        return nodes[0]
+
+    def _mimicking(self, joint: SdfJoint, made: Node) -> Node:
+        mimic = None if made["type"] == "fixed" else mimic_of(joint, self._called)
+        return made if mimic is None else {**made, "mimic": mimic}
+
+    def _note_joint(self, hinge: Hinge | None, name: str) -> None:
+        if hinge is None:
+            return
+        pattern = name.replace(".", "\\.")
+        if hinge.velocity is not None:
+            self._entity.setdefault("joints", {})[pattern] = {"max_velocity": plain_number(hinge.velocity)}
+        if hinge.drive is not None:
+            self._entity.setdefault("drives", {})[pattern] = hinge.drive
+
+    def _close(self, joint: SdfJoint, entity: str) -> None:
+        ends: list[tuple[str, Pose7]] = []
+        for path in (joint.parent, joint.child):
+            world = invert(self._reader.pose)
+            ends.append((f"{entity}/{self._named[path]}", self._links[path].pose) if path else ("world", world))
+        if ends[1][0] == "world":
+            ends.reverse()
+        made = constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges_of(joint))
+        parts = self._reader.parts
+        parts.constraints[parts.constraint_names.new(joint.path)] = made

@@ -1,0 +1,82 @@
+"""`scenecc import` as a command."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+SDF = """<sdf version="1.9"><model name="cube"><link name="body">
+<collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision>{more}
+</link></model></sdf>"""
+
+URDF = """<robot name="r"><link name="base">{more}
+<collision><geometry><sphere radius="1"/></geometry></collision></link></robot>"""
+
+
+@pytest.fixture
+def cube(tmp_path: Path) -> Path:
+    path = tmp_path / "cube.sdf"
+    path.write_text(SDF.format(more=""))
+    return path
+
+
+def test_a_scene_file_is_written_and_built(run, cube: Path) -> None:
+    done = run("import", cube, "-o", "cube.yaml")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("built 1 bodies; those that move weigh 1 kg\n")
+    text = cube.with_suffix(".yaml").read_text()
+    assert text.startswith("# Imported from cube.sdf by scenecc.\nscenecc: 1\n")
+    assert yaml.safe_load(text)["entities"]["cube"]["inertial"] == {"mass": 1, "inertia": [1, 1, 1]}
+    again = run("import", cube, "-o", "cube.yaml")
+    assert again.returncode == 0
+    assert cube.with_suffix(".yaml").read_text() == text
+
+
+def test_losses_are_listed_on_standard_error(run, cube: Path) -> None:
+    cube.write_text(SDF.format(more='<sensor name="s" type="imu"/>'))
+    done = run("import", cube, "-o", "cube.yaml")
+    assert done.returncode == 0
+    assert "warning SC432: 1 sensors: <sensor> `imu`" in done.stderr
+
+
+def test_a_loss_that_is_not_allowed_ends_the_import(run, cube: Path) -> None:
+    cube.write_text(SDF.format(more="<inertial><mass>0</mass></inertial>"))
+    done = run("import", cube, "-o", "cube.yaml")
+    assert done.returncode == 1
+    assert "hint: allow it with --allow inertias" in done.stderr
+    assert not cube.with_suffix(".yaml").exists()
+    assert run("import", cube, "-o", "cube.yaml", "--allow", "inertias").returncode == 0
+
+
+@pytest.mark.parametrize("arguments", [("--allow", "everything"), ("-o", "nowhere/cube.yaml"), ("-o", "-")])
+def test_wrong_usage_has_its_status(run, cube: Path, arguments: tuple[str, ...]) -> None:
+    done = run("import", cube, *(arguments if "-o" in arguments else ("-o", "cube.yaml", *arguments)))
+    assert done.returncode == 2
+
+
+def test_a_urdf_stays_a_file(run, tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(URDF.format(more=""))
+    done = run("import", "arm.urdf", "-o", "arm.yaml")
+    assert done.returncode == 0, done.stderr
+    assert yaml.safe_load((tmp_path / "arm.yaml").read_text())["entities"] == {"arm": {"urdf": "arm.urdf"}}
+
+
+def test_a_repair_of_a_urdf_must_be_allowed(run, tmp_path: Path) -> None:
+    inertia = '<inertia ixx="0" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    (tmp_path / "arm.urdf").write_text(URDF.format(more=f'<inertial><mass value="1"/>{inertia}</inertial>'))
+    done = run("import", "arm.urdf", "-o", "arm.yaml")
+    assert done.returncode == 1
+    assert "allow it with --allow inertias" in done.stderr
+    assert run("import", "arm.urdf", "-o", "arm.yaml", "--allow", "inertias").returncode == 0
+    found = yaml.safe_load((tmp_path / "arm.yaml").read_text())["entities"]["arm"]
+    assert found == {"urdf": "arm.urdf", "repair": ["inertia"]}
+
+
+def test_the_page_names_every_loss_that_must_be_allowed() -> None:
+    from scenecc.importers.imported_scene import LOSSES
+
+    page = (Path(__file__).parents[2] / "docs/import.md").read_text()
+    missing = [kind for kind, row in LOSSES.items() if row.changes_machine and f"`{kind}`" not in page]
+    assert not missing

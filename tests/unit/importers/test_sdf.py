@@ -1,0 +1,425 @@
+"""SDF files as scenes: what is built is what the format means, and what is not built is told."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from scenecc import SceneError, open_scene
+from scenecc.importers.import_scene import Imported, import_scene
+from scenecc.source.read import read_file
+
+LINK = """<link name="{name}"><pose {frame}>{pose}</pose><inertial><mass>{mass}</mass>
+  <inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>
+  <collision name="c"><geometry><box><size>0.2 0.4 0.6</size></box></geometry></collision></link>"""
+
+
+def link(name: str, pose: str = "0 0 0 0 0 0", mass: float = 1, frame: str = "") -> str:
+    return LINK.format(name=name, pose=pose, mass=mass, frame=frame)
+
+
+def joint(kind: str, parent: str, child: str, inside: str = "", name: str = "j") -> str:
+    return f'<joint name="{name}" type="{kind}"><parent>{parent}</parent><child>{child}</child>{inside}</joint>'
+
+
+def world(inside: str, version: str = "1.9") -> str:
+    return f'<?xml version="1.0"?>\n<sdf version="{version}"><world name="w">\n{inside}\n</world></sdf>\n'
+
+
+def model(inside: str, name: str = "m", rest: str = "") -> str:
+    return world(f'<model name="{name}" {rest}>\n{inside}\n</model>')
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "out").mkdir()
+    return tmp_path
+
+
+def imported(folder: Path, text: str, **options) -> tuple[dict, Imported]:
+    """The document as written, which was built by then."""
+    (folder / "in/world.sdf").write_text(text)
+    made = import_scene(folder / "in/world.sdf", folder / "out/scene.yaml", **options)
+    return document(folder), made
+
+
+def document(folder: Path) -> dict:
+    from scenecc.diagnostics import Sink
+    from scenecc.source import Limits
+
+    found = read_file(str(folder / "out/scene.yaml"), Sink(), Limits())
+    assert found is not None
+    return found.data
+
+
+def refused(folder: Path, text: str, **options) -> list[str]:
+    """Codes of the errors; nothing was written."""
+    with pytest.raises(SceneError) as caught:
+        imported(folder, text, **options)
+    assert not list((folder / "out").iterdir())
+    errors = [each for each in caught.value.diagnostics if each.severity == "error"]
+    assert all(each.file and each.file.endswith((".sdf", ".png")) for each in errors), errors
+    return [each.code for each in errors]
+
+
+def body_poses(folder: Path) -> dict[str, tuple[list[float], list[float]]]:
+    """Pose of every body as built, by `ENTITY` or `ENTITY/LINK`."""
+    found = {}
+    with open_scene(folder / "out/scene.yaml").build(render=False) as batch:
+        for name, entity in batch.entities.items():
+            pose = entity.objs[0].get_pose()
+            found[name] = list(pose.p), list(pose.q)
+        for name, robot in batch.articulations.items():
+            for each in robot.objs[0].get_links():
+                pose = each.get_entity().get_pose()
+                found[f"{name}/{each.get_name()}"] = list(pose.p), list(pose.q)
+    return found
+
+
+def test_a_model_of_one_link_is_a_body(folder: Path) -> None:
+    found, made = imported(folder, model("<pose>1 2 3 0 0 0.5</pose>" + link("a", "0 0 1 0 0 0", 2)))
+    cube = found["entities"]["m"]
+    assert cube["pose"]["p"] == [1, 2, 4]
+    assert cube["inertial"] == {"mass": 2, "inertia": [0.1, 0.1, 0.1]}
+    assert cube["collisions"] == [{"type": "box", "half_size": [0.1, 0.2, 0.3]}]
+    assert made.losses == ()
+    assert body_poses(folder)["m"][1][3] == pytest.approx(math.sin(0.25))
+
+
+def test_a_collision_and_a_visual_of_one_form_are_one_shape(folder: Path) -> None:
+    visual = """<visual name="v"><geometry><box><size>0.2 0.4 0.6</size></box></geometry>
+      <material><diffuse>1 0 0 1</diffuse></material></visual></link>"""
+    found, _ = imported(folder, model(link("a").replace("</link>", visual)))
+    assert found["entities"]["m"]["shapes"] == [{"type": "box", "half_size": [0.1, 0.2, 0.3], "color": [1, 0, 0]}]
+    assert "visuals" not in found["entities"]["m"]
+
+
+def test_links_and_joints_are_a_tree(folder: Path) -> None:
+    axis = "<axis><xyz>0 0 1</xyz><limit><lower>-1</lower><upper>2</upper></limit></axis>"
+    parts = link("base") + link("arm", "0 0 1 0 0 0") + joint("revolute", "base", "arm", axis)
+    found, _ = imported(folder, model(parts))
+    robot = found["entities"]["m"]
+    assert robot["disable_self_collisions"] is True
+    (arm,) = robot["root"]["children"]
+    expected = {"name": "j", "type": "revolute", "origin": [0, 0, 1], "axis": "z", "limits": [-1, 2], "friction": 0}
+    assert arm["joint"] == expected
+    assert body_poses(folder)["m/arm"][0] == pytest.approx([0, 0, 1])
+
+
+def test_a_joint_to_the_world_fixes_the_root(folder: Path) -> None:
+    parts = link("base") + link("arm", "0 0 1 0 0 0") + joint("fixed", "world", "base", name="w")
+    found, _ = imported(folder, model(parts + joint("prismatic", "base", "arm", "<axis><xyz>1 0 0</xyz></axis>")))
+    assert found["entities"]["m"]["fix_root_link"] is True
+
+
+def test_a_hinge_to_the_world_has_a_base(folder: Path) -> None:
+    found, _ = imported(folder, model(link("arm", "0 0 1 0 0 0") + joint("revolute", "world", "arm")))
+    root = found["entities"]["m"]["root"]
+    assert root["name"] == "base"
+    assert [child["name"] for child in root["children"]] == ["arm"]
+    assert body_poses(folder)["m/arm"][0] == pytest.approx([0, 0, 1])
+
+
+def test_two_hinges_make_a_universal_joint(folder: Path) -> None:
+    axes = "<pose>0 0 -0.5 0 0 0</pose><axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>"
+    found, _ = imported(folder, model(link("a") + link("b", "0 0 1 0 0 0") + joint("universal", "a", "b", axes)))
+    first = found["entities"]["m"]["root"]["children"][0]
+    assert first["joint"].get("axis", "x") == "x"
+    assert first["joint"]["origin"] == [0, 0, 0.5]
+    assert body_poses(folder)["m/b"][0] == pytest.approx([0, 0, 1])
+
+
+def test_a_loop_is_closed_by_a_constraint(folder: Path) -> None:
+    parts = "".join(link(name, f"{x} 0 0 0 0 0") for name, x in (("a", 0), ("b", 1), ("c", 2)))
+    joints = joint("revolute", "a", "b", name="ab") + joint("revolute", "b", "c", name="bc")
+    found, _ = imported(folder, model(parts + joints + joint("fixed", "a", "c", name="ac")))
+    assert found["constraints"]["ac"]["type"] == "weld"
+    assert (found["constraints"]["ac"]["parent"], found["constraints"]["ac"]["child"]) == ("m/a", "m/c")
+
+
+def test_an_axis_is_expressed_in_a_frame(folder: Path) -> None:
+    turned = "0 0 1 0 0 1.5707963267948966"
+    axis = '<axis><xyz expressed_in="__model__">1 0 0</xyz></axis>'
+    found, _ = imported(folder, model(link("a") + link("b", turned) + joint("revolute", "a", "b", axis)))
+    assert found["entities"]["m"]["root"]["children"][0]["joint"]["axis"] == pytest.approx([0, -1, 0])
+
+
+def test_old_axes_are_those_of_the_model(folder: Path) -> None:
+    parts = link("a") + link("b", "0 0 1 0 0 1.5707963267948966")
+    text = model(parts + joint("revolute", "a", "b", "<axis><xyz>1 0 0</xyz></axis>")).replace('"1.9"', '"1.4"')
+    found, _ = imported(folder, text)
+    assert found["entities"]["m"]["root"]["children"][0]["joint"]["axis"] == pytest.approx([0, -1, 0])
+
+
+def test_poses_are_relative_to_frames(folder: Path) -> None:
+    frames = '<frame name="f" attached_to="a"><pose>1 0 0 0 0 1.5707963267948966</pose></frame>'
+    parts = link("a", "0 0 1 0 0 0") + frames + link("b", "1 0 0 0 0 0", frame='relative_to="f"')
+    imported(folder, model(parts))
+    assert body_poses(folder)["m.b"][0] == pytest.approx([1, 1, 1], abs=1e-6)
+
+
+def test_a_placement_frame_stands_at_the_pose(folder: Path) -> None:
+    text = model("<pose>5 0 0 0 0 0</pose>" + link("a", "0 0 2 0 0 0"), rest='placement_frame="a"')
+    imported(folder, text)
+    assert body_poses(folder)["m"][0] == pytest.approx([5, 0, 0])
+
+
+def test_nested_models_have_names_with_a_point(folder: Path) -> None:
+    inner = f'<model name="inner"><pose>0 1 0 0 0 0</pose>{link("b")}</model>'
+    found, _ = imported(folder, model(link("a") + inner + joint("fixed", "a", "inner::b")))
+    assert found["entities"]["m"]["root"]["children"][0]["name"] == "inner.b"
+    assert body_poses(folder)["m/inner.b"][0] == pytest.approx([0, 1, 0])
+
+
+def test_a_model_is_included_from_its_folder_and_from_a_root(folder: Path) -> None:
+    (folder / "in/cup").mkdir()
+    (folder / "in/cup/model.config").write_text("<model><sdf version='1.9'>cup.sdf</sdf></model>")
+    (folder / "in/cup/cup.sdf").write_text(f'<sdf version="1.9"><model name="cup">{link("body")}</model></sdf>')
+    include = "<include><uri>model://cup</uri><name>{}</name><pose>{} 0 0 0 0 0</pose></include>"
+    found, _ = imported(folder, world(include.format("one", 1) + include.format("two", 2)))
+    assert list(found["entities"]) == ["one", "two"]
+    (folder / "in/cup").rename(folder / "cup")
+    (folder / "out/scene.yaml").unlink()
+    assert refused(folder, world(include.format("one", 1))) == ["SC431"]
+    imported(folder, world(include.format("one", 1)), asset_roots=[folder])
+    assert body_poses(folder)["one"][0] == pytest.approx([1, 0, 0])
+
+
+def test_a_static_model_does_not_move(folder: Path) -> None:
+    plane = "<collision name='c'><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>"
+    found, _ = imported(folder, model(f"<static>true</static><link name='l'>{plane}</link>"))
+    assert found["entities"]["m"] == {"body_type": "static", "collisions": [{"type": "plane"}]}
+
+
+def test_surfaces_and_physics_are_those_of_the_file(folder: Path) -> None:
+    surface = "<surface><friction><ode><mu>0.4</mu></ode></friction></surface></collision>"
+    text = model(link("a").replace("</collision>", surface))
+    text = text.replace(
+        "<model", "<gravity>0 0 -3</gravity><physics><max_step_size>0.004</max_step_size></physics><model"
+    )
+    found, _ = imported(folder, text)
+    default = {"static_friction": 1, "dynamic_friction": 1, "restitution": 0}
+    assert found["physics"] == {"timestep": 0.004, "gravity": [0, 0, -3], "default_material": default}
+    physical = {"static_friction": 0.4, "dynamic_friction": 0.4, "restitution": 0}
+    assert found["entities"]["m"]["collisions"][0]["material"] == {"physical": physical}
+
+
+def test_lights_and_cameras_are_built(folder: Path) -> None:
+    sun = '<light name="sun" type="directional"><direction>0 1 -1</direction><diffuse>1 1 0.5 1</diffuse></light>'
+    sensor = """<sensor name="eye" type="camera"><pose>0 0 0.1 0 0 0</pose><camera><horizontal_fov>1.2</horizontal_fov>
+      <image><width>64</width><height>48</height></image></camera></sensor></link>"""
+    found, _ = imported(folder, world(sun + f'<model name="m">{link("a").replace("</link>", sensor)}</model>'))
+    assert found["lights"]["sun"] == {"type": "directional", "color": [1, 1, 0.5], "direction": [0, 1, -1]}
+    eye = found["cameras"]["m.a.eye"]
+    assert (eye["mount"], eye["fovx"], eye["width"], eye["pose"]) == ("m", 1.2, 64, [0, 0, 0.1])
+
+
+def test_the_mass_of_auto_follows_from_the_density(folder: Path) -> None:
+    auto = '<inertial auto="true"><density>500</density></inertial><collision name="c"><geometry><cylinder>'
+    text = f'<link name="a">{auto}<radius>0.1</radius><length>0.4</length></cylinder></geometry></collision></link>'
+    found, made = imported(folder, model(text))
+    assert found["entities"]["m"]["mass"] == pytest.approx(500 * math.pi * 0.01 * 0.4)
+    assert made.certificate.mass == pytest.approx(500 * math.pi * 0.01 * 0.4, rel=1e-6)
+
+
+def test_a_tensor_is_turned_to_its_axes(folder: Path) -> None:
+    tensor = "<ixx>0.2</ixx><iyy>0.2</iyy><izz>0.1</izz><ixy>0.05</ixy>"
+    text = link("a").replace("<ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz>", tensor)
+    found, _ = imported(folder, model(text))
+    assert sorted(found["entities"]["m"]["inertial"]["inertia"]) == pytest.approx([0.1, 0.15, 0.25])
+
+
+def test_bitmasks_are_collision_bits(folder: Path) -> None:
+    def masked(name: str, mask: str) -> str:
+        surface = f"<surface><contact><collide_bitmask>{mask}</collide_bitmask></contact></surface></collision>"
+        return f'<model name="{name}">{link("a").replace("</collision>", surface)}</model>'
+
+    found, _ = imported(folder, world(masked("one", "0x01") + masked("two", "2")))
+    assert found["entities"]["one"]["collision_bits"] == [1, 1, 0, 0]
+    assert found["entities"]["two"]["collision_bits"] == [2, 2, 0, 0]
+
+
+def test_a_mesh_is_copied_beside_the_scene(folder: Path) -> None:
+    (folder / "in/meshes").mkdir()
+    tetrahedron = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    (folder / "in/meshes/a.obj").write_text(tetrahedron)
+    (folder / "in/meshes/a.mtl").write_text("newmtl m\nKd 1 0 0\n")
+    mesh = "<geometry><mesh><uri>meshes/a.obj</uri><scale>0.5 0.5 0.5</scale></mesh></geometry>"
+    text = link("a").replace("<geometry><box><size>0.2 0.4 0.6</size></box></geometry>", mesh)
+    found, made = imported(folder, model(text))
+    (shape,) = found["entities"]["m"]["collisions"]
+    assert shape == {"type": "convex_mesh", "file": "scene_assets/meshes/a.obj", "scale": [0.5, 0.5, 0.5]}
+    assert (folder / "out/scene_assets/meshes/a.mtl").read_text().startswith("newmtl")
+    assert [loss.kind for loss in made.losses] == ["hulls"]
+
+
+def test_a_mirrored_collider_is_turned_round(folder: Path) -> None:
+    (folder / "in/a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+    mesh = "<geometry><mesh><uri>a.obj</uri><scale>-1 1 1</scale></mesh></geometry>"
+    found, _ = imported(
+        folder, model(link("a").replace("<geometry><box><size>0.2 0.4 0.6</size></box></geometry>", mesh))
+    )
+    assert found["entities"]["m"]["collisions"][0]["file"] == "scene_assets/a.obj"
+    assert "v -1.0 0.0 0.0" in (folder / "out/scene_assets/a.obj").read_text()
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind"),
+    [
+        ("<ellipsoid><radii>0.1 0.2 0.3</radii></ellipsoid>", "convex_mesh"),
+        ("<capsule><radius>0.1</radius><length>0.3</length></capsule>", "capsule"),
+        ("<cone><radius>0.1</radius><length>0.3</length></cone>", "cone"),
+        ("<sphere><radius>0.1</radius></sphere>", "sphere"),
+        (
+            "<polyline><point>0 0</point><point>1 0</point><point>1 1</point><height>1</height></polyline>",
+            "convex_mesh",
+        ),
+    ],
+)
+def test_every_form_is_built(folder: Path, shape: str, kind: str) -> None:
+    text = link("a").replace("<box><size>0.2 0.4 0.6</size></box>", shape)
+    found, _ = imported(folder, model(text))
+    assert found["entities"]["m"]["collisions"][0]["type"] == kind
+
+
+def test_losses_are_told_with_their_places(folder: Path) -> None:
+    plugin = '<plugin filename="libwind.so" name="wind"/>'
+    _, made = imported(folder, model(link("a") + plugin + plugin))
+    assert [(loss.kind, loss.place.line) for loss in made.losses] == [("plugins", 6), ("plugins", 6)]
+    (told,) = [each for each in made.diagnostics if each.code == "SC432"]
+    assert told.message.startswith("2 plugins: <plugin> `libwind.so`")
+
+
+def test_a_loss_that_changes_the_machine_must_be_allowed(folder: Path) -> None:
+    text = model(link("a") + link("b") + joint("screw", "a", "b", "<axis><xyz>1 0 0</xyz></axis>"))
+    assert refused(folder, text) == ["SC431"]
+    found, made = imported(folder, text, allow=["screw-joints"])
+    assert found["entities"]["m"]["root"]["children"][0]["joint"]["type"] == "continuous"
+    assert [loss.kind for loss in made.losses] == ["screw-joints"]
+
+
+def test_a_file_that_is_not_well_formed_is_read(folder: Path) -> None:
+    text = world(f'<!-- a -- b --><model name="m">{link("a")}<gz:ignored x="1"/></model>')
+    found, made = imported(folder, text)
+    assert list(found["entities"]) == ["m"]
+    assert [loss.kind for loss in made.losses] == ["malformed-xml"]
+
+
+BOMB = '<?xml version="1.0"?><!DOCTYPE sdf [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><sdf version="1.9">&b;</sdf>'
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("hello", "SC430"),
+        ("<robot name='r'/>", "SC430"),
+        (BOMB, "SC451"),
+        (BOMB.replace("<sdf", "<!-- -- --><sdf"), "SC451"),
+        ("<sdf version='1.9'>" + "<model name='m'>" * 200, "SC452"),
+        (world("<include><uri>https://fuel.gazebosim.org/x</uri></include>"), "SC431"),
+        (world("<include><uri>file:///etc/passwd.sdf</uri></include>"), "SC431"),
+        (world("<include><uri>world.sdf</uri></include>"), "SC433"),
+        (model(link("a", "1 2 3")), "SC433"),
+        (model(link("a", "nan 0 0 0 0 0")), "SC433"),
+        (model(link("a") + link("a")), "SC433"),
+        (model(link("a") + joint("revolute", "a", "b")), "SC433"),
+        (model(link("a") + link("b", frame='relative_to="b"')), "SC433"),
+        (model(link("a") + joint("revolute", "a", "a")), "SC433"),
+        (model(link("a", mass=-1)), "SC431"),
+        (model(link("a").replace("<size>0.2", "<size>-0.2")), "SC431"),
+        (model(link("a").replace("box><size>0.2 0.4 0.6</size></box", "mesh><uri>../../x.obj</uri></mesh")), "SC431"),
+    ],
+)
+def test_bad_input_is_an_error_with_a_place_and_nothing_is_written(folder: Path, text: str, code: str) -> None:
+    assert code in refused(folder, text)
+
+
+def test_a_limit_of_an_asset_holds(folder: Path) -> None:
+    (folder / "in/a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n" * 9)
+    mesh = "<geometry><mesh><uri>a.obj</uri></mesh></geometry>"
+    text = model(link("a").replace("<geometry><box><size>0.2 0.4 0.6</size></box></geometry>", mesh))
+    (folder / "in/world.sdf").write_text(text)
+    with pytest.raises(SceneError):
+        import_scene(folder / "in/world.sdf", folder / "out/scene.yaml", limits={"asset_bytes": 100})
+    assert not list((folder / "out").iterdir())
+
+
+def test_an_unknown_loss_is_a_value_error(folder: Path) -> None:
+    with pytest.raises(ValueError, match="there is no loss `x`"):
+        imported(folder, model(link("a")), allow=["x"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        model(
+            "".join(link(f"a{i}") for i in range(600))
+            + "".join(joint("fixed", f"a{i}", f"a{i + 1}", name=f"j{i}") for i in range(599))
+        ),
+        model(
+            link("a")
+            + "".join(f'<frame name="f{i}" attached_to="f{i + 1}"/>' for i in range(4000))
+            + link("b", frame='relative_to="f0"')
+        ),
+    ],
+    ids=["links", "frames"],
+)
+def test_a_long_chain_is_an_error(folder: Path, text: str) -> None:
+    assert "SC433" in refused(folder, text)
+
+
+def test_a_mesh_without_its_materials_is_shown_plain(folder: Path) -> None:
+    (folder / "in/a.obj").write_text(
+        "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    visual = "<visual name='v'><geometry><mesh><uri>a.obj</uri></mesh></geometry></visual></link>"
+    found, made = imported(folder, model(link("a").replace("</link>", visual)))
+    assert found["entities"]["m"]["visuals"][0]["file"] == "scene_assets/a.obj"
+    assert [loss.kind for loss in made.losses] == ["mesh-looks"]
+
+
+def test_a_mesh_that_cannot_be_read_is_a_loss(folder: Path) -> None:
+    (folder / "in/a.stl").write_text("hello")
+    mesh = "<geometry><mesh><uri>a.stl</uri></mesh></geometry>"
+    text = model(link("a").replace("<geometry><box><size>0.2 0.4 0.6</size></box></geometry>", mesh))
+    assert refused(folder, text) == ["SC431"]
+    assert imported(folder, text, allow=["colliders"])[1].losses[0].kind == "colliders"
+
+
+def test_a_joint_between_models_is_a_constraint(folder: Path) -> None:
+    models = "".join(
+        f'<model name="{name}"><pose>0 0 {z} 0 0 0</pose>{link("l")}</model>' for name, z in (("a", 0), ("b", 1))
+    )
+    found, _ = imported(folder, world(models + joint("ball", "a::l", "b::l")))
+    expected = {"parent": "a", "child": "b", "pose_in_parent": [0, 0, 1], "pose_in_child": [0, 0, 0]}
+    limits = {axis: [0, 0] for axis in "xyz"}
+    assert found["constraints"]["j"] == {"type": "drive", **expected, "limits": limits}
+
+
+def test_mutated_files_are_imported_or_refused(folder: Path) -> None:
+    """Nothing else is raised, whatever stands in place of a word."""
+    from random import Random
+
+    from scenecc.importers.imported_scene import LOSSES
+
+    random = Random(1)
+    axis = "<axis><xyz>0 0 1</xyz><limit><lower>-1</lower><upper>2</upper></limit></axis>"
+    shape = "<visual name='v'><geometry><cylinder><radius>0.1</radius><length>1</length></cylinder></geometry></visual>"
+    parts = link("a") + link("b", "0 0 1 0 0 0").replace("</link>", f"{shape}</link>")
+    text = model(f"{parts}{joint('revolute', 'a', 'b', axis)}<frame name='f' attached_to='a'/>")
+    words = [match.span() for match in re.finditer(r"<[^>]*>|[^<>\s]+", text)]
+    others = ["0", "-1", "nan", "inf", "1e400", "1e-300", "true", "world", "__model__", "", "é", "a::b", "1 2 3", "<x>"]
+    built, codes = 0, set[str]()
+    for _ in range(80):
+        start, end = random.choice(words)
+        try:
+            imported(folder, f"{text[:start]}{random.choice(others)}{text[end:]}", allow=list(LOSSES))
+            built += 1
+        except SceneError as error:
+            codes |= {each.code for each in error.diagnostics}
+    assert 10 < built < 70
+    assert {code[2] for code in codes} <= set("1345"), codes

@@ -1,0 +1,82 @@
+"""URDFs as scenes: by their file, which is copied only where the scene cannot name it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from scenecc import SceneError, open_scene
+from scenecc.backends.sapien.measure import measure
+from scenecc.importers.import_scene import import_scene
+
+SCENES = Path(__file__).parents[3] / "scenes"
+
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+ROBOT = """<robot name="r"><link name="base">
+<collision><geometry><mesh filename="{mesh}"/></geometry></collision>
+<inertial><mass value="2"/><inertia ixx="{ixx}" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    (tmp_path / "in/meshes").mkdir(parents=True)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "in/meshes/a.obj").write_text(TETRAHEDRON)
+    (tmp_path / "in/robot.urdf").write_text(ROBOT.format(mesh="meshes/a.obj", ixx=1))
+    return tmp_path / "in/robot.urdf"
+
+
+def masses(scene: Path) -> dict[str, float]:
+    with open_scene(scene).build(render=False) as batch:
+        bodies = [body for entity in measure(batch).scenes[0].entities for body in entity.bodies]
+        return {body.name: body.mass.mass for body in bodies if body.mass is not None}
+
+
+def test_a_robot_is_copied_with_its_meshes(robot: Path, tmp_path: Path) -> None:
+    made = import_scene(robot, tmp_path / "out/scene.yaml")
+    assert list(made.files) == ["scene.yaml", "scene_assets/robot.urdf", "scene_assets/meshes/a.obj"]
+    robot.unlink()
+    assert masses(tmp_path / "out/scene.yaml") == {"robot": 2}
+
+
+def test_a_robot_below_the_scene_or_in_a_root_stays(robot: Path, tmp_path: Path) -> None:
+    assert list(import_scene(robot, tmp_path / "scene.yaml").files) == ["scene.yaml"]
+    assert "urdf: in/robot.urdf" in (tmp_path / "scene.yaml").read_text()
+    import_scene(robot, tmp_path / "out/scene.yaml", asset_roots=[tmp_path / "in"])
+    assert "urdf: asset://robot.urdf" in (tmp_path / "out/scene.yaml").read_text()
+
+
+def test_a_robot_that_needs_repair_must_be_allowed(robot: Path, tmp_path: Path) -> None:
+    robot.write_text(ROBOT.format(mesh="meshes/a.obj", ixx=-1))
+    with pytest.raises(SceneError) as caught:
+        import_scene(robot, tmp_path / "scene.yaml")
+    assert [each.code for each in caught.value.diagnostics] == ["SC431"]
+    assert not (tmp_path / "scene.yaml").exists()
+    import_scene(robot, tmp_path / "scene.yaml", allow=["inertias"])
+    assert "repair: [inertia]" in (tmp_path / "scene.yaml").read_text()
+
+
+@pytest.mark.parametrize("mesh", ["../../secret.obj", "meshes/gone.obj", "/etc/passwd"])
+def test_a_mesh_that_may_not_be_read_is_an_error(robot: Path, tmp_path: Path, mesh: str) -> None:
+    (tmp_path / "secret.obj").write_text(TETRAHEDRON)
+    robot.write_text(ROBOT.format(mesh=mesh, ixx=1))
+    with pytest.raises(SceneError) as caught:
+        import_scene(robot, tmp_path / "out/scene.yaml")
+    assert {each.code for each in caught.value.diagnostics} <= {"SC401", "SC402", "SC403", "SC470", "SC472"}
+    assert not list((tmp_path / "out").iterdir())
+
+
+@pytest.mark.parametrize("name", ["robot_arm", "robot_door"])
+def test_our_own_exports_come_back(name: str, tmp_path: Path) -> None:
+    scene = SCENES / f"{name}.yaml"
+    with open_scene(scene).build(render=False, scene_idxs=[0]) as batch:
+        entities = {each.entity.name: each for each in measure(batch).scenes[0].entities}
+    robots = [entity for entity in entities.values() if len(entity.bodies) > 1]
+    assert robots
+    for robot in robots:
+        file = tmp_path / f"{robot.entity.name}.urdf"
+        open_scene(scene).export(file, entity=robot.entity.name)
+        import_scene(file, file.with_suffix(".yaml"))
+        expected = {body.name: body.mass.mass for body in robot.bodies if body.mass is not None}
+        assert masses(file.with_suffix(".yaml")) == pytest.approx(expected, rel=1e-6)
