@@ -16,7 +16,9 @@ _takes = partial(takes_compile_options, names=("asset_roots", "allow_outside_ass
 
 @_takes
 def import_(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="An SDF world or model, or a URDF.", show_default=False)],
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="An SDF world or model, a USD stage, or a URDF.", show_default=False)
+    ],
     *,
     output: Annotated[str, typer.Option("--output", "-o", metavar="SCENE", help="The scene file to write.")],
     allow: Annotated[
@@ -27,18 +29,19 @@ def import_(
 ) -> None:
     """Write a scene file for a world or a robot of another format.
 
-    The formats are SDF (.sdf, .world) and URDF (.urdf). Files that the scene can name neither relative to itself nor
-    by pkg:// or asset:// are copied to the folder SCENE_assets beside it.
+    The formats are SDF (.sdf, .world), USD (.usd, .usda, .usdc) and URDF (.urdf). Files that the scene can name
+    neither relative to itself nor by pkg:// or asset:// are copied to the folder SCENE_assets beside it.
 
     The command lists all content that a scene file does not hold. If masses, joints, contacts or poses would differ,
     it writes nothing, unless --allow names the loss. It then builds the scene as written and compares poses and masses
-    with Drake, if pydrake is installed.
+    with Drake, if pydrake is installed, or with usd-core.
 
     \b
     Examples:
       scenecc import world.sdf -o scene.yaml
       scenecc import world.sdf -o scene.yaml --asset-root ~/models
       scenecc import world.sdf -o scene.yaml --allow screw-joints
+      scenecc import stage.usd -o scene.yaml
       scenecc import robot.urdf -o scene.yaml
     """
     from scenecc.importers.import_scene import import_scene

@@ -72,7 +72,7 @@ def import_scene(
     """Writes a scene file for a file of another format, builds it and compares it with the source.
 
     Args:
-        file: an SDF world or model, or a URDF.
+        file: an SDF world or model, a USD stage, or a URDF.
         output: the scene file. Files that can be named neither relative to it nor by `pkg://` or `asset://` are copied
             to the folder `NAME_assets` beside it.
         allow: losses that may change the machine; keys of `scenecc.importers.imported_scene.LOSSES`.

@@ -73,6 +73,24 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "drake-elements": LossKind("elements of Drake", changes_machine=True),
     "grippers": LossKind("grippers"),
     "fluids": LossKind("added masses of fluids", changes_machine=True),
+    # Of USD.
+    "mesh-simplification": LossKind("simplifications of colliding meshes"),
+    "assumed-masses": LossKind("masses and inertias that the file leaves open"),
+    "material-looks": LossKind("properties of materials"),
+    "frictions": LossKind("static frictions below the dynamic ones"),
+    "idle-joints": LossKind("joints without effect"),
+    "joint-breaks": LossKind("joints that break"),
+    "light-units": LossKind("units of lights"),
+    "lenses": LossKind("lenses of cameras"),
+    "animations": LossKind("motions over time"),
+    "unknown-prims": LossKind("prims of unknown types"),
+    "vendor-attributes": LossKind("attributes of other schemas"),
+    "soft-bodies": LossKind("things that move in other ways than bodies and joints", changes_machine=True),
+    "point-instancers": LossKind("point instancers", changes_machine=True),
+    "physics-scenes": LossKind("further physics scenes"),
+    "collision-filters": LossKind("filters of collisions", changes_machine=True),
+    "swing-limits": LossKind("limits across the axis of joints", changes_machine=True),
+    "joint-frames": LossKind("joints whose frames do not meet at the start"),
 }
 """The name that `--allow` takes, and what it stands for."""
 

@@ -1,0 +1,315 @@
+"""Bodies that joints of a USD stage connect, as trees of links; what closes a loop becomes a constraint."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.importers.usd_frames import pose_value, tidy
+from scenecc.importers.usd_joints import Freedom, UsdJoint, tree_joint
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.importers.usd_bodies import BodyReader, UsdBody
+    from scenecc.importers.usd_frames import Prim
+    from scenecc.importers.usd_stage import UsdStage
+
+_DUMMY_MASS: Final = 1e-3
+"""Mass of a link between two freedoms of one joint, as a part of the link that it carries."""
+
+_OFF_POSITION, _OFF_ANGLE = 1e-4, 1e-3
+"""How far frames of a joint may be from meeting without a loss [m, rad]."""
+
+
+@dataclass(slots=True)
+class Tree:
+    """Bodies that become one articulation.
+
+    Attributes:
+        root: path of the root link's body; "" where the root is the world.
+        fixed: whether the root cannot move.
+        joints: of the tree, from the root outwards, each with the parent as its first body.
+        rest: joints that close loops.
+        prim: of the articulation root; None where the file has none.
+    """
+
+    root: str
+    fixed: bool
+    joints: list[UsdJoint]
+    rest: list[UsdJoint]
+    prim: Prim | None
+
+    @property
+    def bodies(self) -> list[str]:
+        """Paths of its bodies, the root first."""
+        found = [self.root] if self.root else []
+        return found + [joint.bodies[1] for joint in self.joints]
+
+    @property
+    def split_joints(self) -> list[UsdJoint]:
+        """Joints of several freedoms: PhysX keeps only direct neighbours of a tree apart."""
+        return [joint for joint in self.joints if len(joint.freedoms) > 1]
+
+
+def find_trees(
+    joints: Iterable[UsdJoint], moving: Iterable[str], roots: Mapping[str, Prim]
+) -> tuple[list[Tree], list[UsdJoint]]:
+    """Spans the bodies that joints connect with trees.
+
+    Args:
+        joints: of the stage.
+        moving: paths of the dynamic bodies, in the order of the stage.
+        roots: body → prim of its articulation root; the first body of a prim is its root where nothing is fixed.
+
+    Returns:
+        The trees, and the joints that are in none.
+    """
+    order = {path: k for k, path in enumerate(moving)}
+    edges: dict[str, list[UsdJoint]] = {}
+    rest: list[UsdJoint] = []
+    for joint in joints:
+        inside = all(not body or body in order for body in joint.bodies)
+        if not inside or not _fits_tree(joint, roots):
+            rest.append(joint)
+            continue
+        for body in joint.bodies:
+            edges.setdefault(body, []).append(joint)
+    trees: list[Tree] = []
+    seen: set[str] = set()
+    for body in order:
+        if body in edges and body not in seen:
+            tree = _span(_component(body, edges), edges, order, roots)
+            seen.update(tree.bodies)
+            trees.append(tree)
+    return trees, rest
+
+
+def _fits_tree(joint: UsdJoint, roots: Mapping[str, Prim]) -> bool:
+    if joint.excluded or joint.distance is not None or len(joint.freedoms) == 6:
+        return False
+    if any(body in roots for body in joint.bodies):
+        return True
+    # Between free bodies PhysX has a ball joint without hinges; only its limits need them.
+    free_ball = len(joint.freedoms) == 3 and all(
+        each.turns and each.drive is None and each.limits == (-math.inf, math.inf) for each in joint.freedoms
+    )
+    return not free_ball
+
+
+def _component(start: str, edges: Mapping[str, list[UsdJoint]]) -> set[str]:
+    """Every body that joints connect with one, but not through the world."""
+    found, todo = {start}, [start]
+    while todo:
+        for joint in edges[todo.pop()]:
+            for other in joint.bodies:
+                if other and other not in found:
+                    found.add(other)
+                    todo.append(other)
+    return found
+
+
+def _span(
+    bodies: set[str], edges: Mapping[str, list[UsdJoint]], order: Mapping[str, int], roots: Mapping[str, Prim]
+) -> Tree:
+    joints = list(dict.fromkeys(joint for body in sorted(bodies, key=order.__getitem__) for joint in edges[body]))
+    grounded = [joint for joint in joints if "" in joint.bodies]
+    fixed = next((joint for joint in grounded if not joint.freedoms), None)
+    above = {joint.bodies[1] for joint in joints}
+    first = min(bodies, key=lambda body: (body in above, order[body]))
+    prim = next((roots[body] for body in sorted(bodies, key=order.__getitem__) if body in roots), None)
+    if fixed is not None:
+        root = fixed.bodies[0] or fixed.bodies[1]
+    elif grounded:
+        root = ""
+    else:
+        root = str(prim.GetPath()) if prim is not None and str(prim.GetPath()) in bodies else first
+    tree = Tree(root, fixed is not None or bool(grounded), [], [], prim)
+    used: set[int] = {id(fixed)} if fixed is not None else set()
+    reached = {root}
+    front = [root]
+    if not root:
+        used.add(id(grounded[0]))
+        tree.joints.append(grounded[0] if not grounded[0].bodies[0] else grounded[0].reversed())
+        front = [tree.joints[0].bodies[1]]
+        reached.add(front[0])
+    while front:
+        body = front.pop(0)
+        for joint in edges[body]:
+            other = joint.bodies[1] if joint.bodies[0] == body else joint.bodies[0]
+            if other and other not in reached and id(joint) not in used:
+                used.add(id(joint))
+                reached.add(other)
+                front.append(other)
+                tree.joints.append(joint if joint.bodies[0] == body else joint.reversed())
+    tree.rest = [joint for joint in joints if id(joint) not in used]
+    return tree
+
+
+class ArticulationWriter:
+    """Writes trees as entities.
+
+    Attributes:
+        keys: of each link, by the path of its body.
+    """
+
+    def __init__(self, stage: UsdStage, reader: BodyReader, bodies: Mapping[str, UsdBody]) -> None:
+        """`bodies`: by their paths."""
+        self.keys: dict[str, dict[str, Any]] = {}
+        self._stage = stage
+        self._reader = reader
+        self._bodies = bodies
+
+    def entity(self, tree: Tree, names: Mapping[str, str], joint_names: Mapping[int, str]) -> dict[str, Any]:
+        """The entity of a tree.
+
+        Args:
+            tree: of bodies.
+            names: path of a body → name of its link.
+            joint_names: `id` of a joint → its name.
+        """
+        links: dict[str, dict[str, Any]] = {}
+        if tree.root:
+            pose = self._bodies[tree.root].pose
+            root = links[tree.root] = self._link(tree.root, names)
+        else:
+            pose = tree.joints[0].frames[0]
+            root = links[""] = {"name": "world"}
+        settings: dict[str, dict[str, Any]] = {"joints": {}, "drives": {}, "qpos": {}, "qvel": {}}
+        beyond = False
+        for joint in tree.joints:
+            link = self._link(joint.bodies[1], names)
+            links[joint.bodies[1]] = link
+            first = IDENTITY_POSE if not tree.root and joint is tree.joints[0] else joint.frames[0]
+            beyond = self._add(joint, first, links[joint.bodies[0]], link, joint_names[id(joint)], settings) or beyond
+        entity: dict[str, Any] = {}
+        value = pose_value(pose)
+        if value != [0.0, 0.0, 0.0]:
+            entity["pose"] = value
+        if tree.fixed:
+            entity["fix_root_link"] = True
+        elif tree.root:
+            entity |= self._reader.velocity_keys(self._bodies[tree.root])
+        entity |= self._articulation_keys(tree)
+        if beyond:
+            entity["beyond_limits"] = True
+        entity |= {key: row for key, row in settings.items() if row}
+        return {**entity, "root": root}
+
+    def _link(self, path: str, names: Mapping[str, str]) -> dict[str, Any]:
+        self.keys[path] = {"name": names[path], **self._reader.keys(self._bodies[path], is_link=True)}
+        return self.keys[path]
+
+    def _add(
+        self,
+        joint: UsdJoint,
+        first: Pose7,
+        parent: dict[str, Any],
+        link: dict[str, Any],
+        name: str,
+        settings: dict[str, dict[str, Any]],
+    ) -> bool:
+        """Adds a link below its parent, with a link between each two freedoms. Whether it starts beyond a limit.
+
+        `first`: the joint's frame in the parent.
+        """
+        positions, distance, angle = joint.positions()
+        if distance > _OFF_POSITION or angle > _OFF_ANGLE:
+            self._stage.lose(
+                "joint-frames",
+                f"the place of a link: its joint's frames are {distance:.3g} m and {angle:.3g} rad apart",
+                joint.prim,
+            )
+        freedoms: list[Freedom | None] = list(joint.freedoms) or [None]
+        if len(freedoms) > 1:
+            self._stage.lose(
+                "ball-joints", f"a joint of {len(freedoms)} freedoms, which becomes as many joints in a row", joint.prim
+            )
+        beyond = False
+        for k, (freedom, position) in enumerate(zip(freedoms, positions or [0.0], strict=True)):
+            last = k == len(freedoms) - 1
+            child = link if last else _dummy(link, f"{link['name']}_dummy_{k}")
+            own = name if len(freedoms) == 1 or freedom is None else f"{name}_{freedom.name}"
+            in_child = joint.frames[1] if last else IDENTITY_POSE
+            made = tree_joint(first, in_child, freedom, own)
+            first = IDENTITY_POSE
+            placed: dict[str, Any] = {"name": child.pop("name"), "joint": made, **child}
+            child.clear()
+            child.update(placed)
+            parent.setdefault("children", []).append(child)
+            parent = child
+            if freedom is not None:
+                beyond = self._set_start(freedom, position, own, settings) or beyond
+                settings["joints"] |= self._joint_keys(joint.prim, own, freedom)
+        return beyond
+
+    def _set_start(self, freedom: Freedom, position: float, name: str, settings: dict[str, dict[str, Any]]) -> bool:
+        """Sets where a joint starts and its drive. Returns whether it starts beyond a limit."""
+        low, high = freedom.limits
+        near = min(max(position, low), high)
+        beyond = abs(near - position) > _OFF_ANGLE
+        start = tidy(position if beyond else near)
+        if abs(start) < 1e-6 and low <= 0 <= high:
+            start = 0.0
+        if start != tidy(min(max(0.0, low), high)) or not low <= 0 <= high:
+            settings["qpos"][name] = start
+        drive = freedom.drive
+        if drive is not None:
+            keys = drive.keys()
+            if abs(drive.target - start) > 1e-7:
+                keys["target"] = tidy(drive.target)
+            if drive.velocity:
+                keys["velocity_target"] = tidy(drive.velocity)
+            settings["drives"][name] = keys
+            beyond = beyond or not low - 1e-6 <= drive.target <= high + 1e-6
+        return beyond
+
+    def _joint_keys(self, prim: Prim, name: str, freedom: Freedom) -> dict[str, dict[str, Any]]:
+        """Friction, armature and the largest speed, of PhysX's own schema. UsdPhysics knows no friction of joints."""
+        keys: dict[str, Any] = {"friction": tidy(self._stage.authored(prim, "physxJoint:jointFriction") or 0.0)}
+        armature = self._stage.authored(prim, "physxJoint:armature")
+        frames = self._stage.frames
+        if armature:
+            keys["armature"] = tidy(armature * frames.kilograms * (frames.metres**2 if freedom.turns else 1.0))
+        speed = self._stage.authored(prim, "physxJoint:maxJointVelocity")
+        if speed is not None and math.isfinite(speed) and speed < 1e6:
+            keys["max_velocity"] = tidy(speed * (math.radians(1) if freedom.turns else frames.metres))
+        return {name: keys}
+
+    def _articulation_keys(self, tree: Tree) -> dict[str, Any]:
+        """What PhysX's own schema says of an articulation."""
+        keys: dict[str, Any] = {}
+        if tree.prim is None:
+            return keys
+        if self._stage.authored(tree.prim, "physxArticulation:enabledSelfCollisions") is False:
+            keys["disable_self_collisions"] = True
+        for key, name in (
+            ("solver_position_iterations", "solverPositionIterationCount"),
+            ("solver_velocity_iterations", "solverVelocityIterationCount"),
+        ):
+            found = self._stage.authored(tree.prim, f"physxArticulation:{name}")
+            if found is not None:
+                keys[key] = int(found)
+        return keys
+
+
+def _dummy(link: dict[str, Any], name: str) -> dict[str, Any]:
+    """A light link between two freedoms of one joint."""
+    inertial = link.get("inertial", {})
+    mass = float(inertial.get("mass", link.get("mass", 1.0))) * _DUMMY_MASS
+    moment = max(inertial.get("inertia", [mass / _DUMMY_MASS * 0.01])) * _DUMMY_MASS
+    return {"name": name, "inertial": {"mass": tidy(mass), "inertia": [tidy(moment)] * 3}}
+
+
+def merge_settings(entity: dict[str, Any]) -> None:
+    """Joins what all joints of an articulation have alike under the pattern `.*`."""
+    joints: dict[str, dict[str, Any]] = entity.get("joints", {})
+    if len(joints) > 1 or (joints and len(next(iter(joints.values()))) >= 1):
+        shared = [(key, value) for key, value in next(iter(joints.values())).items()]
+        common = {key: value for key, value in shared if all(row.get(key) == value for row in joints.values())}
+        own = {name: {k: v for k, v in row.items() if k not in common} for name, row in joints.items()}
+        rows = {name: row for name, row in own.items() if row}
+        entity["joints"] = {".*": common, **rows} if common else rows

@@ -1,0 +1,440 @@
+"""Joints of a USD stage: their frames and freedoms, as joints of a tree of links or as constraints."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.geometry.rotations import (
+    IDENTITY,
+    IDENTITY_POSE,
+    compose,
+    from_axis_angle,
+    invert,
+    rotate,
+    shortest_from_x,
+)
+from scenecc.importers.usd_frames import is_identity, pose_value, relative, tidy, tidy_row
+
+if TYPE_CHECKING:
+    from scenecc.geometry.rotations import Pose7, Vec3
+    from scenecc.importers.usd_frames import Prim
+    from scenecc.importers.usd_stage import UsdStage
+
+_UNITS: Final[dict[str, Vec3]] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+FREEDOMS: Final = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
+"""UsdPhysics's names of what a joint may leave free, in the order in which they follow one another."""
+
+_NO_FORCE_LIMIT: Final = 1e38
+
+_HOLD: Final = {"stiffness": 1e10, "damping": 1e4, "mode": "acceleration"}
+"""The spring with which `weld` holds what PhysX's limits do not."""
+
+
+@frozen
+class JointDrive:
+    """A drive [m, rad, N, N·m]."""
+
+    stiffness: float
+    damping: float
+    force_limit: float
+    acceleration: bool
+    target: float
+    velocity: float
+
+    def keys(self) -> dict[str, Any]:
+        """Stiffness, damping, force limit and mode as a scene file has them."""
+        keys: dict[str, Any] = {}
+        for name in ("stiffness", "damping"):
+            if getattr(self, name):
+                keys[name] = tidy(getattr(self, name))
+        if self.force_limit < _NO_FORCE_LIMIT:
+            keys["force_limit"] = tidy(self.force_limit)
+        if self.acceleration:
+            keys["mode"] = "acceleration"
+        return keys
+
+
+@frozen
+class Freedom:
+    """One degree of freedom of a joint.
+
+    Attributes:
+        name: one of `FREEDOMS`.
+        limits: lowest and highest position [m or rad].
+        drive: None: it has none.
+    """
+
+    name: str
+    limits: tuple[float, float] = (-math.inf, math.inf)
+    drive: JointDrive | None = None
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is a rotation."""
+        return self.name.startswith("rot")
+
+    @property
+    def axis(self) -> Vec3:
+        """The unit vector along or about which it moves."""
+        return _UNITS[self.name[-1]]
+
+    def motion(self, position: float) -> Pose7:
+        """How the child's frame is moved at a position."""
+        x, y, z = self.axis
+        if self.turns:
+            return (0.0, 0.0, 0.0, *from_axis_angle(self.axis, position))
+        return (x * position, y * position, z * position, *IDENTITY)
+
+    def negated(self) -> Freedom:
+        """The same freedom, counted from the other body."""
+        low, high = self.limits
+        drive = self.drive
+        if drive is not None:
+            drive = JointDrive(
+                drive.stiffness, drive.damping, drive.force_limit, drive.acceleration, -drive.target, -drive.velocity
+            )
+        return Freedom(self.name, (-high, -low), drive)
+
+
+@dataclass(frozen=True, slots=True)
+class UsdJoint:
+    """A joint.
+
+    Attributes:
+        prim: of the stage.
+        name: of the prim.
+        bodies: paths of its two bodies; "" is the world.
+        frames: the joint's frame in each.
+        start: the second frame in the first, where the stage has the bodies.
+        freedoms: what it leaves free.
+        distance: [least, most] of a distance joint [m].
+        collides: whether its bodies collide with one another.
+        excluded: whether the file keeps it out of articulations.
+    """
+
+    prim: Prim
+    name: str
+    bodies: tuple[str, str]
+    frames: tuple[Pose7, Pose7]
+    start: Pose7
+    freedoms: tuple[Freedom, ...]
+    distance: tuple[float, float] | None
+    collides: bool
+    excluded: bool
+
+    def reversed(self) -> UsdJoint:
+        """The same joint with its bodies exchanged. Where it has one freedom, its positions keep their signs."""
+        first, second = self.frames
+        if len(self.freedoms) == 1:
+            x, y, z = self.freedoms[0].axis
+            half_turn: Pose7 = (0.0, 0.0, 0.0, 0.0, y, z, x)  # about an axis across the joint's own
+            first, second, freedoms = compose(first, half_turn), compose(second, half_turn), self.freedoms
+            start = compose(compose(invert(half_turn), invert(self.start)), half_turn)
+        else:
+            freedoms, start = tuple(each.negated() for each in reversed(self.freedoms)), invert(self.start)
+        return replace(
+            self,
+            bodies=(self.bodies[1], self.bodies[0]),
+            frames=(second, first),
+            start=start,
+            freedoms=freedoms,
+        )
+
+    def positions(self) -> tuple[list[float], float, float]:
+        """Where each freedom is in the stage, and how far the frames are from meeting there [m, rad]."""
+        rest, positions = self.start, [0.0] * len(self.freedoms)
+        turning = [each.name[-1] for each in self.freedoms if each.turns]
+        angles = _angles(rest, turning)
+        reached = IDENTITY_POSE
+        slides = [each for each in self.freedoms if not each.turns]
+        first_turns = bool(self.freedoms) and self.freedoms[0].turns and bool(slides)
+        point = invert(rest)[:3] if first_turns else rest[:3]
+        for k, freedom in enumerate(self.freedoms):
+            if freedom.turns:
+                positions[k] = angles[freedom.name[-1]]
+            else:
+                along = sum(a * b for a, b in zip(point, freedom.axis, strict=True))
+                positions[k] = -along if first_turns else along
+            reached = compose(reached, freedom.motion(positions[k]))
+        off = relative(reached, rest)
+        angle = 2 * math.atan2(math.hypot(*off[4:]), abs(off[3]))
+        return positions, math.hypot(*off[:3]), angle
+
+
+def _angles(pose: Pose7, axes: list[str]) -> dict[str, float]:
+    """The angles of turns about some of x, y and z, one after the other, that make a rotation."""
+    if not axes:
+        return {}
+    w, x, y, z = pose[3:]
+    if len(axes) == 1:
+        along = {"X": x, "Y": y, "Z": z}[axes[0]]
+        return {axes[0]: math.remainder(2 * math.atan2(along, w), 2 * math.pi)}
+    columns = [rotate(pose[3:], unit) for unit in _UNITS.values()]
+    m = [[columns[j][i] for j in range(3)] for i in range(3)]
+    i, j = ("XYZ".index(each) for each in axes[:2])
+    k = 3 - i - j
+    even = 1.0 if (j - i) % 3 == 1 else -1.0
+    middle = math.asin(max(-1.0, min(1.0, even * m[i][k])))
+    first = math.atan2(-even * m[j][k], m[k][k])
+    last = math.atan2(-even * m[i][j], m[i][i])
+    found = {axes[0]: first, axes[1]: middle}
+    return found if len(axes) == 2 else {**found, axes[2]: last}
+
+
+class JointReader:
+    """Makes joints of what UsdPhysics says of them."""
+
+    def __init__(self, stage: UsdStage, body_poses: dict[str, Pose7]) -> None:
+        """`body_poses`: of all bodies that move, by their paths."""
+        self._stage = stage
+        self._poses = body_poses
+
+    def read(self, parsed: Any, kind: str) -> UsdJoint | None:
+        """A joint; None where it has no effect or cannot be built, which is told.
+
+        Args:
+            parsed: a `JointDesc`.
+            kind: its `ObjectType`, such as "RevoluteJoint".
+        """
+        prim = self._stage.prim(parsed.primPath)
+        if not parsed.jointEnabled:
+            self._stage.lose("idle-joints", "a joint that is switched off", prim)
+            return None
+        ends = [self._end(prim, k, body) for k, body in ((0, parsed.body0), (1, parsed.body1))]
+        bodies = (ends[0][0], ends[1][0])
+        if bodies[0] == bodies[1]:
+            self._stage.lose("idle-joints", "a joint that connects no two bodies", prim)
+            return None
+        freedoms, distance = self._freedoms(parsed, kind)
+        if freedoms is None:
+            self._stage.lose("joints", f"a joint of the type `{prim.GetTypeName()}`", prim)
+            return None
+        if math.isfinite(parsed.breakForce) and parsed.breakForce < _NO_FORCE_LIMIT:
+            self._stage.lose("joint-breaks", "the force at which a joint breaks", prim)
+        elif math.isfinite(parsed.breakTorque) and parsed.breakTorque < _NO_FORCE_LIMIT:
+            self._stage.lose("joint-breaks", "the torque at which a joint breaks", prim)
+        frames = [relative(self._poses[body], world) if body else world for body, world in ends]
+        return UsdJoint(
+            prim,
+            prim.GetName(),
+            bodies,
+            (frames[0], frames[1]),
+            relative(ends[0][1], ends[1][1]),
+            freedoms,
+            distance,
+            bool(parsed.collisionEnabled),
+            bool(parsed.excludeFromArticulation),
+        )
+
+    def _end(self, prim: Prim, k: int, body: Any) -> tuple[str, Pose7]:
+        """Path of a joint's body, "" of the world, and the joint's frame there in the world."""
+        stage = self._stage
+        targets = prim.GetRelationship(f"physics:body{k}").GetTargets()
+        owner = stage.prim(targets[0]) if targets else None
+        position = stage.value(prim, f"physics:localPos{k}", (0.0, 0.0, 0.0))
+        rotation = stage.value(prim, f"physics:localRot{k}")
+        world = stage.frames.frame_in(owner or None, position, rotation)
+        path = str(body)
+        return (path if path in self._poses else ""), world
+
+    def _freedoms(self, parsed: Any, kind: str) -> tuple[tuple[Freedom, ...] | None, tuple[float, float] | None]:
+        match kind:
+            case "FixedJoint":
+                found = []
+            case "RevoluteJoint" | "PrismaticJoint":
+                name = ("rot" if kind == "RevoluteJoint" else "trans") + str(parsed.axis)[-1]
+                found = [self._freedom(name, parsed.limit, parsed.drive)]
+            case "SphericalJoint":
+                return self._spherical(parsed), None
+            case "DistanceJoint":
+                least = max(float(parsed.limit.lower), 0.0) if parsed.minEnabled else 0.0
+                most = float(parsed.limit.upper) if parsed.maxEnabled else math.inf
+                metres = self._stage.frames.metres
+                return tuple(Freedom(name) for name in FREEDOMS), (least * metres, most * metres)
+            case "D6Joint":
+                limits = {_freedom_name(pair.first): pair.second for pair in parsed.jointLimits}
+                drives = {_freedom_name(pair.first): pair.second for pair in parsed.jointDrives}
+                if "distance" in limits:
+                    return None, None
+                found = [self._freedom(name, limits.get(name), drives.get(name)) for name in FREEDOMS]
+            case _:
+                return None, None
+        return tuple(each for each in found if each is not None), None
+
+    def _spherical(self, parsed: Any) -> tuple[Freedom, ...]:
+        """Three turns. UsdPhysics limits the two across the axis, each to both sides."""
+        axis = str(parsed.axis)[-1]
+        across = [each for each in "XYZ" if each != axis]
+        cones = dict(zip(across, (parsed.limit.lower, parsed.limit.upper), strict=True)) if parsed.limit.enabled else {}
+        found: list[Freedom] = []
+        for each in "XYZ":
+            cone = math.radians(float(cones.get(each, -1.0)))
+            limited = cone >= 0 and math.isfinite(cone)
+            found.append(Freedom(f"rot{each}", (-cone, cone) if limited else (-math.inf, math.inf)))
+        return tuple(found)
+
+    def _freedom(self, name: str, limit: Any, drive: Any) -> Freedom | None:
+        """One freedom; None where it is locked: a lower limit above the upper one."""
+        low, high = (-math.inf, math.inf) if limit is None else (float(limit.lower), float(limit.upper))
+        if low > high:
+            return None
+        each = math.radians(1) if name.startswith("rot") else self._stage.frames.metres
+        # usd-core gives single precision's largest number where there is no limit.
+        limits = (
+            low * each if low > -_NO_FORCE_LIMIT else -math.inf,
+            high * each if high < _NO_FORCE_LIMIT else math.inf,
+        )
+        return Freedom(name, limits, self._drive(name, drive))
+
+    def _drive(self, name: str, drive: Any) -> JointDrive | None:
+        if drive is None or not drive.enabled or not (drive.stiffness or drive.damping):
+            return None
+        frames = self._stage.frames
+        turns = name.startswith("rot")
+        each = math.radians(1) if turns else frames.metres
+        # The unit of a force or torque; an acceleration has none but that of the position.
+        force = frames.kilograms * frames.metres * (frames.metres if turns else 1.0)
+        gain = 1.0 if drive.acceleration else force
+        strength = gain / each if turns else gain / frames.metres
+        if drive.acceleration:
+            strength = 1 / each if turns else 1.0
+        limit = float(drive.forceLimit)
+        limit = (
+            limit * (gain if turns else (frames.metres if drive.acceleration else gain))
+            if limit < _NO_FORCE_LIMIT
+            else math.inf
+        )
+        return JointDrive(
+            float(drive.stiffness) * strength,
+            float(drive.damping) * strength,
+            limit,
+            bool(drive.acceleration),
+            float(drive.targetPosition) * each,
+            float(drive.targetVelocity) * each,
+        )
+
+
+def _freedom_name(dof: Any) -> str:
+    """`JointDOF.RotX` as UsdPhysics's attributes have it."""
+    name = str(dof).rpartition(".")[2]
+    return name[0].lower() + name[1:]
+
+
+def tree_joint(in_parent: Pose7, in_child: Pose7, freedom: Freedom | None, name: str) -> dict[str, Any]:
+    """The keys of a link's joint. `freedom`: None: it is fixed."""
+    keys: dict[str, Any] = {"name": name} if freedom is not None else {}
+    if freedom is None:
+        keys["type"] = "fixed"
+    elif not freedom.turns:
+        keys["type"] = "prismatic"
+    else:
+        keys["type"] = "revolute"
+    axis = (1.0, 0.0, 0.0) if freedom is None else freedom.axis
+    if max(map(abs, in_child[:3])) < 1e-9 or freedom is None:
+        origin = compose(in_parent, invert(in_child))
+        if not is_identity(origin):
+            keys["origin"] = pose_value(origin)
+        axis = rotate(in_child[3:], axis)
+    else:
+        turn: Pose7 = (0.0, 0.0, 0.0, *shortest_from_x(axis))
+        keys["pose_in_parent"] = pose_value(compose(in_parent, turn))
+        keys["pose_in_child"] = pose_value(compose(in_child, turn))
+        axis = (1.0, 0.0, 0.0)
+    if freedom is not None:
+        row = tidy_row(axis, 1e-9)
+        named = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}.get((row[0], row[1], row[2]))
+        if named != "x":
+            keys["axis"] = named or row
+        if any(map(math.isfinite, freedom.limits)):
+            keys["limits"] = [tidy(each) if math.isfinite(each) else each for each in freedom.limits]
+    return keys
+
+
+def constraint_keys(joint: UsdJoint, stage: UsdStage) -> dict[str, Any]:
+    """Type, limits and drives of a constraint between the two frames of a joint, and these frames."""
+    turn: Pose7 = (0.0, 0.0, 0.0, *IDENTITY)
+    if len(joint.freedoms) == 1:
+        turn = (0.0, 0.0, 0.0, *shortest_from_x(joint.freedoms[0].axis))
+    keys: dict[str, Any] = {}
+    for key, frame in zip(("pose_in_parent", "pose_in_child"), joint.frames, strict=True):
+        pose = compose(frame, turn)
+        if key == "pose_in_parent" or not is_identity(pose):
+            keys[key] = pose_value(pose)
+    if joint.distance is not None:
+        limits = [tidy(each) if math.isfinite(each) else each for each in joint.distance]
+        return {"type": "distance", **keys, "limits": limits}
+    if not joint.freedoms:
+        return {"type": "weld", **keys}
+    free = {each.name: each for each in joint.freedoms}
+    if len(free) == 1:
+        (only,) = joint.freedoms
+        free = {"rotX" if only.turns else "transX": only}
+    return {"type": "drive", **keys, **_drive_keys(free, joint, stage)}
+
+
+_AXES: Final = (("x", "transX"), ("y", "transY"), ("z", "transZ"), ("twist", "rotX"))
+"""Axes of a `drive` that can be limited, and what they are in UsdPhysics."""
+
+
+def _drive_keys(free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage) -> dict[str, Any]:
+    limits: dict[str, list[float]] = {}
+    drives: dict[str, Any] = {}
+    for axis, name in _AXES:
+        low, high = free[name].limits if name in free else (0.0, 0.0)
+        if axis == "twist":  # PhysX knows the twist from -π to π
+            low, high = (each if abs(each) < math.pi - 1e-6 else math.copysign(math.inf, each) for each in (low, high))
+        if math.isfinite(low) or math.isfinite(high):
+            limits[axis] = [tidy(each) if math.isfinite(each) else each for each in (low, high)]
+        drive = free[name].drive if name in free else None
+        if drive is not None:
+            drives[axis] = drive.keys()
+    keys: dict[str, Any] = {"limits": limits} if limits else {}
+    _add_swing(drives, free, joint, stage)
+    if drives:
+        keys["drive"] = drives
+    return keys | _targets(free)
+
+
+def _add_swing(drives: dict[str, Any], free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage) -> None:
+    """Adds the drive about y and z, which also holds what is locked there: PhysX has no limits of these in SAPIEN."""
+    swings = [free[name] for name in ("rotY", "rotZ") if name in free]
+    if not swings:
+        drives["swing"] = dict(_HOLD)
+        return
+    if len(swings) == 1:
+        stage.lose("swing-limits", "a lock about one of the axes across a joint's x, which turns freely", joint.prim)
+        return
+    if any(math.isfinite(limit) for each in swings for limit in each.limits):
+        stage.lose("swing-limits", "limits across the axis of a joint, which turns freely", joint.prim)
+    first, second = (None if each.drive is None else each.drive.keys() for each in swings)
+    if first != second:
+        stage.lose("swing-limits", "drives that differ about the two axes across a joint's x", joint.prim)
+    elif first is not None and drives.get("twist") == first:
+        del drives["twist"]
+        drives["slerp"] = first
+    elif first is not None:
+        drives["swing"] = first
+
+
+def _targets(free: dict[str, Freedom]) -> dict[str, Any]:
+    """`target` and `velocity_target` of the drives along the axes and about x."""
+    drives = {name: each.drive for name, each in free.items() if each.drive is not None}
+    place = [drives[name].target if name in drives else 0.0 for name in FREEDOMS[:3]]
+    speed = [drives[name].velocity if name in drives else 0.0 for name in FREEDOMS[:3]]
+    twist = drives.get("rotX")
+    keys: dict[str, Any] = {}
+    target: Pose7 = (place[0], place[1], place[2], *from_axis_angle((1.0, 0.0, 0.0), twist.target if twist else 0.0))
+    if not is_identity(target):
+        keys["target"] = pose_value(target)
+    velocity: dict[str, Any] = {}
+    if any(speed):
+        velocity["linear"] = tidy_row(speed)
+    if twist is not None and twist.velocity:
+        velocity["angular"] = [-tidy(twist.velocity), 0.0, 0.0]  # PhysX turns it against the sign
+    if velocity:
+        keys["velocity_target"] = velocity
+    return keys

@@ -1,0 +1,295 @@
+"""Materials of a USD stage: friction and restitution, colours and textures."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.importers.imported_scene import Asset
+from scenecc.importers.usd_frames import tidy, tidy_row
+from scenecc.source.paths import ResolvedFile
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scenecc.diagnostics import Sink
+    from scenecc.importers.usd_frames import Prim
+    from scenecc.importers.usd_meshes import TriangleMesh
+    from scenecc.importers.usd_stage import UsdStage
+
+_WRAPS: Final = {"repeat": "repeat", "clamp": "edge", "mirror": "mirror", "black": "border"}
+
+_PREVIEW: Final = {
+    "diffuseColor": "base_color",
+    "emissiveColor": "emission",
+    "roughness": "roughness",
+    "metallic": "metallic",
+    "normal": "normal",
+}
+"""Inputs of `UsdPreviewSurface` to keys of a material."""
+
+_OMNI_PBR: Final = {
+    "diffuse_color_constant": "base_color",
+    "reflection_roughness_constant": "roughness",
+    "metallic_constant": "metallic",
+    "diffuse_texture": "base_color_texture",
+}
+"""Inputs of Omniverse's `OmniPBR`, the MDL material that most stages have."""
+
+_GREY: Final = (0.18, 0.18, 0.18)
+"""`diffuseColor` of a preview surface that says none."""
+
+
+class UsdMaterials:
+    """The materials of a stage, each made once.
+
+    Attributes:
+        named: the section `materials` of the scene file.
+    """
+
+    def __init__(self, stage: UsdStage, sink: Sink) -> None:
+        self.named: dict[str, dict[str, Any]] = {}
+        self._stage = stage
+        self._sink = sink
+        self._names: dict[tuple[str, str], str] = {}
+        self._physical: dict[str, dict[str, Any]] = {}
+        self._visual: dict[str, dict[str, Any]] = {}
+
+    def set_both(self, entry: dict[str, Any], prim: Prim, parsed: Any) -> None:
+        """Sets material and colour of a shape that collides and is seen. `parsed`: what UsdPhysics says of it."""
+        looks = self._visual_path(prim)
+        self._set(entry, self._physical_path(parsed), looks)
+        if not looks:
+            self._set_color(entry, prim)
+
+    def set_physical(self, entry: dict[str, Any], parsed: Any) -> None:
+        """Sets the material of a shape that only collides."""
+        self._set(entry, self._physical_path(parsed), "")
+
+    def set_visual(self, entry: dict[str, Any], prim: Prim) -> None:
+        """Sets material or colour of a shape that is only seen. `prim`: the geometry, or a subset of its faces."""
+        looks = self._visual_path(prim)
+        self._set(entry, "", looks)
+        if not looks:
+            self._set_color(entry, prim if prim.IsA(self._stage.geom.Gprim) else prim.GetParent())
+
+    def density(self, parsed: Any) -> float:
+        """The density of a collider's material, in the stage's units; 0: it has none."""
+        path = self._physical_path(parsed)
+        return float(self._stage.value(self._stage.prim(path), "physics:density", 0.0)) if path else 0.0
+
+    def parts(self, prim: Prim, mesh: TriangleMesh) -> Iterator[tuple[Prim, TriangleMesh, str]]:
+        """The parts of a mesh by material: what the material is bound to, the triangles, and a suffix for the file."""
+        rest = np.ones(len(mesh.faces), bool)
+        for subset in self._stage.shade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
+            indices = np.asarray(subset.GetIndicesAttr().Get(self._stage.time), np.int64)
+            faces = np.isin(mesh.sources, indices) & rest
+            if faces.any():
+                rest &= ~faces
+                yield subset.GetPrim(), mesh.part(faces), f"_{subset.GetPrim().GetName()}"
+        if rest.all():
+            yield prim, mesh, ""
+        elif rest.any():
+            yield prim, mesh.part(rest), ""
+
+    def _set(self, entry: dict[str, Any], physical: str, visual: str) -> None:
+        if (physical, visual) not in self._names:
+            content: dict[str, Any] = {}
+            if physical and self._friction(physical):
+                content["physical"] = self._friction(physical)
+            if visual and self._look(visual):
+                content["visual"] = self._look(visual)
+            parts = dict.fromkeys(path.rpartition("/")[2] for path in (visual, physical) if path)
+            wish = "_".join(parts) or "material"
+            self._names[physical, visual] = (
+                self._name(re.sub(r"[^A-Za-z0-9_.-]", "_", wish), content) if content else ""
+            )
+        name = self._names[physical, visual]
+        if name:
+            entry["material"] = name
+
+    def _name(self, wish: str, content: dict[str, Any]) -> str:
+        """The name of a material: that of an equal one, or a new one."""
+        for name, other in self.named.items():
+            if other == content:
+                return name
+        name, count = wish, 1
+        while name in self.named:
+            count += 1
+            name = f"{wish}_{count}"
+        self.named[name] = content
+        return name
+
+    def _physical_path(self, parsed: Any) -> str:
+        paths = [str(path) for path in parsed.materials]
+        stage = self._stage
+        found = [path for path in paths if path and stage.prim(path).HasAPI(stage.physics.MaterialAPI)]
+        if len(set(found)) > 1:
+            stage.lose(
+                "material-looks",
+                "materials of parts of a collider: the first is that of the whole",
+                stage.prim(parsed.primPath),
+            )
+        return found[0] if found else ""
+
+    def _friction(self, path: str) -> dict[str, Any]:
+        if path not in self._physical:
+            stage, prim = self._stage, self._stage.prim(path)
+            static, dynamic, restitution = (
+                float(stage.value(prim, f"physics:{name}", 0.0))
+                for name in ("staticFriction", "dynamicFriction", "restitution")
+            )
+            if dynamic > static:
+                stage.lose(
+                    "frictions",
+                    f"a static friction of {static:g} below the dynamic one, which is raised to {dynamic:g}",
+                    prim,
+                )
+                static = dynamic
+            row = {
+                "static_friction": static,
+                "dynamic_friction": dynamic,
+                "restitution": min(max(restitution, 0.0), 1.0),
+            }
+            self._physical[path] = {key: tidy(max(each, 0.0)) for key, each in row.items()}
+        return self._physical[path]
+
+    def _visual_path(self, prim: Prim) -> str:
+        """The material that a prim is seen with; "" where it has none with a surface."""
+        material, _ = self._stage.shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+        if not material:
+            return ""
+        path = str(material.GetPath())
+        return path if self._look(path) else ""
+
+    def _look(self, path: str) -> dict[str, Any]:
+        if path not in self._visual:
+            self._visual[path] = self._read_look(self._stage.shade.Material(self._stage.prim(path)))
+        return self._visual[path]
+
+    def _read_look(self, material: Any) -> dict[str, Any]:
+        surface = material.ComputeSurfaceSource()[0]
+        if not surface:
+            surface = material.ComputeSurfaceSource(["mdl"])[0]
+        if not surface:
+            return {}
+        if surface.GetIdAttr().Get() == "UsdPreviewSurface":
+            return self._read_preview(surface)
+        look: dict[str, Any] = {}
+        for name, key in _OMNI_PBR.items():
+            found = surface.GetInput(name)
+            value = found.Get() if found else None
+            if key.endswith("_texture"):
+                file = self.file(found.GetAttr(), value) if value is not None and value.path else None
+                if file is not None:
+                    look[key] = file
+            elif value is not None:
+                look[key] = _number(value)
+        self._stage.lose(
+            "material-looks",
+            "a material that is no UsdPreviewSurface: only what is like one is read",
+            material.GetPrim(),
+        )
+        return look
+
+    def _read_preview(self, surface: Any) -> dict[str, Any]:
+        look: dict[str, Any] = {"base_color": list(_GREY), "roughness": 0.5}
+        for name, key in _PREVIEW.items():
+            value, texture = self._input(surface, name)
+            if texture is not None:
+                look |= self._texture(key, texture)
+            elif value is not None and key != "normal":
+                look[key] = _number(value)
+        opacity, texture = self._input(surface, "opacity")
+        if opacity is not None and texture is None and opacity < 1:
+            look["base_color"] = [*look["base_color"][:3], tidy(opacity)]
+        if not any(look.get("emission", ())):
+            look.pop("emission", None)
+        if "base_color_texture" in look:
+            look.pop("base_color")
+        if not look.get("metallic", 1.0):
+            look.pop("metallic")
+        ior, _ = self._input(surface, "ior")
+        if ior is not None:
+            # UsdPreviewSurface derives the reflectance at normal incidence from `ior`, SAPIEN from `specular`.
+            specular = ((ior - 1) / (ior + 1)) ** 2 / 0.08
+            if abs(specular - 0.5) > 1e-4:
+                look["specular"] = tidy(min(specular, 1.0))
+        for name in ("displacement", "occlusion", "clearcoat", "specularColor"):
+            value, texture = self._input(surface, name)
+            if texture is not None or (
+                value is not None and np.any(np.asarray(value) != (1.0 if name == "occlusion" else 0.0))
+            ):
+                self._stage.lose("material-looks", f"`{name}` of a material", surface.GetPrim())
+        return look
+
+    def _input(self, shader: Any, name: str) -> tuple[Any, Any]:
+        """The value of an input that the file says, and the texture that it is connected to."""
+        found = shader.GetInput(name)
+        if not found:
+            return None, None
+        for attribute in self._stage.shade.Utils.GetValueProducingAttributes(found):
+            owner = self._stage.shade.Shader(attribute.GetPrim())
+            if owner and self._stage.shade.Utils.GetType(attribute.GetName()) == self._stage.shade.AttributeType.Output:
+                return None, owner if owner.GetIdAttr().Get() == "UsdUVTexture" else None
+            return attribute.Get(self._stage.time), None
+        return None, None
+
+    def _texture(self, key: str, texture: Any) -> dict[str, Any]:
+        """A texture as the keys of a material; nothing where its file is missing, which is told."""
+        file = texture.GetInput("file")
+        asset = file.Get(self._stage.time) if file else None
+        if asset is None or not asset.path:
+            return {}
+        found = self.file(file.GetAttr(), asset)
+        if found is None:
+            return {}
+        row: dict[str, Any] = {"file": found}
+        space = texture.GetInput("sourceColorSpace")
+        space = space.Get() if space else None
+        if (key in {"base_color", "emission"} and space == "raw") or (
+            key not in {"base_color", "emission"} and space == "sRGB"
+        ):
+            row["srgb"] = space == "sRGB"
+        wraps = [texture.GetInput(name).Get() for name in ("wrapS", "wrapT") if texture.GetInput(name)]
+        if len(set(wraps)) == 1 and _WRAPS.get(str(wraps[0]), "repeat") != "repeat":
+            row["address_mode"] = _WRAPS[str(wraps[0])]
+        return {f"{key}_texture": row if len(row) > 1 else found}
+
+    def file(self, attribute: Any, asset: Any) -> Asset | None:
+        """The file that an attribute names, sought from the layer that says so."""
+        stage = self._stage
+        layer = attribute.GetPropertyStack(stage.time)[0].layer
+        found = stage.layers.resolve(asset.path, Path(layer.realPath).resolve())
+        if isinstance(found, ResolvedFile):
+            return Asset(found.path.name, found.path)
+        prim = attribute.GetPrim()
+        if found.code == "SC401":
+            stage.lose("missing-files", f"the texture `{asset.path}`, which does not exist", prim)
+        else:
+            place = Location(str(layer.realPath))
+            self._sink.report(found.code, f"{found.message} ({prim.GetPath()})", place, hint=found.hint)
+        return None
+
+    def _set_color(self, entry: dict[str, Any], prim: Prim) -> None:
+        """Sets the colour of `displayColor` and `displayOpacity`, as far as these are one for the prim."""
+        geom = self._stage.geom.Gprim(prim)
+        colors = geom.GetDisplayColorAttr().Get(self._stage.time)
+        if colors is None or not len(colors):
+            return
+        rows = np.asarray(colors, np.float64)
+        if len(np.unique(rows, axis=0)) > 1:
+            self._stage.lose("material-looks", "colours of single points or faces, of which the mean is taken", prim)
+        color = tidy_row(np.clip(rows.mean(axis=0), 0, 1).tolist())
+        opacities = geom.GetDisplayOpacityAttr().Get(self._stage.time)
+        if opacities is not None and len(opacities) and float(opacities[0]) < 1:
+            color.append(tidy(max(float(opacities[0]), 0.0)))
+        entry["color"] = color
+
+
+def _number(value: Any) -> float | list[float]:
+    return tidy(value) if isinstance(value, float | int) else tidy_row(value)

@@ -1,0 +1,228 @@
+"""Meshes of a USD stage as OBJ files, and the solids that a scene file can only say as meshes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.geometry.surfaces import revolved_surface
+from scenecc.meshes.primitives import box
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.importers.usd_frames import Prim
+
+_CAP_STEPS: Final = 8
+"""Steps from the pole to the equator of a round cap."""
+
+
+@frozen
+class TriangleMesh:
+    """Triangles with indices of their own for normals and texture coordinates.
+
+    Attributes:
+        points: (P, 3), in the prim's unit.
+        faces: (F, 3), counterclockwise from outside.
+        normals, uvs: (N, 3) and (U, 2), from an image's bottom left; None: there are none.
+        normal_faces, uv_faces: (F, 3), indices into them.
+        sources: (F,), the face of the prim that a triangle is of.
+    """
+
+    points: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    sources: NDArray[np.int64]
+    normals: NDArray[np.float64] | None = None
+    normal_faces: NDArray[np.int64] | None = None
+    uvs: NDArray[np.float64] | None = None
+    uv_faces: NDArray[np.int64] | None = None
+
+    def part(self, faces: NDArray[np.bool_]) -> TriangleMesh:
+        """Some of the triangles, with all points. `faces`: (F,), which."""
+        return TriangleMesh(
+            self.points,
+            self.faces[faces],
+            self.sources[faces],
+            self.normals,
+            None if self.normal_faces is None else self.normal_faces[faces],
+            self.uvs,
+            None if self.uv_faces is None else self.uv_faces[faces],
+        )
+
+    def moved(self, matrix: NDArray[np.float64]) -> TriangleMesh:
+        """The mesh after a (3, 3) matrix, which may mirror."""
+        flip = slice(None, None, -1) if np.linalg.det(matrix) < 0 else slice(None)
+        normals = self.normals
+        if normals is not None:
+            normals = normals @ np.linalg.inv(matrix)
+            normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        return TriangleMesh(
+            self.points @ matrix.T,
+            self.faces[:, flip],
+            self.sources,
+            normals,
+            None if self.normal_faces is None else self.normal_faces[:, flip],
+            self.uvs,
+            None if self.uv_faces is None else self.uv_faces[:, flip],
+        )
+
+    def to_obj(self) -> bytes:
+        """The OBJ file. Points, normals and coordinates that no triangle uses are left out."""
+        points, faces = _used(self.points, self.faces)
+        columns, lines = [faces], [f"v {x} {y} {z}" for x, y, z in _texts(points)]
+        template = "{0}"
+        if self.uvs is not None and self.uv_faces is not None:
+            uvs, indices = _used(self.uvs, self.uv_faces)
+            lines += [f"vt {u} {v}" for u, v in _texts(uvs)]
+            columns.append(indices)
+            template = "{0}/{1}"
+        if self.normals is not None and self.normal_faces is not None:
+            normals, indices = _used(self.normals, self.normal_faces)
+            lines += [f"vn {x} {y} {z}" for x, y, z in _texts(normals)]
+            columns.append(indices)
+            template += "//{1}" if len(columns) == 2 else "/{2}"
+        for row in (np.stack(columns, axis=2) + 1).tolist():
+            lines.append("f " + " ".join(template.format(*corner) for corner in row))
+        return "\n".join([*lines, ""]).encode()
+
+
+def _used(values: NDArray[Any], indices: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[np.int64]]:
+    """The values that are used, each once, in their order."""
+    used, inverse = np.unique(indices, return_inverse=True)
+    return values[used], inverse.reshape(indices.shape)
+
+
+def _texts(values: NDArray[np.floating]) -> list[list[str]]:
+    """The shortest texts that single precision reads back as the same numbers."""
+    return (values.astype(np.float32) + np.float32(0)).astype(str).tolist()
+
+
+class MeshFault(ValueError):
+    """A mesh prim whose data is not a mesh."""
+
+
+@dataclass(frozen=True, slots=True)
+class UsdMeshReader:
+    """Reads meshes of a stage. `geom`, `time`: a module and a time of usd-core."""
+
+    geom: Any
+    time: Any
+    _made: dict[Any, TriangleMesh] = field(default_factory=dict[Any, TriangleMesh])
+
+    def read(self, prim: Prim) -> TriangleMesh:
+        """The triangles of a `Mesh` prim, in its own frame and unit.
+
+        Raises:
+            MeshFault: indices or counts do not fit the points.
+        """
+        key = prim.GetPrimInPrototype().GetPath() if prim.IsInstanceProxy() else prim.GetPath()
+        if key not in self._made:
+            self._made[key] = self._read(prim)
+        return self._made[key]
+
+    def _read(self, prim: Prim) -> TriangleMesh:
+        mesh = self.geom.Mesh(prim)
+        points = _array(mesh.GetPointsAttr().Get(self.time), np.float64).reshape(-1, 3)
+        counts = _array(mesh.GetFaceVertexCountsAttr().Get(self.time), np.int64)
+        indices = _array(mesh.GetFaceVertexIndicesAttr().Get(self.time), np.int64)
+        if not len(points) or not len(counts):
+            raise MeshFault("it has no faces")
+        if counts.min() < 0 or counts.sum() != len(indices):
+            raise MeshFault("`faceVertexCounts` do not fit `faceVertexIndices`")
+        if indices.min() < 0 or indices.max() >= len(points):
+            raise MeshFault("`faceVertexIndices` name points that do not exist")
+        if not np.isfinite(points).all():
+            raise MeshFault("`points` are not finite")
+        holes = _array(mesh.GetHoleIndicesAttr().Get(self.time), np.int64)
+        flipped = mesh.GetOrientationAttr().Get() == self.geom.Tokens.leftHanded
+        corners, sources = _triangulate(counts, holes, flipped=flipped)
+        if not len(corners):
+            raise MeshFault("it has no faces")
+        normals = self._corner_values(mesh, "normals", 3, (indices, corners, sources), len(points))
+        uvs = self._corner_values(mesh, "st", 2, (indices, corners, sources), len(points))
+        return TriangleMesh(points, indices[corners], sources, *normals, *uvs)
+
+    def _corner_values(
+        self, mesh: Any, name: str, width: int, faces: tuple[NDArray[np.int64], ...], points: int
+    ) -> tuple[NDArray[np.float64] | None, NDArray[np.int64] | None]:
+        """Values of a primvar and their (F, 3) indices; None, None where it is missing or does not fit."""
+        indices, corners, sources = faces
+        primvar = self.geom.PrimvarsAPI(mesh).GetPrimvar(name)
+        if primvar and primvar.HasValue():
+            values, kind = primvar.ComputeFlattened(self.time), str(primvar.GetInterpolation())
+        elif name == "normals":
+            values, kind = mesh.GetNormalsAttr().Get(self.time), str(mesh.GetNormalsInterpolation())
+        else:
+            return None, None
+        rows = _array(values, np.float64).reshape(-1, width)
+        found = {
+            "vertex": (points, indices[corners]),
+            "varying": (points, indices[corners]),
+            "faceVarying": (len(indices), corners),
+            "uniform": (int(sources.max()) + 1, np.repeat(sources[:, None], 3, axis=1)),
+            "constant": (1, np.zeros_like(corners)),
+        }.get(kind)
+        if found is None or len(rows) < found[0] or not np.isfinite(rows).all():
+            return None, None
+        return rows, found[1]
+
+
+def _array(values: Any, kind: Any) -> NDArray[Any]:
+    return np.zeros(0, kind) if values is None else np.asarray(values, kind)
+
+
+def _triangulate(
+    counts: NDArray[np.int64], holes: NDArray[np.int64], *, flipped: bool
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Fans of triangles: (F, 3) positions in the list of corners, and (F,) the face that each is of."""
+    starts = np.cumsum(counts) - counts
+    fans = np.maximum(counts - 2, 0)
+    fans[holes[(holes >= 0) & (holes < len(fans))]] = 0
+    sources = np.repeat(np.arange(len(counts)), fans)
+    step = np.arange(len(sources)) - np.repeat(np.cumsum(fans) - fans, fans)
+    first = starts[sources]
+    corners = np.stack([first, first + step + 1, first + step + 2], axis=1)
+    return (corners[:, ::-1] if flipped else corners), sources
+
+
+def solid_mesh(kind: str, axis: str, sizes: tuple[float, ...]) -> TriangleMesh:
+    """The surface of a solid that a scene file cannot say: scaled unevenly, sheared or tapered.
+
+    Args:
+        kind: "sphere" (radius), "box" (half size); or "tapered", "capsule" (radius below, radius above, half height),
+            along `axis`.
+        axis: "X", "Y" or "Z".
+        sizes: of the solid.
+    """
+    if kind == "box":
+        surface = box()
+        found = surface.vertices * sizes[0], surface.faces, surface.normals
+    else:
+        points, faces, normals, _ = revolved_surface(_profile(kind, sizes))
+        turn = {"X": 0, "Y": 1, "Z": 2}[axis]
+        found = np.roll(points, turn, axis=1), faces, np.roll(normals, turn, axis=1)
+    points, faces, normals = found
+    return TriangleMesh(
+        np.asarray(points, np.float64),
+        np.asarray(faces, np.int64),
+        np.arange(len(faces)),
+        np.asarray(normals, np.float64),
+        np.asarray(faces, np.int64),
+    )
+
+
+def _profile(kind: str, sizes: tuple[float, ...]) -> tuple[tuple[float, float], ...]:
+    """The outline (along, radius) of a solid of revolution, outside along +x."""
+    if kind == "tapered":
+        below, above, half = sizes
+        outline = [(-half, 0.0), (-half, below), (half, above), (half, 0.0)]
+    else:
+        below, above, half = (sizes[0], sizes[0], 0.0) if kind == "sphere" else sizes
+        rise = [each * math.pi / 2 / _CAP_STEPS for each in range(_CAP_STEPS + 1)]
+        outline = [(-half - below * math.sin(each), below * math.cos(each)) for each in reversed(rise)]
+        outline += [(half + above * math.sin(each), above * math.cos(each)) for each in rise]
+    return tuple(dict.fromkeys((x, 0.0 if radius < 1e-12 else radius) for x, radius in outline))

@@ -1,0 +1,141 @@
+"""Lights and cameras of a USD stage."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.geometry.rotations import compose, from_matrix, rotate
+from scenecc.importers.usd_frames import pose_value, relative, tidy, tidy_row
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.importers.imported_scene import Asset
+    from scenecc.importers.usd_bodies import UsdBody
+    from scenecc.importers.usd_frames import Prim
+    from scenecc.importers.usd_materials import UsdMaterials
+    from scenecc.importers.usd_stage import UsdStage
+
+_NITS: Final = 1000.0
+"""What a brightness of 1 stands for: USD's lights are in nits, SAPIEN's in no unit."""
+
+_LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
+"""SAPIEN's x (forward), y (left) and z (up) in the frame of a camera of USD, which looks along -z with y up."""
+
+_WIDTH: Final = 640
+
+
+class RenderingReader:
+    """Makes the sections `environment`, `lights` and `cameras`."""
+
+    def __init__(
+        self,
+        stage: UsdStage,
+        materials: UsdMaterials,
+        owner: Callable[[Prim], UsdBody | None],
+        where: Mapping[str, str],
+    ) -> None:
+        """`owner`: the body that a prim moves with; `where`: names of bodies in the scene, by path."""
+        self._stage = stage
+        self._materials = materials
+        self._owner = owner
+        self._where = where
+
+    def sections(self, name: Callable[[Prim], str]) -> dict[str, dict[str, Any]]:
+        """The three sections. `name`: gives a camera its name."""
+        environment: dict[str, Any] = {}
+        lights: dict[str, Any] = {}
+        cameras: dict[str, Any] = {}
+        for prim in self._stage.prims():
+            if prim.IsA(self._stage.geom.Camera):
+                cameras[name(prim)] = self._camera(prim)
+            elif prim.HasAPI(self._stage.lux.LightAPI) and self._is_visible(prim):
+                if prim.IsA(self._stage.lux.DomeLight):
+                    environment |= self._dome(prim)
+                    continue
+                found = self._light(prim)
+                if found is not None:
+                    label, count = prim.GetName(), 1
+                    while label in lights:
+                        count += 1
+                        label = f"{prim.GetName()}_{count}"
+                    lights[label] = found
+        return {"environment": environment, "lights": lights, "cameras": cameras}
+
+    def _is_visible(self, prim: Prim) -> bool:
+        image = self._stage.geom.Imageable(prim)
+        return image.ComputeVisibility(self._stage.time) != self._stage.geom.Tokens.invisible
+
+    def _color(self, prim: Prim, factor: float = 1.0) -> list[float]:
+        """Colour times brightness."""
+        value = self._stage.value
+        brightness = value(prim, "inputs:intensity", 1.0) * 2.0 ** value(prim, "inputs:exposure", 0.0) * factor / _NITS
+        return tidy_row(max(each * brightness, 0.0) for each in value(prim, "inputs:color", (1.0, 1.0, 1.0)))
+
+    def _light(self, prim: Prim) -> dict[str, Any] | None:
+        stage, lux = self._stage, self._stage.lux
+        pose = stage.frames.pose(prim)
+        body = self._owner(prim)
+        mounted = body is not None and str(body.prim.GetPath()) in self._where
+        forward = rotate(pose[3:], (0.0, 0.0, -1.0))
+        if prim.IsA(lux.DistantLight):
+            kind, color = "directional", self._color(prim)
+        elif prim.IsA(lux.SphereLight):
+            # Of a ball one sees a disk: its radiance times the area of that is its intensity.
+            area = math.pi * (stage.value(prim, "inputs:radius", 0.5) * stage.frames.metres) ** 2
+            kind, color = "point", self._color(prim, 1.0 if stage.value(prim, "inputs:normalize") else area)
+        else:
+            stage.lose("lights", f"a {prim.GetTypeName()}", prim)
+            return None
+        stage.lose("light-units", "the unit of a light: 1000 nits become a brightness of 1", prim)
+        cone = stage.authored(prim, "inputs:shaping:cone:angle")
+        keys: dict[str, Any] = {"type": kind, "color": color}
+        if kind == "point" and cone is not None and cone < 90:
+            keys |= {
+                "type": "spot",
+                "inner_fov": tidy(math.radians(2 * cone)),
+                "outer_fov": tidy(math.radians(2 * cone)),
+            }
+        if mounted and body is not None:
+            local = relative(body.pose, compose(pose, _LOOK))
+            return {**keys, "mount": self._where[str(body.prim.GetPath())], "pose": pose_value(local)}
+        if keys["type"] != "directional":
+            keys["position"] = tidy_row(pose[:3], 1e-9)
+        if keys["type"] != "point":
+            keys["direction"] = tidy_row(forward, 1e-9)
+        return keys
+
+    def _dome(self, prim: Prim) -> dict[str, Any]:
+        self._stage.lose("light-units", "the unit of a light: 1000 nits become a brightness of 1", prim)
+        attribute = prim.GetAttribute("inputs:texture:file")
+        asset = attribute.Get(self._stage.time) if attribute else None
+        keys: dict[str, Any] = {"ambient_light": [min(each, 1.0) for each in self._color(prim)]}
+        if asset is not None and asset.path:
+            file: Asset | None = self._materials.file(attribute, asset)
+            if file is not None:
+                keys["map"] = file
+        return keys
+
+    def _camera(self, prim: Prim) -> dict[str, Any]:
+        value, metres = self._stage.value, self._stage.frames.metres
+        body = self._owner(prim)
+        pose = compose(self._stage.frames.pose(prim), _LOOK)
+        keys: dict[str, Any] = {}
+        if body is not None and str(body.prim.GetPath()) in self._where:
+            keys["mount"] = self._where[str(body.prim.GetPath())]
+            pose = relative(body.pose, pose)
+        keys["pose"] = pose_value(pose)
+        across, up = value(prim, "horizontalAperture"), value(prim, "verticalAperture")
+        keys |= {"width": _WIDTH, "height": max(1, round(_WIDTH * up / across))}
+        if str(value(prim, "projection")) == "orthographic":
+            keys["orthographic"] = {"top": tidy(up / 20 * metres)}  # an aperture is in tenths of the stage's unit
+        else:
+            keys["fovy"] = tidy(2 * math.atan(up / (2 * value(prim, "focalLength"))))
+        clipping = self._stage.authored(prim, "clippingRange")
+        if clipping is not None and 0 < clipping[0] < clipping[1]:
+            keys |= {"near": tidy(clipping[0] * metres), "far": tidy(clipping[1] * metres)}
+        if value(prim, "horizontalApertureOffset") or value(prim, "verticalApertureOffset"):
+            self._stage.lose("lenses", "the offset of a camera's aperture", prim)
+        return keys

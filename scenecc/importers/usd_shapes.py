@@ -1,0 +1,355 @@
+"""Geometry prims of a USD stage as shapes of a scene: what collides and what is seen."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.geometry.rotations import IDENTITY, compose
+from scenecc.importers.imported_scene import Asset
+from scenecc.importers.usd_frames import (
+    pose_matrix4,
+    pose_value,
+    scale_of,
+    split_matrix,
+    tidy,
+    tidy_row,
+)
+from scenecc.importers.usd_meshes import MeshFault, TriangleMesh, solid_mesh
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.importers.usd_frames import Prim
+    from scenecc.importers.usd_stage import UsdStage
+
+SOLID_TYPES: Final = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Capsule_1", "Cylinder_1", "Plane", "Mesh")
+"""Prims with a surface that a scene can hold."""
+
+_SIZES: Final = ("size", "radius", "radiusBottom", "width", "length")
+"""Those that must be above 0; a capsule may have no height, a tapered cylinder no radius at its top."""
+
+_NO_VOLUME: Final = 1e-30
+"""A scale whose product is below this makes a solid flat."""
+
+_EVEN: Final = 1e-4
+"""Relative difference of two scales that count as one."""
+
+_AXES: Final = {"X": 0, "Y": 1, "Z": 2}
+
+
+@frozen
+class SolidMass:
+    """Volume [m³], centre [m] and moments about it [m⁵, for a density of 1] of a shape, in the frame of its body."""
+
+    volume: float
+    centre: NDArray[np.float64]
+    inertia: NDArray[np.float64]
+
+
+@frozen
+class UsdShape:
+    """A prim as a shape.
+
+    Attributes:
+        keys: `type` and sizes, as a scene file has them.
+        pose: in the frame of the body.
+        mass: None: it has no volume.
+        exact: whether the engine's own volume is that of `mass`.
+    """
+
+    keys: dict[str, Any]
+    pose: Pose7
+    mass: SolidMass | None
+    exact: bool = True
+
+    def entry(self) -> dict[str, Any]:
+        """The entry of a scene file, without a material."""
+        pose = pose_value(self.pose)
+        return dict(self.keys) if pose == [0.0, 0.0, 0.0] else {**self.keys, "pose": pose}
+
+
+class ShapeReader:
+    """Makes shapes of prims.
+
+    Args:
+        stage: that they are in.
+    """
+
+    def __init__(self, stage: UsdStage) -> None:
+        self._stage = stage
+
+    def collider(self, prim: Prim, body: Pose7, *, moves: bool, approximation: str) -> list[UsdShape]:
+        """The shapes that a collider is; none where it cannot be built, which is told.
+
+        Args:
+            prim: with a `CollisionAPI`.
+            body: pose of its body in the world.
+            moves: whether the body is dynamic.
+            approximation: of a mesh, as UsdPhysics calls it.
+        """
+        kind = str(prim.GetTypeName())
+        if kind == "Mesh":
+            found = self._mesh_collider(prim, body, moves=moves, approximation=approximation)
+            return [] if found is None else [found]
+        if kind == "Points":
+            return self._points(prim, body)
+        found = self._solid(prim, body, kind)
+        return [] if found is None else [found]
+
+    def visual(self, prim: Prim, body: Pose7) -> UsdShape | None:
+        """The shape that is seen of a prim, with the whole mesh."""
+        kind = str(prim.GetTypeName())
+        if kind != "Mesh":
+            return self._solid(prim, body, kind)
+        mesh = self.read_mesh(prim)
+        return None if mesh is None else self.mesh_shape(prim, mesh, body, "mesh")
+
+    def read_mesh(self, prim: Prim) -> TriangleMesh | None:
+        """The triangles of a mesh; None where its data is none, which is told."""
+        try:
+            return self._stage.meshes.read(prim)
+        except MeshFault as fault:
+            self._stage.lose("visuals", f"a mesh: {fault}", prim)
+            return None
+
+    def mesh_shape(self, prim: Prim, mesh: TriangleMesh, body: Pose7, kind: str, suffix: str = "") -> UsdShape:
+        """A mesh as a shape that names a file. `kind`: the shape's type; `suffix`: of the file's name."""
+        pose, scale, mesh = self._place(mesh, prim, body)
+        keys: dict[str, Any] = {"type": kind, "file": self._asset(prim, mesh, suffix)}
+        if any(abs(each - 1) > 1e-7 for each in scale):
+            row = tidy_row(scale)
+            keys["scale"] = row[0] if max(scale) - min(scale) <= 1e-7 * max(scale) else row
+        return UsdShape(keys, pose, None)
+
+    def _place(
+        self, mesh: TriangleMesh, prim: Prim, body: Pose7
+    ) -> tuple[Pose7, tuple[float, float, float], TriangleMesh]:
+        """Pose and scale of a mesh in its body. What shears or mirrors is in the points then."""
+        pose, stretch = self._local(prim, body)
+        scale = scale_of(stretch)
+        if scale is not None and min(scale) > 0:
+            return pose, scale, mesh
+        return pose, (1.0, 1.0, 1.0), mesh.moved(stretch)
+
+    def _asset(self, prim: Prim, mesh: TriangleMesh, suffix: str = "") -> Asset:
+        name = prim.GetParent().GetName() if prim.GetName().lower() in {"mesh", "geometry", "geom"} else prim.GetName()
+        return Asset(f"{name}{suffix}.obj", mesh.to_obj())
+
+    def _local(self, prim: Prim, body: Pose7) -> tuple[Pose7, NDArray[np.float64]]:
+        """Pose of a prim in its body and its `stretch`; see `split_matrix`."""
+        return split_matrix(np.linalg.inv(pose_matrix4(body)) @ self._stage.frames.world(prim))
+
+    def _solid(self, prim: Prim, body: Pose7, kind: str) -> UsdShape | None:
+        """A prim that is no mesh. None where nothing can be built of it, which is told."""
+        pose, stretch = self._local(prim, body)
+        value = self._stage.value
+        sizes = [value(prim, name) for name in _SIZES if prim.HasAttribute(name)]
+        if abs(np.linalg.det(stretch)) < _NO_VOLUME or not all(0 < each < math.inf for each in sizes):
+            self._stage.lose("colliders", "a solid whose size or scale is not above 0", prim)
+            kind = ""
+        match kind:
+            case "Plane":
+                return self._plane(prim, pose, scale_of(stretch) or (1.0, 1.0, 1.0))
+            case "Cube":
+                return self._box(prim, pose, stretch)
+            case "Sphere":
+                return self._sphere(prim, pose, stretch)
+            case "Capsule" | "Cylinder" | "Cone":
+                return self._round(prim, kind.lower(), pose, stretch, value(prim, "radius"))
+            case "Capsule_1" | "Cylinder_1":
+                sizes = (value(prim, "radiusBottom"), value(prim, "radiusTop"), value(prim, "height") / 2)
+                even = sizes[0] == sizes[1]
+                solid = kind[:-2].lower() if even or kind == "Capsule_1" else "tapered"
+                return (
+                    self._round(prim, solid, pose, stretch, sizes[0])
+                    if even
+                    else self._as_mesh(prim, solid, sizes, pose, stretch)
+                )
+            case _:
+                pass
+        return None
+
+    def _box(self, prim: Prim, pose: Pose7, stretch: NDArray[np.float64]) -> UsdShape:
+        half, scale = self._stage.value(prim, "size") / 2, scale_of(stretch)
+        if scale is None:
+            return self._as_mesh(prim, "box", (half,), pose, stretch)
+        a, b, c = (abs(half * each) for each in scale)
+        mass = _solid_mass(pose, 8 * a * b * c, (a * a / 3, b * b / 3, c * c / 3))
+        return UsdShape({"type": "box", "half_size": tidy_row((a, b, c))}, pose, mass)
+
+    def _sphere(self, prim: Prim, pose: Pose7, stretch: NDArray[np.float64]) -> UsdShape:
+        radius, scale = self._stage.value(prim, "radius"), scale_of(stretch)
+        if scale is None or not _is_even(scale):
+            return self._as_mesh(prim, "sphere", (radius,), pose, stretch)
+        radius *= abs(scale[0])
+        return UsdShape({"type": "sphere", "radius": tidy(radius)}, pose, _ball_mass(pose, radius))
+
+    def _round(self, prim: Prim, kind: str, pose: Pose7, stretch: NDArray[np.float64], radius: float) -> UsdShape:
+        half, axis = self._stage.value(prim, "height") / 2, str(self._stage.value(prim, "axis"))
+        scale = scale_of(stretch)
+        across: tuple[float, ...] = tuple(each for k, each in enumerate(scale or ()) if k != _AXES[axis])
+        if scale is None or not _is_even(across) or (kind == "cone" and scale[_AXES[axis]] < 0):
+            above = 0.0 if kind == "cone" else radius
+            return self._as_mesh(
+                prim, "capsule" if kind == "capsule" else "tapered", (radius, above, half), pose, stretch
+            )
+        along, radius, half = abs(scale[_AXES[axis]]), radius * abs(across[0]), half * abs(scale[_AXES[axis]])
+        if kind == "capsule" and not _is_even((along, *across)):
+            self._stage.lose("hulls", "the caps of a stretched capsule, which stay round", prim)
+        keys: dict[str, Any] = {"type": kind, "radius": tidy(radius), "half_length": tidy(half)}
+        if axis != "X":
+            keys["axis"] = axis.lower()
+        mass = _round_mass(kind, radius, half, axis, pose)
+        return UsdShape(keys, pose, mass, exact=kind == "capsule")
+
+    def _plane(self, prim: Prim, pose: Pose7, scale: tuple[float, float, float]) -> UsdShape:
+        """A plane's free side is along its axis. Its visible size is along the plane's own y and z."""
+        axis = str(self._stage.value(prim, "axis"))
+        normal = [float(name == axis) for name in "XYZ"]
+        width, length = self._stage.value(prim, "width") / 2, self._stage.value(prim, "length") / 2
+        keys: dict[str, Any] = {"type": "plane"}
+        if axis != "Z":
+            keys["normal"] = normal
+        metres = abs(scale[0])
+        # `half_size` runs along the plane's own y and z, which are x turned by the shortest rotation to its normal.
+        sides = (width, length) if axis == "Y" else (length, width)
+        keys["half_size"] = tidy_row(each * metres for each in sides)
+        return UsdShape(keys, pose, None)
+
+    def _points(self, prim: Prim, body: Pose7) -> list[UsdShape]:
+        """A sphere for each point."""
+        pose, stretch = self._local(prim, body)
+        geom = self._stage.geom.Points(prim)
+        points = np.asarray(geom.GetPointsAttr().Get(self._stage.time), np.float64).reshape(-1, 3)
+        widths = np.asarray(geom.GetWidthsAttr().Get(self._stage.time), np.float64)
+        scale = scale_of(stretch)
+        if scale is None or not _is_even(scale) or len(widths) not in {1, len(points)}:
+            self._stage.lose("colliders", "spheres of points that are scaled unevenly or have no width", prim)
+            return []
+        found: list[UsdShape] = []
+        for point, width in zip(points, np.broadcast_to(widths, len(points)), strict=True):
+            x, y, z = (stretch @ point).tolist()
+            radius = float(width) / 2 * abs(scale[0])
+            at = compose(pose, (x, y, z, *IDENTITY))
+            found.append(UsdShape({"type": "sphere", "radius": tidy(radius)}, at, _ball_mass(at, radius)))
+        return found
+
+    def _as_mesh(
+        self, prim: Prim, kind: str, sizes: tuple[float, ...], pose: Pose7, stretch: NDArray[np.float64]
+    ) -> UsdShape:
+        """A solid whose scale no shape can say, as the hull of its points."""
+        axis = "X" if kind in {"box", "sphere"} else str(self._stage.value(prim, "axis"))
+        mesh = solid_mesh(kind, axis, sizes).moved(stretch)
+        self._stage.lose(
+            "hulls", f"a {prim.GetTypeName()} scaled unevenly or tapered, which becomes a convex mesh", prim
+        )
+        keys = {"type": "convex_mesh", "file": self._asset(prim, mesh)}
+        return UsdShape(keys, pose, mesh_mass(mesh, pose, np.eye(3)), exact=kind == "box")
+
+    def _mesh_collider(self, prim: Prim, body: Pose7, *, moves: bool, approximation: str) -> UsdShape | None:
+        mesh = self.read_mesh(prim)
+        if mesh is None:
+            self._stage.lose("colliders", "a collider whose mesh cannot be read", prim)
+            return None
+        if approximation in {"boundingCube", "boundingSphere"}:
+            return self._bounds(prim, mesh, body, approximation)
+        if approximation == "meshSimplification":
+            self._stage.lose("mesh-simplification", "the simplification of a collider, which is the whole mesh", prim)
+        if approximation == "convexDecomposition":
+            shape = self.mesh_shape(prim, mesh, body, "convex_parts")
+            shape.keys["decomposition"] = "coacd"
+        elif approximation == "sdf":
+            shape = self.mesh_shape(prim, mesh, body, "triangle_mesh")
+            shape.keys["sdf"] = True
+        elif approximation == "convexHull" or moves:
+            if approximation != "convexHull":
+                self._stage.lose("hulls", "a triangle mesh on a body that moves, which collides as its hull", prim)
+            shape = self.mesh_shape(prim, mesh, body, "convex_mesh")
+        else:
+            return self.mesh_shape(prim, mesh, body, "triangle_mesh")
+        pose, stretch = self._local(prim, body)
+        hull = shape.keys["type"] == "convex_mesh"
+        mass = mesh_mass(mesh, pose, stretch, hull=hull)
+        return UsdShape(shape.keys, shape.pose, mass, exact=approximation != "sdf")
+
+    def _bounds(self, prim: Prim, mesh: TriangleMesh, body: Pose7, approximation: str) -> UsdShape:
+        """The box of a mesh in its own frame, or the sphere around that box."""
+        pose, stretch = self._local(prim, body)
+        points = mesh.points[np.unique(mesh.faces)] @ stretch.T
+        low, high = points.min(axis=0), points.max(axis=0)
+        x, y, z = ((low + high) / 2).tolist()
+        at = compose(pose, (x, y, z, *IDENTITY))
+        if approximation == "boundingSphere":
+            radius = float(np.linalg.norm(points - (low + high) / 2, axis=1).max())
+            return UsdShape({"type": "sphere", "radius": tidy(radius)}, at, _ball_mass(at, radius))
+        a, b, c = ((high - low) / 2).tolist()
+        mass = _solid_mass(at, 8 * a * b * c, (a * a / 3, b * b / 3, c * c / 3))
+        return UsdShape({"type": "box", "half_size": tidy_row((a, b, c))}, at, mass)
+
+
+def _is_even(scale: tuple[float, ...]) -> bool:
+    """Whether all scales are of one size, whatever their signs."""
+    sizes = [abs(each) for each in scale]
+    return max(sizes) - min(sizes) <= _EVEN * max(sizes)
+
+
+def _round_mass(kind: str, radius: float, half: float, axis: str, pose: Pose7) -> SolidMass:
+    """Of a capsule, cylinder or cone along an axis; `half` of the height, of a capsule without its caps."""
+    disk = math.pi * radius * radius
+    if kind == "cone":
+        volume, along, across, shift = 2 / 3 * disk * half, 0.3 * radius**2, 0.15 * (radius**2 + half**2), -half / 2
+    else:
+        volume, along, across, shift = 2 * disk * half, radius**2 / 2, radius**2 / 4 + half**2 / 3, 0.0
+    if kind == "capsule":
+        balls = 4 / 3 * disk * radius
+        reach = 0.4 * radius**2 + 0.75 * radius * half + half**2
+        across = (volume * across + balls * reach) / (volume + balls)
+        along = (volume * along + balls * 0.4 * radius**2) / (volume + balls)
+        volume += balls
+    k = _AXES[axis]
+    moments = [across] * 3
+    moments[k] = along
+    # Of a diagonal tensor of the second moments, as `_solid_mass` takes it.
+    total = sum(moments) / 2
+    seconds = tuple(total - each for each in moments)
+    centre = [0.0, 0.0, 0.0]
+    centre[k] = shift
+    return _solid_mass(compose(pose, (centre[0], centre[1], centre[2], *IDENTITY)), volume, seconds)
+
+
+def _solid_mass(pose: Pose7, volume: float, seconds: tuple[float, ...]) -> SolidMass:
+    """Of a solid around the origin of a pose. `seconds`: means of x², y² and z² over it."""
+    rotation = pose_matrix4(pose)[:3, :3]
+    moments = volume * (sum(seconds) - np.array(seconds))
+    return SolidMass(volume, np.array(pose[:3]), rotation @ np.diag(moments) @ rotation.T)
+
+
+def _ball_mass(pose: Pose7, radius: float) -> SolidMass:
+    return _solid_mass(pose, 4 / 3 * math.pi * radius**3, (radius * radius / 5,) * 3)
+
+
+def mesh_mass(mesh: TriangleMesh, pose: Pose7, stretch: NDArray[np.float64], *, hull: bool = False) -> SolidMass | None:
+    """Of what a mesh encloses after a `stretch` and a pose; of its hull where that is meant. None: nothing."""
+    from importlib import import_module  # noqa: PLC0415
+
+    used, faces = np.unique(mesh.faces, return_inverse=True)
+    points, faces = mesh.points[used] @ stretch.T, faces.reshape(-1, 3)
+    if hull:
+        try:
+            found = import_module("trimesh.convex").convex_hull(points)
+        except (ImportError, ValueError, RuntimeError):  # QhullError is one: a flat mesh has no hull
+            return None
+        points, faces = np.asarray(found.vertices), np.asarray(found.faces)
+    elif np.linalg.det(stretch) < 0:
+        faces = faces[:, ::-1]
+    moved = points @ pose_matrix4(pose)[:3, :3].T + np.array(pose[:3])
+    found = import_module("trimesh.triangles").mass_properties(moved[faces])
+    volume = float(found["volume"])
+    if not volume > 0:
+        return None
+    return SolidMass(volume, np.array(found["center_mass"]), np.array(found["inertia"]))

@@ -1,0 +1,531 @@
+"""USD stages, written here as text and read as scenes."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from scenecc.diagnostics import Sink
+from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene
+from scenecc.importers.usd_scene import read_stage
+from scenecc.options import Options
+from scenecc.source.paths import AssetScope
+
+RIGID = 'prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]'
+BODY = 'prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisionAPI", "PhysicsMassAPI"]'
+COLLIDER = 'prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsMeshCollisionAPI", "MaterialBindingAPI"]'
+HEAD = 'defaultPrim = "World"\nmetersPerUnit = 1\nupAxis = "Z"'
+TETRAHEDRON = (
+    "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]\nint[] faceVertexCounts = [3, 3, 3, 3]\n"
+    "int[] faceVertexIndices = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]\n"
+)
+
+
+def attempt(folder: Path, text: str, *, head: str = HEAD) -> tuple[ImportedScene | None, Sink]:
+    """What is read of a stage whose prims stand in `/World`."""
+    file = folder / "stage.usda"
+    file.write_text(f'#usda 1.0\n(\n{head}\n)\ndef Xform "World"\n{{\n{text}\n}}\n', encoding="utf-8")
+    sink = Sink()
+    return read_stage(file, ImportContext(sink, AssetScope(folder), Options().limits)), sink
+
+
+def read(folder: Path, text: str, *, head: str = HEAD) -> ImportedScene:
+    found, sink = attempt(folder, text, head=head)
+    assert found is not None, sink.diagnostics()
+    return found
+
+
+def entities(found: ImportedScene) -> dict[str, Any]:
+    return found.document["entities"]
+
+
+def at(x: float, y: float, z: float, *, scale: tuple[float, float, float] = (1, 1, 1)) -> str:
+    return (
+        f"double3 xformOp:translate = ({x}, {y}, {z})\nfloat3 xformOp:scale = {scale}\n"
+        'uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]\n'
+    )
+
+
+def kinds(found: ImportedScene) -> list[str]:
+    return [loss.kind for loss in found.losses]
+
+
+def joint(kind: str, first: str | None, second: str | None, more: str = "", *, name: str = "joint") -> str:
+    bodies = "".join(
+        f"rel physics:body{k} = </World/{body}>\n" for k, body in enumerate((first, second)) if body is not None
+    )
+    return f'def {kind} "{name}"\n{{\n{bodies}{more}\n}}\n'
+
+
+def test_a_box_of_a_stage_in_centimetres_with_y_up(tmp_path: Path) -> None:
+    text = f'def Cube "box" ({BODY})\n{{\ndouble size = 10\nfloat physics:mass = 2\n{at(0, 20, 30)}}}'
+    found = read(tmp_path, text, head='defaultPrim = "World"\nmetersPerUnit = 0.01\nupAxis = "Y"')
+    assert not found.losses
+    (box,) = entities(found).values()
+    assert box["shapes"] == [{"type": "box", "half_size": [0.05, 0.05, 0.05]}]
+    assert box["pose"]["p"] == [0.0, -0.3, 0.2]
+    assert box["pose"]["q"] == pytest.approx([0.5**0.5, 0.5**0.5, 0, 0])
+    assert box["mass"] == 2
+
+
+@pytest.mark.parametrize(("up", "q"), [("X", [0.5**0.5, 0, -(0.5**0.5), 0]), ("Z", None)])
+def test_other_up_axes(tmp_path: Path, up: str, q: list[float] | None) -> None:
+    found = read(tmp_path, f'def Sphere "a" ({BODY})\n{{\n}}', head=f'upAxis = "{up}"\nmetersPerUnit = 1')
+    assert entities(found)["a"].get("pose", {}).get("q") == (None if q is None else pytest.approx(q))
+
+
+def test_forces_and_masses_of_other_units(tmp_path: Path) -> None:
+    """A gram and a centimetre: a torque is g·cm²/s², and a spring's counts for a degree."""
+    drive = (
+        'uniform token physics:axis = "Z"\nfloat drive:angular:physics:stiffness = 5\n'
+        "float drive:angular:physics:maxForce = 7\nfloat drive:angular:physics:targetPosition = 90\n"
+    )
+    text = (
+        f'def Cube "a" ({BODY})\n{{\nfloat physics:density = 2\n}}\n'
+        f'def Cube "b" ({BODY})\n{{\n{at(4, 0, 0)}}}\n'
+        + joint("PhysicsRevoluteJoint", "a", "b", "point3f physics:localPos0 = (4, 0, 0)\n" + drive).replace(
+            '"joint"', '"joint" (prepend apiSchemas = ["PhysicsDriveAPI:angular"])'
+        )
+    )
+    found = read(tmp_path, text, head='metersPerUnit = 0.01\nkilogramsPerUnit = 0.001\nupAxis = "Z"')
+    (robot,) = entities(found).values()
+    assert robot["root"]["shapes"][0]["density"] == pytest.approx(2000)
+    assert "density" not in robot["root"]["children"][0]["shapes"][0]  # 1000 kg/m³ in every unit
+    assert robot["drives"]["joint"] == {
+        "stiffness": pytest.approx(5e-7 * 180 / math.pi),
+        "force_limit": pytest.approx(7e-7),
+        "target": pytest.approx(math.pi / 2),
+    }
+
+
+@pytest.mark.parametrize(
+    ("kind", "attributes", "scale", "expected"),
+    [
+        ("Cube", "double size = 2", (1, 2, -3), {"type": "box", "half_size": [1, 2, 3]}),
+        ("Sphere", "double radius = 0.5", (2, -2, 2), {"type": "sphere", "radius": 1}),
+        ("Capsule", 'double radius = 1\ndouble height = 4\nuniform token axis = "Y"', (2, 2, 2),
+         {"type": "capsule", "radius": 2, "half_length": 4, "axis": "y"}),
+        ("Cylinder", 'double radius = 1\ndouble height = 4\nuniform token axis = "X"', (3, 2, 2),
+         {"type": "cylinder", "radius": 2, "half_length": 6}),
+        ("Cone", "double radius = 1\ndouble height = 4", (1, 1, 2),
+         {"type": "cone", "radius": 1, "half_length": 4, "axis": "z"}),
+    ],
+)  # fmt: skip
+def test_scales_are_in_the_sizes(
+    tmp_path: Path, kind: str, attributes: str, scale: tuple[float, float, float], expected: dict[str, Any]
+) -> None:
+    found = read(tmp_path, f'def {kind} "a" ({BODY})\n{{\n{attributes}\n{at(0, 0, 0, scale=scale)}}}')
+    (shape,) = entities(found)["a"]["shapes"]
+    assert shape == expected
+    assert not found.losses
+
+
+def test_a_solid_that_no_shape_can_say_is_a_hull_with_the_mass_of_the_solid(tmp_path: Path) -> None:
+    found = read(tmp_path, f'def Sphere "egg" ({BODY})\n{{\ndouble radius = 1\n{at(0, 0, 0, scale=(1, 2, 3))}}}')
+    (shape,) = entities(found)["egg"]["shapes"]
+    assert shape["type"] == "convex_mesh"
+    assert points_of(shape["file"]).max(axis=0) == pytest.approx([1, 2, 3])
+    assert kinds(found) == ["hulls"]
+    assert entities(found)["egg"]["inertial"]["mass"] == pytest.approx(4 / 3 * math.pi * 6000, rel=0.03)
+
+
+def points_of(asset: Asset) -> np.ndarray:
+    assert isinstance(asset.source, bytes)
+    return np.array([line.split()[1:] for line in asset.source.decode().splitlines() if line.startswith("v ")], float)
+
+
+def volume_of(asset: Asset) -> float:
+    assert isinstance(asset.source, bytes)
+    rows = [line.split()[1:] for line in asset.source.decode().splitlines() if line.startswith("f ")]
+    faces = points_of(asset)[np.array([[int(corner.split("/")[0]) - 1 for corner in row] for row in rows])]
+    return float(np.einsum("ij,ij->", faces[:, 0], np.cross(faces[:, 1], faces[:, 2]))) / 6
+
+
+def test_a_mirrored_mesh_is_turned_inside_out_and_equal_meshes_are_equal_files(tmp_path: Path) -> None:
+    meshes = "".join(
+        f'def Mesh "{name}" ({BODY})\n{{\n{TETRAHEDRON}{more}{at(x, 0, 0, scale=scale)}}}\n'
+        for name, x, scale, more in (
+            ("plain", 0, (1, 1, 1), ""),
+            ("twice", 5, (2, 2, 2), ""),
+            ("mirrored", 9, (-1, 1, 1), ""),
+            ("left", 12, (1, 1, 1), 'uniform token orientation = "leftHanded"\n'),
+        )
+    )
+    found = entities(read(tmp_path, meshes))
+    plain, twice, mirrored, left = (found[name]["shapes"][0] for name in ("plain", "twice", "mirrored", "left"))
+    assert plain["type"] == "convex_mesh"
+    assert plain["file"].source == twice["file"].source
+    assert twice["scale"] == 2
+    assert "scale" not in mirrored
+    assert volume_of(plain["file"]) == pytest.approx(1 / 6)
+    assert volume_of(mirrored["file"]) == pytest.approx(1 / 6)
+    assert volume_of(left["file"]) == pytest.approx(-1 / 6)  # its faces do look inwards
+
+
+@pytest.mark.parametrize(
+    ("approximation", "expected"),
+    [
+        ("convexHull", "convex_mesh"),
+        ("convexDecomposition", "convex_parts"),
+        ("none", "triangle_mesh"),
+        ("meshSimplification", "triangle_mesh"),
+        ("sdf", "triangle_mesh"),
+        ("boundingCube", "box"),
+        ("boundingSphere", "sphere"),
+    ],
+)
+def test_how_meshes_collide(tmp_path: Path, approximation: str, expected: str) -> None:
+    text = f'def Mesh "a" ({COLLIDER})\n{{\n{TETRAHEDRON}uniform token physics:approximation = "{approximation}"\n}}'
+    found = entities(read(tmp_path, text))["a"]
+    (shape,) = found.get("shapes") or found["collisions"]
+    assert shape["type"] == expected
+    assert shape.get("sdf", False) == (approximation == "sdf")
+    assert found["body_type"] == "static"
+
+
+@pytest.mark.parametrize(
+    ("said", "expected"),
+    [
+        ("", {"density": None}),
+        ("float physics:density = 500", {"density": 500}),
+        ("float physics:mass = 3", {"mass": 3}),
+        ("float physics:mass = 12\npoint3f physics:centerOfMass = (1, 0, 0)",
+         {"inertial": {"mass": 12, "com": [1, 0, 0], "inertia": [8, 20, 20]}}),
+        ("float physics:mass = 2\nfloat3 physics:diagonalInertia = (1, 2, 2.5)",
+         {"inertial": {"mass": 2, "inertia": [1, 2, 2.5]}}),
+        ("float physics:mass = 2\nfloat3 physics:diagonalInertia = (1, 1, 1)\nquatf physics:principalAxes=(0, 1, 0, 0)",
+         {"inertial": {"mass": 2, "com": {"p": [0, 0, 0], "q": [0, 1, 0, 0]}, "inertia": [1, 1, 1]}}),
+        ("float physics:mass = 2\nfloat3 physics:diagonalInertia = (1e-7, 1e-7, 1e-7)",
+         {"inertial": {"mass": 2, "inertia": [1e-7, 1e-7, 1e-7]}}),
+    ],
+)  # fmt: skip
+def test_what_a_body_says_of_its_mass(tmp_path: Path, said: str, expected: dict[str, Any]) -> None:
+    """Of a cube of 2 m: what is left open follows as UsdPhysics has it."""
+    found = entities(read(tmp_path, f'def Cube "a" ({BODY})\n{{\n{said}\n}}'))["a"]
+    for key, value in expected.items():
+        if key == "inertial":
+            got = found[key]
+            assert got["mass"] == value["mass"]
+            assert got.get("com") == value.get("com")
+            assert sorted(got["inertia"]) == pytest.approx(sorted(value["inertia"]), rel=1e-5)
+        else:
+            assert (found["shapes"][0] if key == "density" else found).get(key) == value
+    assert ("inertial" in found) == ("inertial" in expected)
+
+
+def test_masses_of_colliders_and_of_those_that_are_switched_off(tmp_path: Path) -> None:
+    heavy = COLLIDER.replace('"PhysicsCollisionAPI"', '"PhysicsCollisionAPI", "PhysicsMassAPI"')
+    text = (
+        f'def Xform "a" ({RIGID})\n{{\ndef Cube "x" ({heavy})\n{{\nfloat physics:mass = 3\n}}\n'
+        f'def Cube "y" ({heavy})\n{{\nfloat physics:mass = 1\nbool physics:collisionEnabled = 0\n{at(4, 0, 0)}}}\n}}'
+    )
+    found = entities(read(tmp_path, text))["a"]
+    assert found["inertial"] == {"mass": 3, "inertia": pytest.approx([2, 2, 2])}  # UsdPhysics weighs what collides
+    assert len(found["shapes"]) == 1
+    assert len(found["visuals"]) == 1
+
+
+def test_an_impossible_inertia_and_a_body_without_any_are_told(tmp_path: Path) -> None:
+    said = "float physics:mass = 2\nfloat3 physics:diagonalInertia = (1, 1, 5)"
+    found = read(tmp_path, f'def Cube "a" ({BODY})\n{{\n{said}\n}}\ndef Xform "b" ({RIGID})\n{{\n}}')
+    assert entities(found)["a"]["inertial"]["inertia"] == [1, 1, 2]
+    assert kinds(found) == ["inertias", "assumed-masses", "assumed-masses"]
+    assert entities(found)["b"]["root"]["inertial"]["mass"] == 1
+
+
+MATERIALS = """
+def Material "rubber" (prepend apiSchemas = ["PhysicsMaterialAPI"])
+{
+    float physics:dynamicFriction = 0.5
+    float physics:staticFriction = 0.75
+    float physics:density = 200
+}
+def Material "paint"
+{
+    token outputs:surface.connect = </World/paint/s.outputs:surface>
+    def Shader "s"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </World/paint/t.outputs:rgb>
+        float inputs:roughness = 0.25
+        float inputs:metallic = 1
+        token outputs:surface
+    }
+    def Shader "t"
+    {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @FILE@
+        token inputs:wrapS = "clamp"
+        token inputs:wrapT = "clamp"
+        float3 outputs:rgb
+    }
+}
+"""
+
+
+def test_materials_are_named_and_shared(tmp_path: Path) -> None:
+    Image.new("RGB", (2, 2)).save(tmp_path / "image.png")
+    bound = "rel material:binding:physics = </World/rubber>\nrel material:binding = </World/paint>\n"
+    schemas = BODY.replace("[", '["MaterialBindingAPI", ')
+    cubes = "".join(f'def Cube "{name}" ({schemas})\n{{\n{bound}}}\n' for name in "ab")
+    found = read(tmp_path, MATERIALS.replace("FILE", "./image.png") + cubes)
+    assert list(found.document["materials"]) == ["paint_rubber"]
+    material = found.document["materials"]["paint_rubber"]
+    assert material["physical"] == {"static_friction": 0.75, "dynamic_friction": 0.5, "restitution": 0}
+    texture = material["visual"].pop("base_color_texture")
+    assert material["visual"] == {"roughness": 0.25, "metallic": 1}
+    assert texture == {"file": Asset("image.png", tmp_path / "image.png"), "address_mode": "edge"}
+    assert entities(found)["a"]["shapes"][0]["density"] == 200
+
+
+def test_a_texture_that_is_missing_is_told_and_one_of_the_web_is_an_error(tmp_path: Path) -> None:
+    cube = 'def Cube "a" (prepend apiSchemas = ["MaterialBindingAPI"])\n{\nrel material:binding = </World/paint>\n}\n'
+    assert kinds(read(tmp_path, MATERIALS.replace("FILE", "./none.png") + cube)) == ["missing-files"]
+    _, sink = attempt(tmp_path, MATERIALS.replace("FILE", "https://example.com/a.png") + cube)
+    assert [each.code for each in sink.diagnostics()] == ["SC403"]
+
+
+def test_faces_with_several_materials_are_several_meshes(tmp_path: Path) -> None:
+    subset = (
+        'def GeomSubset "red" (prepend apiSchemas = ["MaterialBindingAPI"])\n{\nuniform token elementType = "face"\n'
+        'uniform token familyName = "materialBind"\nint[] indices = [0, 1]\n'
+        "rel material:binding = </World/paint>\n}\n"
+    )
+    paint = MATERIALS.replace("color3f inputs:diffuseColor.connect = </World/paint/t.outputs:rgb>", "")
+    found = read(tmp_path, f'{paint}def Mesh "a"\n{{\n{TETRAHEDRON}{subset}}}')
+    first, second = entities(found)["a"]["visuals"]
+    assert first["material"] == "paint"
+    assert "material" not in second
+    faces = [visual["file"].source.decode().count("\nf ") for visual in (first, second)]
+    assert faces == [2, 2]
+    assert entities(found)["a"]["body_type"] == "none"
+
+
+def test_instances_and_references_are_read_where_they_are_used(tmp_path: Path) -> None:
+    mesh = f'def Mesh "mesh" ({COLLIDER})\n{{\n{TETRAHEDRON}uniform token physics:approximation = "convexHull"\n}}\n'
+    wheel = f'#usda 1.0\n(\ndefaultPrim = "wheel"\n)\ndef Xform "wheel"\n{{\n{mesh}}}\n'
+    (tmp_path / "wheel.usda").write_text(wheel, encoding="utf-8")
+    heads = [
+        f"{RIGID}\ninstanceable = {flag}\nprepend references = @./wheel.usda@" for flag in ("true", "true", "false")
+    ]
+    text = "".join(f'def Xform "w{k}" (\n{head}\n)\n{{\n{at(3 * k, 0, 0)}}}\n' for k, head in enumerate(heads))
+    found = entities(read(tmp_path, text))
+    assert list(found) == ["w0", "w1", "w2"]
+    assert len({row["shapes"][0]["file"].source for row in found.values()}) == 1
+
+
+def test_what_stands_still_is_grouped_by_the_prim_above(tmp_path: Path) -> None:
+    text = (
+        f'def Xform "table"\n{{\n{at(0, 0, 1)}def Cube "top" ({COLLIDER})\n{{\n}}\n'
+        f'def Cube "look"\n{{\n{at(0, 0, 2)}}}\n}}\n'
+        f'def Plane "ground" ({COLLIDER})\n{{\nuniform token purpose = "guide"\n}}\n'
+    )
+    found = entities(read(tmp_path, text))
+    assert found["table"]["body_type"] == "static"
+    assert found["table"]["pose"] == [0, 0, 1]
+    assert len(found["table"]["shapes"]) == 1
+    assert len(found["table"]["visuals"]) == 1
+    assert found["ground"] == {"body_type": "static", "collisions": [{"type": "plane"}]}
+
+
+def test_kinematic_bodies_and_those_that_are_switched_off(tmp_path: Path) -> None:
+    text = (
+        f'def Cube "a" ({BODY})\n{{\nbool physics:kinematicEnabled = 1\n}}\n'
+        f'def Cube "b" ({BODY})\n{{\nbool physics:rigidBodyEnabled = 0\n{at(5, 0, 0)}}}\n'
+        f'def Cube "c" ({BODY})\n{{\nvector3f physics:velocity = (1, 0, 0)\n'
+        f"vector3f physics:angularVelocity = (0, 0, 180)\n{at(9, 0, 0)}}}\n"
+    )
+    found = entities(read(tmp_path, text))
+    assert [row.get("body_type", "dynamic") for row in found.values()] == ["kinematic", "static", "dynamic"]
+    assert found["c"]["linear_velocity"] == [1, 0, 0]
+    assert found["c"]["angular_velocity"] == pytest.approx([0, 0, math.pi])
+
+
+def bodies(*names: str) -> str:
+    return "".join(f'def Cube "{name}" ({BODY})\n{{\n{at(4 * k, 0, 0)}}}\n' for k, name in enumerate(names))
+
+
+MIDDLE = "point3f physics:localPos0 = (2, 0, 0)\npoint3f physics:localPos1 = (-2, 0, 0)\n"
+
+
+def test_a_chain_is_a_tree_of_links_and_what_closes_a_loop_a_constraint(tmp_path: Path) -> None:
+    limits = 'uniform token physics:axis = "Z"\nfloat physics:lowerLimit = -90\nfloat physics:upperLimit = 45\n'
+    text = bodies("a", "b", "c") + (
+        joint("PhysicsFixedJoint", None, "a", name="foot")
+        + joint("PhysicsRevoluteJoint", "a", "b", MIDDLE + limits, name="one")
+        # Its bodies stand in the other order.
+        + joint("PhysicsRevoluteJoint", "c", "b", MIDDLE.replace("(2", "(9").replace("(-2", "(2").replace("(9", "(-2")
+                + limits, name="two")
+        + joint("PhysicsFixedJoint", "a", "c", "point3f physics:localPos0 = (8, 0, 0)\n", name="three")
+    )  # fmt: skip
+    found = read(tmp_path, text)
+    assert not found.losses
+    (robot,) = entities(found).values()
+    assert robot["fix_root_link"]
+    first, second = robot["root"]["children"]
+    assert (robot["root"]["name"], first["name"], second["name"]) == ("a", "b", "c")
+    assert first["joint"]["type"] == "revolute"
+    assert first["joint"]["limits"] == pytest.approx([-math.pi / 2, math.pi / 4])
+    assert second["joint"] == {"type": "fixed", "origin": [8, 0, 0]}
+    loop = found.document["constraints"]["two"]
+    assert (loop["parent"], loop["child"]) == ("World/c", "World/b")
+    assert loop["limits"]["twist"] == pytest.approx([-math.pi / 2, math.pi / 4])
+
+
+def test_a_joint_of_several_freedoms_is_as_many_joints_and_starts_where_the_bodies_are(tmp_path: Path) -> None:
+    d6 = joint("PhysicsJoint", "a", "b", MIDDLE).replace(
+        '"joint"', '"joint" (prepend apiSchemas = ["PhysicsLimitAPI:transX", "PhysicsLimitAPI:transY", '
+        '"PhysicsLimitAPI:transZ", "PhysicsLimitAPI:rotZ"])'
+    )  # fmt: skip
+    locks = "".join(
+        f"float limit:{each}:physics:low = 1\nfloat limit:{each}:physics:high = -1\n"
+        for each in ("transX", "transY", "transZ")
+    )
+    d6 = d6.replace("\n}\n", f"\n{locks}float limit:rotZ:physics:low = -30\nfloat limit:rotZ:physics:high = 30\n}}\n")
+    text = f'def Xform "robot" (prepend apiSchemas = ["PhysicsArticulationRootAPI"])\n{{\n}}\n{bodies("a", "b")}{d6}'
+    found = read(tmp_path, text)
+    assert kinds(found) == ["ball-joints"]
+    (robot,) = entities(found).values()
+    first = robot["root"]["children"][0]
+    second = first["children"][0]
+    third = second["children"][0]
+    assert [each["name"] for each in (first, second, third)] == ["b_dummy_0", "b_dummy_1", "b"]
+    assert third["joint"]["limits"] == pytest.approx([-math.pi / 6, math.pi / 6])
+    assert "qpos" not in robot
+    # Two links in a row would touch otherwise: PhysX keeps only direct neighbours apart.
+    assert (
+        found.document["collision_groups"] == {"a": {"ignore": ["a"]}} or len(found.document["collision_groups"]) == 2
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "expected"),
+    [
+        ("PhysicsFixedJoint", "", {"type": "weld"}),
+        ("PhysicsDistanceJoint", "float physics:maxDistance = 3\n", {"type": "distance", "limits": [0, 3]}),
+        ("PhysicsSphericalJoint", "", {"type": "drive", "limits": {"x": [0, 0], "y": [0, 0], "z": [0, 0]}}),
+        ("PhysicsPrismaticJoint", 'uniform token physics:axis = "Y"\nfloat physics:lowerLimit = -1\n',
+         {"type": "drive", "limits": {"x": [-1, math.inf], "y": [0, 0], "z": [0, 0], "twist": [0, 0]}}),
+    ],
+)  # fmt: skip
+def test_joints_that_are_kept_out_of_articulations_are_constraints(
+    tmp_path: Path, kind: str, more: str, expected: dict[str, Any]
+) -> None:
+    out = "bool physics:excludeFromArticulation = 1\nbool physics:collisionEnabled = 1\n"
+    found = read(tmp_path, bodies("a", "b") + joint(kind, "a", "b", MIDDLE + more + out))
+    (constraint,) = found.document["constraints"].values()
+    assert {key: constraint[key] for key in expected} == expected
+    assert (constraint["parent"], constraint["child"]) == ("a", "b")
+    assert "collision_groups" not in found.document
+
+
+def test_pairs_that_are_kept_apart_are_collision_groups(tmp_path: Path) -> None:
+    filtered = BODY.replace("[", '["PhysicsFilteredPairsAPI", ')
+    text = bodies("b", "c") + (
+        f'def Cube "a" ({filtered})\n{{\nrel physics:filteredPairs = </World/b>\n{at(0, 5, 0)}}}\n'
+        'def PhysicsCollisionGroup "debris" (prepend apiSchemas = ["CollectionAPI:colliders"])\n{\n'
+        "rel collection:colliders:includes = [</World/b>, </World/c>]\n"
+        "rel physics:filteredGroups = </World/debris>\n}\n"
+    )
+    found = read(tmp_path, text)
+    groups = found.document["collision_groups"]
+    of = {name: row["collision_group"] for name, row in entities(found).items()}
+    apart = {frozenset((a, b)) for a in of for b in of if a != b and of[b] in groups[of[a]]["ignore"]}
+    assert apart == {frozenset("ab"), frozenset("bc")}
+
+
+def test_frames_of_a_joint_that_do_not_meet_are_told(tmp_path: Path) -> None:
+    found = read(tmp_path, bodies("a", "b") + joint("PhysicsRevoluteJoint", "a", "b"))
+    assert kinds(found) == ["joint-frames"]
+
+
+def test_lights_and_a_camera_on_a_body(tmp_path: Path) -> None:
+    text = (
+        'def DistantLight "sun"\n{\nfloat inputs:intensity = 2000\ncolor3f inputs:color = (1, 0.5, 0)\n}\n'
+        f'def Cube "a" ({BODY})\n{{\ndef Camera "eye"\n{{\nfloat focalLength = 10\nfloat horizontalAperture = 20\n'
+        "float verticalAperture = 20\n}\n}\n"
+    )
+    found = read(tmp_path, text)
+    assert found.document["lights"] == {
+        "sun": {"type": "directional", "color": [2, 1, 0], "direction": [0, 0, -1]},
+    }
+    eye = found.document["cameras"]["eye"]
+    assert eye["mount"] == "a"
+    assert eye["fovy"] == pytest.approx(math.pi / 2)
+    assert (eye["width"], eye["height"]) == (640, 640)
+
+
+def test_what_nobody_reads_is_told(tmp_path: Path) -> None:
+    text = (
+        f'def Cube "a" ({BODY})\n{{\nfloat physxRigidBody:cfmScale = 0.5\n'
+        "float physxRigidBody:linearDamping = 0.25\n}\n"
+        'def PointInstancer "many"\n{\n}\ndef BasisCurves "hair"\n{\n}\ndef Robot "robot"\n{\n}\n'
+    )
+    found = read(tmp_path, text)
+    assert set(kinds(found)) == {"visuals", "point-instancers", "unknown-prims", "vendor-attributes"}
+    assert entities(found)["a"]["linear_damping"] == 0.25
+
+
+@pytest.mark.parametrize(
+    ("reference", "code"),
+    [
+        ("https://example.com/a.usd", "SC403"),
+        ("../a.usd", "SC402"),
+        ("/etc/a.usd", "SC402"),
+        ("./none.usd", "SC401"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["references", "payload", "variant"])
+def test_layers_beyond_the_roots_and_in_the_web_are_errors_with_a_line(
+    tmp_path: Path, reference: str, code: str, kind: str
+) -> None:
+    """Also in a variant that is not chosen, since nothing is opened before all is checked."""
+    text = f'def Xform "a" (\nprepend {kind} = @{reference}@\n)\n{{\n}}\n'
+    if kind == "variant":
+        inner = f'"one" (prepend references = @{reference}@)\n{{\n}}\n"two"\n{{\n}}\n'
+        head = 'variants = { string v = "two" }\nprepend variantSets = "v"'
+        text = f'def Xform "a" (\n{head}\n)\n{{\nvariantSet "v" = {{\n{inner}}}\n}}\n'
+    (tmp_path / "inner").mkdir()
+    found, sink = attempt(tmp_path / "inner", text)
+    assert found is None
+    (told,) = sink.diagnostics()
+    assert told.code == code
+    assert told.location.line is not None
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"\x7fELF nothing of USD", "neither text nor crate"),
+        (b"PXR-USDC" + bytes(100), "cannot read"),
+        (b"#usda 1.0\ndef Xform 'a\n", "cannot read"),
+        (b'#usda 1.0\ndef Xform "a" (prepend references = @./bad.usda@</a>)\n{\n}\n', "does not compose"),
+        (b'#usda 1.0\n(\nmetersPerUnit = 0\n)\ndef Xform "a"\n{\n}\n', "metersPerUnit"),
+        (f'#usda 1.0\ndef Xform "a"\n{{\n{at(math.nan, 0, 0)}}}\n'.encode(), "not finite"),
+    ],
+)  # fmt: skip
+def test_files_that_are_no_stage(tmp_path: Path, content: bytes, words: str) -> None:
+    (tmp_path / "bad.usda").write_bytes(content)
+    sink = Sink()
+    assert read_stage(tmp_path / "bad.usda", ImportContext(sink, AssetScope(tmp_path), Options().limits)) is None
+    assert words in sink.diagnostics()[0].message
+
+
+def test_a_mesh_whose_indices_are_wrong_and_sizes_below_0(tmp_path: Path) -> None:
+    bad = TETRAHEDRON.replace("[0, 2, 1,", "[0, 2, 999999999,")
+    text = f'def Mesh "a" ({BODY})\n{{\n{bad}}}\ndef Sphere "b" ({BODY})\n{{\ndouble radius = -1\n}}'
+    found = read(tmp_path, text)
+    assert {"visuals", "colliders"} <= set(kinds(found))
+
+
+def test_large_layers_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "big.usda").write_text("#usda 1.0\n" + "#" * 2000, encoding="utf-8")
+    sink = Sink()
+    limits = Options.of(limits={"asset_bytes": 1000}).limits
+    assert read_stage(tmp_path / "big.usda", ImportContext(sink, AssetScope(tmp_path), limits)) is None
+    assert "asset_bytes" in sink.diagnostics()[0].message
