@@ -20,6 +20,7 @@ from scenecc.plan import (
     Weld,
     literal,
 )
+from scenecc.plan.body import Mount
 from scenecc.spec.constraint import (
     DRIVE_AXES,
     LIMIT_AXES,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.rendering import MountLookup
     from scenecc.plan import Entity
-    from scenecc.plan.body import Mount
+    from scenecc.robots.description import DescribedConstraint
     from scenecc.spec.references import NameScopes
 
     Joint = Weld | Connection | Distance | Gear | Drive
@@ -181,6 +182,37 @@ class ConstraintLowerer:
             left_out = tuple(one for one in made if written[one.name].pose_in_parent is None)
             check_constraint_resets(left_out, tuple(self._built.values()), self._sampling, self._entities.frames)
         return made
+
+    def describe(self) -> tuple[Constraint, ...]:
+        """The constraints of robots' files."""
+        return tuple(self._described(name, *found) for name, found in self._entities.constraints.items())
+
+    def _described(
+        self, name: str, constraint: DescribedConstraint, entities: Mapping[str, str], place: Origin
+    ) -> Constraint:
+        ends = [
+            (self._built[entities[root]], link, pose)
+            for (root, link), pose in (
+                (constraint.parent, constraint.pose_in_parent),
+                (constraint.child, constraint.pose_in_child),
+            )
+        ]
+        if ends[1][0].structures[0].bodies[0].body_type == "static":
+            ends.reverse()
+        parent, child = (
+            Mount(entity.name, link if isinstance(entity.structures[0], ArticulationStructure) else None)
+            for entity, link, _ in ends
+        )
+        return Constraint(
+            name=name,
+            scene_idxs=_common_scenes(ends[0][0].scene_idxs, ends[1][0].scene_idxs),
+            joint=Weld() if constraint.type == "weld" else Connection(),
+            child=child,
+            parent=parent,
+            pose_in_parent=literal(ends[0][2]),
+            pose_in_child=literal(ends[1][2]),
+            origin=place.into(constraint.location),
+        )
 
     def _constraint(self, name: str, written: Any, origin: Origin) -> Constraint | None:
         scope = self._names.scopes.get(qualified_name("constraints", name), "")

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from scenecc.lower.shapes import GroupBits, ShapeLowerer
     from scenecc.plan import ArticulationStructure, Value
     from scenecc.plan.properties import Property
+    from scenecc.robots.description import DescribedConstraint
     from scenecc.spec.document import SceneFile
     from scenecc.spec.references import NameScopes
 
@@ -89,6 +90,8 @@ class EntityLowerer:
         self._sink = sink
         self.selections = self._select(narrowed)
         self.linked: list[Entity] = []
+        # By name: constraints of robots' files, the entities of their roots, and the entity as written.
+        self.constraints: dict[str, tuple[DescribedConstraint, dict[str, str], Origin]] = {}
         free = {name: camera for name, camera in scene.cameras.items() if camera.mount is None}
         sections = {"frames": scene.frames, "entities": scene.entities, "cameras": free}
         self.frames = FrameGraph(sections, self.fields, names, origin, sink)
@@ -159,6 +162,9 @@ class EntityLowerer:
         made: list[_UnplacedEntity] = []
         if not built:
             self.frames.unread.add(name)
+        full_names = {one.root: name if one.pose is None else f"{name}/{one.suffix}" for one in built}
+        for constraint in built[0].constraints if built else ():
+            self.constraints[f"{name}/{constraint.name}"] = constraint, full_names, place
         for one in built:
             full = name
             if one.pose is not None:

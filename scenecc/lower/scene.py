@@ -335,14 +335,14 @@ def _lower_constraints(
     names: NameScopes,
     origin: Origin,
 ) -> tuple[Constraint, ...]:
-    if not scene.constraints:
+    if not scene.constraints and not entities.constraints:
         return ()
     from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
     from scenecc.lower.rendering import MountLookup  # noqa: PLC0415 - likewise
 
     mounts = MountLookup(built, entities.frames.unread, names, sampling.sink)
     lowering = ConstraintLowerer(built, entities, mounts, sampling, names, sampling.sink)
-    return lowering.lower(scene.constraints, origin.child("constraints"))
+    return lowering.lower(scene.constraints, origin.child("constraints")) + lowering.describe()
 
 
 def _make_plan(

@@ -236,6 +236,23 @@ class DescribedRobot:
     ignored: tuple[Location, ...] = ()
 
 
+LinkName = tuple[str, str]
+"""The name of the root of a robot or body, and that of one of its links."""
+
+
+@frozen
+class DescribedConstraint:
+    """What keeps a frame of one link at a frame of another: the whole pose, or the origin alone."""
+
+    name: str
+    type: Literal["weld", "connection"]
+    parent: LinkName
+    child: LinkName
+    pose_in_parent: Pose7
+    pose_in_child: Pose7
+    location: Location
+
+
 @frozen
 class DescribedFile:
     """A file that a description refers to, its uri as in a scene, and where it is named."""
@@ -252,7 +269,9 @@ class RobotDescription:
     Attributes:
         robots: in build order; not empty.
         files: every file that it refers to (meshes, textures, included files, an SRDF), each once.
+        constraints: between its links.
     """
 
     robots: tuple[DescribedRobot, ...]
     files: tuple[DescribedFile, ...] = ()
+    constraints: tuple[DescribedConstraint, ...] = ()

@@ -199,13 +199,13 @@ def drive(joint: Any) -> list[float]:
 def test_actuators_springs_and_keyframes(tmp_path: Path) -> None:
     _, batch = load(tmp_path, ACTUATED)
     first = {joint.name: joint for joint in robot_of(batch).objs[0].active_joints}
-    unlimited = np.finfo(np.float32).max
+    unlimited = float(np.finfo(np.float32).max)
     assert_allclose(drive(first["a"]), [400, 12.5, 40, 0], rtol=1e-6)
     assert_allclose(drive(first["b"]), [0, 5, unlimited, 0], rtol=1e-6)
-    assert_allclose(drive(first["c"]), [7, 0, unlimited, np.radians(20)], rtol=1e-6)
+    assert_allclose(drive(first["c"]), [7, 0, unlimited, float(np.radians(20))], rtol=1e-6)
     assert all(joint.friction == 0 for joint in first.values())
     _, batch = load(tmp_path, ACTUATED, keyframe="home")
-    zero = np.radians(30)
+    zero = float(np.radians(30))
     assert_allclose(robot_of(batch).qpos[0], [0.7 - zero, 0.25, 0.1, 0.1 - 0.2], rtol=1e-6)
     joints = {joint.name: joint for joint in robot_of(batch).objs[0].active_joints}
     # The control is a position of what the gear drives: twice the joint's.
@@ -260,3 +260,46 @@ def test_terrain_and_planes_stand_still(tmp_path: Path) -> None:
         start = vertex * 0.999 + place + [0, 0, 3]
         distance = mujoco.mj_ray(model, data, start, np.array([0.0, 0, -1]), groups, 1, -1, np.zeros(1, np.int32))
         assert start[2] - distance == pytest.approx(vertex[2] + place[2], abs=3e-3)
+
+
+BAR = '<geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.03"/>'
+LOOP = f"""
+<body name="crank" pos="0 0 1"><joint name="a" axis="0 1 0"/>{BAR}
+  <body name="rod" pos="0.5 0 0"><joint name="b" axis="0 1 0"/>{BAR}</body>
+</body>
+<body name="rocker" pos="1.5 0 1" euler="0 0 180"><joint name="c" axis="0 1 0"/>{BAR}</body>
+<body name="load" pos="2 0 1"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="0.2"/></body>"""
+LOOPS = {
+    "bodies": '<connect body1="rod" body2="rocker" anchor="0.5 0 0"/><weld name="grip" body1="rocker" body2="load"/>',
+    "turned": '<connect body1="rocker" body2="rod" anchor="0.5 0 0"/><weld body1="load" body2="rocker" '
+    'relpose="-0.5 0.02 0.05 0 0 0 1"/>',
+    "world": '<connect body1="rod" body2="world" anchor="0.5 0 0"/><weld body1="world" body2="load"/>',
+}
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_welds_and_connections_hold_what_mujoco_holds(tmp_path: Path, name: str) -> None:
+    rest = f"<equality>{LOOPS[name]}</equality>"
+    model, batch = load(tmp_path, mujoco_of(LOOP, rest), pose=[3, 4, 0])
+    data = mujoco.MjData(model)
+    assert len(batch.constraints) == 2
+    for _ in range(3000):
+        mujoco.mj_step(model, data)
+    for _ in range(600):
+        batch.step()
+    offset = np.array([3, 4, 0])
+    links = {link.name: link.entity_pose for held in batch.articulations.values() for link in held.objs[0].links}
+    links["load"] = batch.entities["robot/load"].objs[0].pose
+    if name == "world":
+        # It hangs still from the start.
+        assert_allclose(links["load"].p - offset, data.body("load").xpos, atol=0.01)
+        return
+    tip = (links["rod"].to_transformation_matrix() @ [0.5, 0, 0, 1])[:3]
+    other = (links["rocker"].to_transformation_matrix() @ [0.5, 0, 0, 1])[:3]
+    assert_allclose(tip, other, atol=0.01)
+    between = (links["rocker"].inv() * links["load"]).to_transformation_matrix()
+    wanted = np.eye(4)
+    mujoco.mju_quat2Mat(turn := np.zeros(9), model.eq_data[1][6:10])
+    wanted[:3, :3], wanted[:3, 3] = turn.reshape(3, 3), model.eq_data[1][3:6]
+    # MuJoCo has the pose of the second body in the first, and its welds are softer than PhysX's.
+    assert_allclose(between, wanted if name == "bodies" else np.linalg.inv(wanted), atol=0.02)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from scenecc.lower.shapes import GroupBits, ShapeLowerer
     from scenecc.plan import BodyStructure, Value
     from scenecc.plan.body import AssetFile, BodyType
-    from scenecc.robots.description import DescribedRobot, RobotDescription
+    from scenecc.robots.description import DescribedConstraint, DescribedRobot, RobotDescription
 
 
 _VISIBLE_KEYS = ("visibility",)
@@ -145,12 +145,16 @@ class LoweredArticulation:
         pose: in the frame of what is written, p then q; None: it is that.
         structures: as of `Entity`.
         pick: likewise.
+        root: the name of its root in a file.
+        constraints: of the whole file, at the first of its robots.
     """
 
     suffix: str
     pose: Pose7 | None
     structures: tuple[BodyStructure | ArticulationStructure, ...]
     pick: Value | None = None
+    root: str = ""
+    constraints: tuple[DescribedConstraint, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,11 +249,17 @@ class ArticulationLowerer:
         self._free(drafts, entity)
         ((alone, *others),) = drafts
         if not others and alone[0].pose == IDENTITY_POSE:
-            return [LoweredArticulation("", None, (self._one(*alone, work),))]
-        return [
-            LoweredArticulation(draft.links[0].name, robot.pose, (self._one(robot, draft, work),))
-            for robot, draft in drafts[0]
-        ]
+            root = alone[1].links[0].name
+            made = [LoweredArticulation("", None, (self._one(*alone, work),), root=root)]
+        else:
+            made = [
+                LoweredArticulation(
+                    root := draft.links[0].name, robot.pose, (self._one(robot, draft, work),), root=root
+                )
+                for robot, draft in drafts[0]
+            ]
+        constraints = files[0][1].constraints if files[0] is not None else ()
+        return [replace(made[0], constraints=constraints), *made[1:]]
 
     def _file(
         self, key: Literal["urdf", "mjcf"], entity: Any, one: Alternative

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
     from scenecc.geometry.rotations import Pose7
+    from scenecc.robots.description import LinkName
     from scenecc.robots.mjcf_files import MjcfReport
 
 _DUMMY_SHARE = 1e-4
@@ -60,6 +61,9 @@ class ModelReader:
         report: where findings go.
         keyframe: number of the keyframe that gives initial positions; None: there is none.
         visual_groups: the groups of geoms that are seen.
+
+    Attributes:
+        links_of_bodies: the links that bodies became, by the bodies' numbers.
     """
 
     def __init__(
@@ -71,6 +75,7 @@ class ModelReader:
         self._geoms = model.rows_of_bodies("geom_bodyid")
         self._joints = JointReader(model, report, keyframe)
         self._shapes = ShapeReader(model, report, visual_groups)
+        self.links_of_bodies: dict[int, LinkName] = {}
 
     def robots(self) -> list[DescribedRobot]:
         """All robots and bodies: articulations first, then bodies, then the world's own geoms."""
@@ -87,7 +92,17 @@ class ModelReader:
             if collisions or visuals:
                 link = DescribedLink(name, place, collisions=collisions, visuals=visuals)
                 still.append((DescribedRobot((link,), "static", location=place), [WORLD]))
-        return self._distinct(self._with_ignore_bits([*moving, *still]))
+        made = [*moving, *still]
+        robots = self._distinct(self._with_ignore_bits(made))
+        for robot, (_, bodies) in zip(robots, made, strict=True):
+            root = robot.links[0].name
+            for link, body in zip(robot.links, bodies, strict=True):
+                if body > WORLD:
+                    self.links_of_bodies[body] = root, link.name
+            # A root that a fixed robot needs stands where the world does.
+            if root.startswith("dummy_root_"):
+                self.links_of_bodies.setdefault(WORLD, (root, root))
+        return robots
 
     def _subtree(self, body: int) -> Iterator[int]:
         pending = [body]

@@ -9,6 +9,7 @@ from scenecc.robots.description import RobotDescription
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
 from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
 from scenecc.robots.mujoco.compiler import check_mujoco, compile_source
+from scenecc.robots.mujoco.equalities import read_constraints
 from scenecc.robots.mujoco.links import ModelReader
 from scenecc.robots.mujoco.model import FREE
 from scenecc.robots.mujoco.shapes import VISUAL_GROUPS
@@ -72,11 +73,15 @@ def read_mjcf(
     if number is not None and FREE in model["jnt_type"]:
         message = "the pose of a free root is that of the scene, and not that of the keyframe"
         report.elsewhere("keyframe", message, model.location("key", number))
-    robots = ModelReader(model, report, number, visual_groups).robots()
+    reader = ModelReader(model, report, number, visual_groups)
+    robots = reader.robots()
+    constraints = read_constraints(model, reader.links_of_bodies, report)
     if not robots and not report.failed:
         report.nothing(root)
     report.report_unread()
-    return None if report.failed else RobotDescription(tuple(robots), tuple(files.named.found.values()))
+    if report.failed:
+        return None
+    return RobotDescription(tuple(robots), tuple(files.named.found.values()), tuple(constraints))
 
 
 def _keyframe(keyframe: tuple[str, Origin | None], model: CompiledModel, report: MjcfReport) -> int | None:

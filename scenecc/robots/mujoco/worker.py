@@ -31,6 +31,7 @@ geom_pos geom_quat geom_friction geom_rgba
 mesh_vertadr mesh_vertnum mesh_vert mesh_faceadr mesh_facenum mesh_face mesh_pos mesh_quat mesh_scale
 hfield_nrow hfield_ncol hfield_adr hfield_size hfield_data
 mat_rgba mat_texid mat_emission mat_specular mat_shininess mat_reflectance mat_metallic mat_roughness
+site_bodyid site_pos site_quat
 exclude_signature
 eq_type eq_obj1id eq_obj2id eq_objtype eq_active0 eq_data
 actuator_trntype actuator_trnid actuator_gaintype actuator_biastype actuator_dyntype actuator_gainprm

@@ -1,0 +1,68 @@
+"""Welds and connections of a compiled model, as constraints between links."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.robots.description import DescribedConstraint
+from scenecc.robots.mujoco.model import CONNECT_EQUALITY, JOINT_EQUALITY, WELD_EQUALITY, WORLD, CompiledModel
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.robots.description import LinkName
+    from scenecc.robots.mjcf_files import MjcfReport
+
+_OF_SITES = 6
+"""`mjOBJ_SITE`: the equality is between sites and not between bodies."""
+
+
+def read_constraints(
+    model: CompiledModel, links: Mapping[int, LinkName], report: MjcfReport
+) -> list[DescribedConstraint]:
+    """The welds and connections that hold from the start.
+
+    Args:
+        model: compiled.
+        links: of each body that is built.
+        report: where findings go.
+    """
+    made: list[DescribedConstraint] = []
+    for number, kind in enumerate(model["eq_type"].tolist()):
+        place = model.location("eq", number)
+        if not model["eq_active0"][number]:
+            report.left_out("equality/inactive", "an equality that is not active is not built", place)
+        elif kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
+            (first, in_first), (second, in_second) = _frames(model, number, kind)
+            if first not in links or second not in links or first == second:
+                message = "an equality with the world is built where the file has a fixed robot that hangs on it"
+                report.left_out("equality/world", message, place)
+                continue
+            name = model.name("eq", number) or f"equality_{number}"
+            word = "weld" if kind == WELD_EQUALITY else "connection"
+            ends = (links[first], in_first, links[second], in_second)
+            # The world and what stands still carry nothing.
+            parent, in_parent, child, in_child = ends if second != WORLD else (*ends[2:], *ends[:2])
+            made.append(DescribedConstraint(name, word, parent, child, in_parent, in_child, place))
+        elif kind != JOINT_EQUALITY:
+            report.left_out("equality/other", "an equality of tendons, flexes or distances is not built", place)
+    return made
+
+
+def _frames(model: CompiledModel, number: int, kind: int) -> tuple[tuple[int, Pose7], tuple[int, Pose7]]:
+    """Both bodies, and the frames in them that coincide."""
+    first, second = int(model["eq_obj1id"][number]), int(model["eq_obj2id"][number])
+    if model["eq_objtype"][number] == _OF_SITES:
+        return _site(model, first), _site(model, second)
+    data = model["eq_data"][number].tolist()
+    if kind == CONNECT_EQUALITY:
+        return (first, (*data[:3], 1.0, 0.0, 0.0, 0.0)), (second, (*data[3:6], 1.0, 0.0, 0.0, 0.0))
+    # The pose of the second body in the first.
+    return (first, (*data[3:6], *data[6:10])), (second, IDENTITY_POSE)
+
+
+def _site(model: CompiledModel, site: int) -> tuple[int, Pose7]:
+    pose = (*model["site_pos"][site].tolist(), *model["site_quat"][site].tolist())
+    return int(model["site_bodyid"][site]), pose
