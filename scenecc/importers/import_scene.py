@@ -188,7 +188,7 @@ def _report_losses(losses: tuple[Loss, ...], context: ImportContext) -> None:
     for kind, count in counts.items():
         row, first, *others = LOSSES[kind], *(loss for loss in losses if loss.kind == kind)
         refused = row.changes_machine and kind not in context.allow
-        message = f"{count} {row.what}: {first.message}" + (f", and {count - 1} more" if count > 1 else "")
+        message = f"{row.what} ({count}): {first.message}" + (f", and {count - 1} more" if count > 1 else "")
         related = [(loss.message, loss.place, "value") for loss in others[:_SHOWN_PLACES]]
         context.sink.report(
             "SC431" if refused else "SC432",
