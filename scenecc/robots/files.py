@@ -224,11 +224,16 @@ class RobotFiles:
         self.scope.memory.note(ResolvedFile(file.path, uri), self.owner.uri)
         return self.found.setdefault(uri, DescribedFile(uri, file.path, location))
 
-    def _in_packages(self, inner: str) -> ResolvedFile | Refusal:
-        if not inner or inner.startswith("/"):
-            return Refusal(
-                "SC403", f"`{shorten_uri(_PACKAGE_SCHEME + inner)}` names no file", "write package://PACKAGE/PATH"
-            )
+    def _in_packages(self, written: str) -> ResolvedFile | Refusal:
+        # `package:///PACKAGE/PATH` is written too, and read by pinocchio among others.
+        inner = written.lstrip("/")
+        found = self._in_folders(inner) if inner else None
+        if isinstance(found, ResolvedFile) or (found is not None and written == inner):
+            return found
+        shown = shorten_uri(_PACKAGE_SCHEME + written)
+        return Refusal("SC403", f"`{shown}` names no file", "write package://PACKAGE/PATH")
+
+    def _in_folders(self, inner: str) -> ResolvedFile | Refusal:
         given = None if self.package is None else self.package(inner)
         if isinstance(given, ResolvedFile):
             return given

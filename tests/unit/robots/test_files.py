@@ -88,6 +88,8 @@ def test_a_ros_package_is_looked_for_upwards_and_no_further_than_the_scene(tree:
     finder = Finder(tree)
     assert finder.find("package://pack/mesh.obj") == ("robots/pack/mesh.obj", "scene/robots/pack/mesh.obj")
     assert finder.find("package://near.obj")[1] == "scene/robots/arm/near.obj"
+    assert finder.find("package:///pack/mesh.obj") == ("robots/pack/mesh.obj", "scene/robots/pack/mesh.obj")
+    assert finder.find("package:///pack/none.obj") == ("SC403", "write package://PACKAGE/PATH")
     code, hint = finder.find("package://outside/mesh.obj")
     folder = tree / "scene" / "robots" / "arm"
     assert code == "SC401"
@@ -111,6 +113,7 @@ def test_the_folder_that_the_scene_gives_comes_first(tree: Path) -> None:
         ("../../../outside/mesh.obj", "SC402"),
         ("/etc/passwd", "SC402"),
         ("package:///etc/passwd", "SC403"),
+        ("package:////../../../../outside/mesh.obj", "SC403"),
         ("package://../../../../outside/mesh.obj", "SC402"),
         ("package://", "SC403"),
         ("package://near.obj\\x", "SC403"),
