@@ -260,7 +260,7 @@ def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse,
             hint = f"convert it to one of {', '.join(MESH_SUFFIXES)}, or give a shape that collides a mesh of its own"
             _report(checker, asset, origin, AssetError("SC410", f"a `{suffix}` can only be a visual shape", hint))
             continue
-        for fault in check_mesh_use(mesh, use, suffix):
+        for fault in check_mesh_use(mesh, use, suffix, checker.total):
             if fault.code not in reported:
                 reported.add(fault.code)
                 _report(checker, asset, origin, fault)
