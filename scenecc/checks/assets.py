@@ -256,7 +256,7 @@ def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse,
     suffix = Path(asset.path).suffix.lower()
     reported: set[str] = set()
     for use, origin in by_use.items():
-        for fault in check_mesh_use(mesh, use, suffix):
+        for fault in check_mesh_use(mesh, use, suffix, checker.total):
             if fault.code not in reported:
                 reported.add(fault.code)
                 _report(checker, asset, origin, fault)

@@ -16,6 +16,7 @@ import numpy as np
 from scenecc.checks.mesh_collada import read_collada
 from scenecc.checks.mesh_data import (
     NUMBER_PATTERN,
+    AssetBudget,
     AssetError,
     MeshBudget,
     MeshData,
@@ -34,7 +35,7 @@ from scenecc.checks.mesh_data import (
 from scenecc.checks.mesh_gltf import read_gltf
 from scenecc.checks.mesh_obj import read_obj
 from scenecc.checks.mesh_ply import read_ply
-from scenecc.geometry.hulls import PLANE_TOLERANCE, cooked_volume_ratio, plane_tolerance
+from scenecc.geometry.hulls import MAX_CORNERS, PLANE_TOLERANCE, cooked_volume_ratio, plane_tolerance
 from scenecc.plan.properties import MAX_COORDINATE
 
 if TYPE_CHECKING:
@@ -190,13 +191,18 @@ _MIN_LENGTH = 0.01
 """Length of a mesh at which PhysX's tolerance may take a tenth of its volume and more [m]."""
 
 
-def check_mesh_use(mesh: MeshData, use: str, suffix: str) -> Iterator[AssetError]:
+_HULL_COST, _CORNER_COST = 2**16, 2**10
+"""Budget of computing what PhysX cooks of a hull, and of each of its corners."""
+
+
+def check_mesh_use(mesh: MeshData, use: str, suffix: str, total: AssetBudget) -> Iterator[AssetError]:
     """Faults of a mesh in one use, the first of a part alone.
 
     Args:
         mesh: what was read.
         use: "hull", "parts", "triangles", "decomposed" or "seen".
         suffix: of the file, in lower case.
+        total: counts the time that hulls take.
     """
     if not mesh.parts:
         yield AssetError("SC413", "the mesh has no triangles", "export it with its faces")
@@ -217,7 +223,7 @@ def check_mesh_use(mesh: MeshData, use: str, suffix: str) -> Iterator[AssetError
     if use in {"triangles", "decomposed"} and all(surface_area(one) == 0 for one in mesh.parts):
         yield AssetError("SC415", "all triangles of the mesh are degenerate", "export the mesh again")
     if use == "hull":
-        yield from _hull_faults([vertices], "")
+        yield from _hull_faults([vertices], "", total)
     if use == "parts":
         # A COLLADA becomes a PLY, in which corners in one place are joined.
         whole = [_weld(one) for one in mesh.parts] if suffix == ".dae" else mesh.parts
@@ -226,7 +232,7 @@ def check_mesh_use(mesh: MeshData, use: str, suffix: str) -> Iterator[AssetError
             if suffix in {".ply", ".stl", ".dae"}
             else mesh.parts
         )
-        yield from _hull_faults([one.vertices for one in parts], " of one of its parts")
+        yield from _hull_faults([one.vertices for one in parts], " of one of its parts", total)
 
 
 def _weld(part: MeshFilePart) -> MeshFilePart:
@@ -247,7 +253,7 @@ def _coordinate_fault(vertices: NDArray[np.float32]) -> AssetError | None:
     return None
 
 
-def _hull_faults(clouds: list[NDArray[np.float32]], whose: str) -> Iterator[AssetError]:
+def _hull_faults(clouds: list[NDArray[np.float32]], whose: str, total: AssetBudget) -> Iterator[AssetError]:
     sizes = [principal_extents(cloud) for cloud in clouds]
     thin = min(thickness for thickness, _ in sizes)
     if thin < MIN_THICKNESS:
@@ -256,7 +262,11 @@ def _hull_faults(clouds: list[NDArray[np.float32]], whose: str) -> Iterator[Asse
         )
         return
     for cloud, (thickness, length) in zip(clouds, sizes, strict=True):
-        if (fault := _cooking_fault(cloud, thickness, length, whose)) is not None:
+        try:
+            fault = _cooking_fault(cloud, thickness, length, whose, total)
+        except AssetError as error:
+            fault = error
+        if fault is not None:
             yield fault
             return
     small = min(length for _, length in sizes)
@@ -269,7 +279,9 @@ def _hull_faults(clouds: list[NDArray[np.float32]], whose: str) -> Iterator[Asse
         )
 
 
-def _cooking_fault(cloud: NDArray[np.float32], thickness: float, length: float, whose: str) -> AssetError | None:
+def _cooking_fault(
+    cloud: NDArray[np.float32], thickness: float, length: float, whose: str, total: AssetBudget
+) -> AssetError | None:
     """Of a hull that PhysX cooks to one of another volume, or without an end, by its thickness and length [m]."""
     tolerance = plane_tolerance(cloud)
     reach = np.abs(cloud).max()
@@ -282,6 +294,7 @@ def _cooking_fault(cloud: NDArray[np.float32], thickness: float, length: float, 
         )
     if thickness >= _SAFE_THICKNESS * tolerance:
         return None
+    total.take(_HULL_COST + _CORNER_COST * min(len(cloud), MAX_CORNERS))
     ratio = cooked_volume_ratio(cloud)
     if abs(ratio - 1) <= _MAX_CHANGE:
         return None

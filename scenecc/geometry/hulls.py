@@ -16,6 +16,9 @@ of its bounding box where that is above 1 m."""
 _FINENESS = 64
 """By how much the volume of a hull itself is computed more closely than PhysX does."""
 
+MAX_CORNERS = 300
+"""How many corners of a hull are looked at. PhysX takes fewer: its hulls have 255 polygons."""
+
 _JITTER = 1e-6
 """By how much of its size points are moved: those that lie in one plane would make triangles without area."""
 
@@ -68,10 +71,12 @@ def _hull_volumes(points: NDArray[np.float64], simplex: tuple[int, int, int, int
     faces = np.array([[a, b, c], [a, d, b], [b, d, c], [c, d, a]])
     normals, offsets = _planes(cloud, faces)
     outside = np.delete(np.arange(len(cloud)), simplex)
+    corners = len(simplex)
     owners, distances = _farthest_planes(cloud[outside], normals, offsets)
     volumes: list[float] = []
     for tolerance in tolerances:
-        while len(distances) and distances.max() > tolerance:
+        while len(distances) and distances.max() > tolerance and corners < MAX_CORNERS:
+            corners += 1
             farthest = int(distances.argmax())
             eye = int(outside[farthest])
             seen = normals @ cloud[eye] > offsets

@@ -225,6 +225,18 @@ def test_what_a_mesh_must_be_for_each_use(tmp_path: Path, name: str, use: str) -
     assert codes(write(tmp_path, "a.obj", text), use) == expected[use]
 
 
+def test_the_time_that_hulls_take_is_counted(tmp_path: Path) -> None:
+    """One of many small parts takes a millisecond and a hundred bytes."""
+    tetra = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) / 50
+    points = np.concatenate([tetra + np.array([number, 0, 0]) for number in range(300)])
+    path = write(tmp_path, "a.ply", ply(points, np.concatenate([FACES + 4 * number for number in range(300)])))
+    assert codes(path, "parts") == []
+    plan = plan_of([path], "parts")
+    sink = Sink()
+    check_assets(plan, sink, resolve_named=named_by(tmp_path), max_assets_bytes=10 * 2**20)
+    assert [told.code for told in sink.diagnostics()] == ["SC607"]
+
+
 def test_one_flat_part_among_others(tmp_path: Path) -> None:
     text = "o solid\n" + TETRA + "o flat\nv 1 0 0\nv 2 0 0\nv 1 1 0\nf 5 6 7\n"
     path = write(tmp_path, "a.obj", text)
