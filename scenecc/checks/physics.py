@@ -331,9 +331,8 @@ def _check_unused_fields(body: BodyStructure, name: str, origin: Origin, sink: S
         for field in VISUAL_FIELDS:
             if getattr(body, field) is not None:
                 _report_unused_field(field, "body without a visible shape", origin, sink)
-    if body.collision_groups is not None and all(shape.collision_groups is not None for shape in body.collisions):
-        what = "body of which each shape has its own" if body.collisions else "body without a colliding shape"
-        _report_unused_field("collision_groups", what, origin, sink)
+    if not body.collisions and body.collision_groups is not None:
+        _report_unused_field("collision_groups", "body without a colliding shape", origin, sink)
     if kind == "none" and body.collisions:
         sink.report(
             "SC115",

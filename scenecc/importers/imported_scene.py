@@ -73,6 +73,12 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "drake-elements": LossKind("elements of Drake", changes_machine=True),
     "grippers": LossKind("grippers"),
     "fluids": LossKind("added masses of fluids", changes_machine=True),
+    # Of MJCF.
+    "tendons": LossKind("tendons", changes_machine=True),
+    "contact-pairs": LossKind("pairs of contacts", changes_machine=True),
+    "joint-springs": LossKind("springs of joints", changes_machine=True),
+    "actuators": LossKind("actuators"),
+    "camera-modes": LossKind("cameras that follow something"),
     # Of USD.
     "mesh-simplification": LossKind("simplifications of colliding meshes"),
     "assumed-masses": LossKind("masses and inertias that the file leaves open"),

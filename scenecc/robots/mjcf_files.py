@@ -62,10 +62,12 @@ class MjcfReport:
     Attributes:
         findings: of the file itself.
         included: the findings of each included file, by its displayed name.
+        losses: kind, message and place of everything that is not built.
     """
 
     findings: FileReport
     included: dict[str, FileReport] = field(default_factory=dict[str, "FileReport"])
+    losses: list[tuple[str, str, Location]] = field(default_factory=list["tuple[str, str, Location]"])
     _unbuilt: dict[str, tuple[str, Location, str | None]] = field(
         default_factory=dict[str, "tuple[str, Location, str | None]"]
     )
@@ -87,6 +89,7 @@ class MjcfReport:
 
     def left_out(self, kind: str, message: str, location: Location, hint: str | None = None) -> None:
         """Warns of something that is not built, once per kind."""
+        self.losses.append((kind, message, location))
         self.of(location).report_once("SC484", kind, message, location, hint)
 
     def not_built(self, kind: str, message: str, location: Location, hint: str | None = None) -> None:

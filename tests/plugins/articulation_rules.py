@@ -134,8 +134,10 @@ def _followers(entity: Node, random: Random) -> None:
 
 
 def files(document: Node, random: Random) -> None:
-    """What is said of the meshes of a file does something."""
+    """What is said of a file does something: the meshes, the keyframes and groups of MuJoCo's."""
     for entity in articulations(document):
+        if entity.get("loader") == "maniskill":
+            drop(entity, "keyframe", "visual_groups")
         if "decomposition_params" in entity or entity.get("decomposition") == "coacd":
             entity["load_multiple_collisions"] = True
 

@@ -149,6 +149,8 @@ NARROWER: dict[Key, Make] = {
     (Urdf, "srdf"): _one_of("none"),
     (Urdf, "package_dir"): _one_of("articulations"),
     (Mjcf, "mjcf"): _one_of(*(file for file in articulation_rules.FILES if file.endswith("xml"))),
+    (Mjcf, "keyframe"): _one_of("up"),
+    (Mjcf, "visual_groups"): _one_of([0], [0, 1, 2], [0, 5]),
     (EnvironmentSpec, "map"): lambda random: random.choice(["assets/sky.png", _model(random, CubeMapKeys)]),
     **{(CubeMapKeys, face): _one_of(*IMAGES) for face in CubeMapKeys.model_fields},
 }

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, nearest
 from scenecc.robots.description import RobotDescription
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
@@ -17,17 +18,41 @@ from scenecc.robots.mujoco.source import SourceBuilder
 from scenecc.source.limits import Limits
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Mapping
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.diagnostics.diagnostic import Location, Origin
+    from scenecc.robots.description import LinkName
     from scenecc.robots.mujoco.model import CompiledModel
     from scenecc.source.paths import AssetScope, ResolvedFile
 
 _DEFAULT_LIMITS = Limits()
 
 
-def read_mjcf(
+@frozen
+class ReadModel:
+    """A file with all that MuJoCo's compiler made of it.
+
+    Attributes:
+        description: its robots.
+        model: compiled.
+        links: root and link that bodies became, by the bodies' numbers.
+        losses: kind, message and place of everything that is not built.
+    """
+
+    description: RobotDescription
+    model: CompiledModel
+    links: Mapping[int, LinkName]
+    losses: tuple[tuple[str, str, Location], ...]
+
+
+def read_mjcf(file: ResolvedFile, **options: Any) -> RobotDescription | None:
+    """The robots and bodies of an MJCF, as `read_model` reads them; None after an error."""
+    found = read_model(file, **options)
+    return None if found is None else found.description
+
+
+def read_model(
     file: ResolvedFile,
     *,
     scope: AssetScope,
@@ -37,7 +62,7 @@ def read_mjcf(
     visual_groups: Collection[int] = VISUAL_GROUPS,
     limits: Limits = _DEFAULT_LIMITS,
     budget: ReadBudget | None = None,
-) -> RobotDescription | None:
+) -> ReadModel | None:
     """The robots and bodies of an MJCF; None where the file is wrong, all that is wrong having been reported.
 
     First come the articulations, then bodies without joints, then the world's own geoms, with MuJoCo's names; what has
@@ -81,7 +106,8 @@ def read_mjcf(
     report.report_unread()
     if report.failed:
         return None
-    return RobotDescription(tuple(robots), tuple(files.named.found.values()), tuple(constraints))
+    description = RobotDescription(tuple(robots), tuple(files.named.found.values()), tuple(constraints))
+    return ReadModel(description, model, reader.links_of_bodies, tuple(report.losses))
 
 
 def _keyframe(keyframe: tuple[str, Origin | None], model: CompiledModel, report: MjcfReport) -> int | None:

@@ -32,6 +32,8 @@ mesh_vertadr mesh_vertnum mesh_vert mesh_faceadr mesh_facenum mesh_face mesh_pos
 hfield_nrow hfield_ncol hfield_adr hfield_size hfield_data
 mat_rgba mat_texid mat_emission mat_specular mat_shininess mat_reflectance mat_metallic mat_roughness
 site_bodyid site_pos site_quat
+cam_bodyid cam_mode cam_pos cam_quat cam_fovy cam_resolution
+light_bodyid light_type light_active light_castshadow light_cutoff light_pos light_dir light_diffuse
 exclude_signature
 eq_type eq_obj1id eq_obj2id eq_objtype eq_active0 eq_data
 actuator_trntype actuator_trnid actuator_gaintype actuator_biastype actuator_dyntype actuator_gainprm
@@ -56,9 +58,15 @@ NAMED = {
     "tendon": "tendons",
     "actuator": "actuators",
     "key": "keys",
+    "camera": "cameras",
+    "light": "lights",
     "flex": "flexes",
 }
 """Kinds of elements of `mjModel`, and the lists of `MjSpec` that hold them."""
+
+
+FLAGS = ("CONTACT", "FILTERPARENT", "GRAVITY")
+"""What `<flag>` can switch off and is given back."""
 
 
 def read_message(stream: BinaryIO) -> tuple[dict[str, Any], list[bytes]] | None:
@@ -93,6 +101,9 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict
         return {"error": str(error)}, []
     disable = mujoco.mjtDisableBit
     arrays = {name: getattr(model, name) for name in ARRAYS if hasattr(model, name)}
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    arrays |= {"xpos": data.xpos, "xquat": data.xquat}
     elements = {kind: [_element(one) for one in getattr(spec, several)] for kind, several in NAMED.items()}
     header = {
         "arrays": {name: [array.dtype.str, list(array.shape)] for name, array in arrays.items()},
@@ -100,10 +111,9 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict
         "meshes": [[one.file, list(one.scale), list(one.refpos), list(one.refquat)] for one in spec.meshes],
         "textures": [one.file for one in spec.textures],
         "option": {"timestep": model.opt.timestep, "gravity": model.opt.gravity.tolist()},
+        "ambient": model.vis.headlight.ambient.tolist() if model.vis.headlight.active else [0.0, 0.0, 0.0],
         # Their bits differ between versions.
-        "disabled": [
-            name for name in ("CONTACT", "FILTERPARENT") if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}")
-        ],
+        "disabled": [name for name in FLAGS if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}")],
     }
     return header, [array.tobytes() for array in arrays.values()]
 

@@ -1,0 +1,173 @@
+"""MJCFs as scenes: an entity names the file as it is, beside time step, gravity, lights and cameras."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.geometry.rotations import IDENTITY_POSE, compose, from_matrix, rotate
+from scenecc.importers.imported_scene import Asset, ImportedScene, Loss, ReferencePose
+from scenecc.importers.numbers import Names, plain_number, plain_numbers, plain_pose
+from scenecc.robots.mujoco.model import WORLD
+from scenecc.robots.mujoco.reader import read_model
+from scenecc.source.paths import Refusal, resolve_path
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.importers.imported_scene import ImportContext
+    from scenecc.robots.mujoco.reader import ReadModel
+
+_KINDS: Final = {
+    "ball": "ball-joints",
+    "ellipsoid": "ellipsoids",
+    "frictionloss": "joint-friction",
+    "tendon": "tendons",
+    "pair": "contact-pairs",
+    "spring": "joint-springs",
+    "skin": "visuals",
+    "texture": "material-looks",
+    "equality": "loops",
+    "actuator": "actuators",
+}
+"""The losses that the findings of the reader are, by what stands before a slash in their kind."""
+
+_LIGHT_TYPES: Final = {0: "spot", 1: "directional", 2: "point"}
+"""`mjtLightType`; the fourth is a picture of the surroundings."""
+
+_LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
+"""SAPIEN's x (forward), y (left) and z (up) in the frame of a camera of MuJoCo, which looks along -z with y up."""
+
+_FIXED: Final = 0
+"""`mjCAMLIGHT_FIXED`."""
+
+_DIGITS: Final = 7
+"""Digits of colours and directions, which MuJoCo holds in single precision."""
+
+
+def read_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
+    """A scene with everything in an MJCF; None after an error."""
+    found = resolve_path(path.name, base=path.absolute().parent, scope=context.scope)
+    if isinstance(found, Refusal):
+        context.sink.report(found.code, found.message, Location(str(path)), hint=found.hint)
+        return None
+    trial = context.sink.another()
+    read = read_model(found, scope=context.scope, sink=trial, limits=context.limits)
+    if read is None:
+        read_model(found, scope=context.scope, sink=context.sink, limits=context.limits)
+        return None
+    return _Importer(path, read).scene()
+
+
+class _Importer:
+    """Makes the scene of one file."""
+
+    def __init__(self, path: Path, read: ReadModel) -> None:
+        self._path = path
+        self._model = read.model
+        self._robots = read.description.robots
+        self._links = read.links
+        self._name = Names().new(path.stem)
+        self._losses = [Loss(_KINDS[kind.partition("/")[0]], message, place) for kind, message, place in read.losses]
+
+    def scene(self) -> ImportedScene:
+        """The document, with what it is compared with."""
+        header = self._model.header
+        gravity = [0.0, 0.0, 0.0] if "GRAVITY" in header["disabled"] else header["option"]["gravity"]
+        document: dict[str, Any] = {
+            "scenecc": 1,
+            "name": self._name,
+            "physics": {"timestep": plain_number(header["option"]["timestep"]), "gravity": plain_numbers(gravity)},
+            "entities": {self._name: {"mjcf": Asset(self._path.name, self._path.absolute())}},
+        }
+        if any(header["ambient"]):
+            document["environment"] = {"ambient_light": _rounded(header["ambient"])}
+        sections = {"lights": self._lights(), "cameras": self._cameras()}
+        document |= {section: made for section, made in sections.items() if made}
+        bodies = {self._mount(body): self._model.body_name(body) for body in self._links if body != WORLD}
+        return ImportedScene(document, tuple(self._losses), bodies, self._reference())
+
+    def _reference(self) -> dict[str, ReferencePose]:
+        """Where MuJoCo's own kinematics has the bodies, and what it lets them weigh."""
+        model = self._model
+        return {
+            model.body_name(body): ReferencePose(self._world_pose(body), float(model["body_mass"][body]) or None)
+            for body in self._links
+            if body != WORLD
+        }
+
+    def _mount(self, body: int) -> str:
+        """ENTITY or ENTITY/LINK."""
+        root, link = self._links[body]
+        alone = len(self._robots) == 1 and self._robots[0].pose == IDENTITY_POSE
+        entity = self._name if alone else f"{self._name}/{root}"
+        robot = next(robot for robot in self._robots if robot.links[0].name == root)
+        return entity if robot.body_type is not None else f"{entity}/{link}"
+
+    def _world_pose(self, body: int) -> Pose7:
+        return (*self._model["xpos"][body].tolist(), *self._model["xquat"][body].tolist())
+
+    def _placed(self, body: int, local: Pose7) -> tuple[dict[str, Any], Pose7]:
+        """The key `mount`, where something moves with a body, and its pose there or in the world."""
+        if body != WORLD and body in self._links:
+            return {"mount": self._mount(body)}, local
+        return {}, compose(self._world_pose(body), local)
+
+    def _lights(self) -> dict[str, Any]:
+        model, names = self._model, Names()
+        made: dict[str, Any] = {}
+        for number, kind in enumerate(model["light_type"].tolist()):
+            place, label = model.location("light", number), model.name("light", number) or "light"
+            if not model["light_active"][number]:
+                continue
+            if kind not in _LIGHT_TYPES:
+                self._losses.append(Loss("lights", f"the light `{label}`, a picture of the surroundings", place))
+                continue
+            keys: dict[str, Any] = {
+                "type": _LIGHT_TYPES[kind],
+                "color": _rounded(model["light_diffuse"][number].tolist()),
+            }
+            if keys["type"] == "spot":
+                angle = min(2 * float(model["light_cutoff"][number]), 179.0)
+                keys |= {"inner_fov_deg": _rounded([angle])[0], "outer_fov_deg": _rounded([angle])[0]}
+            if model["light_castshadow"][number]:
+                keys["shadow"] = True
+            local: Pose7 = (*model["light_pos"][number].tolist(), 1.0, 0.0, 0.0, 0.0)
+            direction = model["light_dir"][number].tolist()
+            body = int(model["light_bodyid"][number])
+            pose = compose(self._world_pose(body), local)
+            if body != WORLD and body in self._links:
+                self._losses.append(Loss("lights", f"that the light `{label}` moves with a body", place))
+            if keys["type"] != "directional":
+                self._losses.append(Loss("light-falloff", f"the falloff of the light `{label}`", place))
+                keys["position"] = _rounded(pose[:3])
+            if keys["type"] != "point":
+                keys["direction"] = _rounded(rotate(self._world_pose(body)[3:], tuple(direction)))
+            made[names.new(label)] = keys
+        return made
+
+    def _cameras(self) -> dict[str, Any]:
+        model, names = self._model, Names()
+        made: dict[str, Any] = {}
+        for number, body in enumerate(model["cam_bodyid"].tolist()):
+            label = model.name("camera", number) or "camera"
+            if model["cam_mode"][number] != _FIXED:
+                words = f"that the camera `{label}` follows something"
+                self._losses.append(Loss("camera-modes", words, model.location("camera", number)))
+            own: Pose7 = (*model["cam_pos"][number].tolist(), *model["cam_quat"][number].tolist())
+            mount, pose = self._placed(body, compose(own, _LOOK))
+            keys: dict[str, Any] = {
+                **mount,
+                "pose": plain_pose(pose),
+                "fovy_deg": plain_number(model["cam_fovy"][number]),
+            }
+            width, height = model["cam_resolution"][number].tolist()
+            if width > 1 and height > 1:
+                keys |= {"width": width, "height": height}
+            made[names.new(label)] = keys
+        return made
+
+
+def _rounded(numbers: Any) -> list[float | int]:
+    return plain_numbers([float(f"{number:.{_DIGITS}g}") + 0.0 for number in numbers])
