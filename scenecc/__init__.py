@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from scenecc.expand.listing import ParamRow as ParamRow
     from scenecc.expand.listing import PrefabRow as PrefabRow
     from scenecc.export import Emitted as Emitted
+    from scenecc.importers.import_scene import Imported as Imported
+    from scenecc.importers.import_scene import import_scene as import_scene
     from scenecc.inspect import Item as Item
     from scenecc.inspect.entities import SummaryRow as SummaryRow
     from scenecc.inspect.inspection import Inspection as Inspection
@@ -66,6 +68,7 @@ _MODULES = {
     "errors": ("SceneError",),
     "expand.listing": ("ParamRow", "PrefabRow"),
     "export": ("Emitted",),
+    "importers.import_scene": ("Imported", "import_scene"),
     "options": ("CompileOptions",),
     "plan": ("ScenePlan",),
     "plan.diff": ("Difference",),

@@ -7,22 +7,30 @@ pose as p [m] and q (wxyz). Drake reads the file in a process of its own, since 
 from __future__ import annotations
 
 import json
+import resource
 import sys
 from importlib import import_module
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
+
+_MAX_MEMORY: Final = 8 * 2**30
+"""Of this process [bytes]; Drake itself maps about one."""
 
 
 def main() -> None:
     """Answers the request of the command line."""
+    resource.setrlimit(resource.RLIMIT_AS, (_MAX_MEMORY, _MAX_MEMORY))
     asked = json.loads(sys.argv[1])
     plants: Any = import_module("pydrake.multibody.plant")
     parsing: Any = import_module("pydrake.multibody.parsing")
     plant = plants.MultibodyPlant(time_step=0.001)
     parser = parsing.Parser(plant)
+    packages = parser.package_map()
+    for name in packages.GetPackageNames():
+        packages.Remove(name)  # one of them would be downloaded
     for root in asked["roots"]:
-        parser.package_map().PopulateFromFolder(root)
+        packages.PopulateFromFolder(root)
     parser.AddModels(asked["file"])
     plant.Finalize()
     context = plant.CreateDefaultContext()

@@ -22,6 +22,7 @@ from scenecc.named_files import DICT
 from scenecc.options import Options
 from scenecc.pipeline import compile_or_raise
 from scenecc.scene_file.layout import scene_text
+from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def import_scene(
     compiled = _compile(found, source, context, options)
     names = AssetNames(target, scope, _companions(compiled))
     head = {(): f"Imported from {source.name} by scenecc."}
-    text = scene_text(map_assets(found.document, names.name), comments=head)
+    text = scene_text(simplify(map_assets(found.document, names.name)), comments=head)
     files = {target.name: text.encode("utf-8"), **names.copies}
     with _undone_by_errors([target.parent / name for name in files]):
         paths = replace_set(target, files, folder=False)
@@ -188,7 +189,7 @@ def _report_losses(losses: tuple[Loss, ...], context: ImportContext) -> None:
     for kind, count in counts.items():
         row, first, *others = LOSSES[kind], *(loss for loss in losses if loss.kind == kind)
         refused = row.changes_machine and kind not in context.allow
-        message = f"{count} {row.what}: {first.message}" + (f", and {count - 1} more" if count > 1 else "")
+        message = f"{row.what} ({count}): {first.message}" + (f", and {count - 1} more" if count > 1 else "")
         related = [(loss.message, loss.place, "value") for loss in others[:_SHOWN_PLACES]]
         context.sink.report(
             "SC431" if refused else "SC432",

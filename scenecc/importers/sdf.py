@@ -231,6 +231,10 @@ class _Rendering:
         for element in (*link.all("light"), *link.all("sensor")):
             word = element.attributes.get("name", element.tag)
             name = f"{path}{SEPARATOR}{word}"
+            pose = element.find("pose")
+            if pose is not None and not place.scope.knows(pose.attributes.get("relative_to", "")):
+                file.lose(f"{element.tag}s", f"<{element.tag}> `{name}` is relative to an unknown frame", element)
+                continue
             local = place.local(element)
             if element.tag == "light":
                 self.add_light(element, file, local if mount else compose(built.pose, local), mount, name)

@@ -38,7 +38,7 @@ def test_losses_are_listed_on_standard_error(run, cube: Path) -> None:
     cube.write_text(SDF.format(more='<sensor name="s" type="imu"/>'))
     done = run("import", cube, "-o", "cube.yaml")
     assert done.returncode == 0
-    assert "warning SC432: 1 sensors: <sensor> `imu`" in done.stderr
+    assert "warning SC432: sensors (1): <sensor> `imu`" in done.stderr
 
 
 def test_a_loss_that_is_not_allowed_ends_the_import(run, cube: Path) -> None:

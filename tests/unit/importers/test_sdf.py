@@ -112,8 +112,11 @@ def test_links_and_joints_are_a_tree(folder: Path) -> None:
 
 def test_a_joint_to_the_world_fixes_the_root(folder: Path) -> None:
     parts = link("base") + link("arm", "0 0 1 0 0 0") + joint("fixed", "world", "base", name="w")
-    found, _ = imported(folder, model(parts + joint("prismatic", "base", "arm", "<axis><xyz>1 0 0</xyz></axis>")))
-    assert found["entities"]["m"]["fix_root_link"] is True
+    axis = "<axis><xyz>1 0 0</xyz><limit><lower>-1e16</lower><upper>2</upper></limit></axis>"
+    found, _ = imported(folder, model(parts + joint("prismatic", "base", "arm", axis)))
+    robot = found["entities"]["m"]
+    assert robot["fix_root_link"] is True
+    assert robot["root"]["children"][0]["joint"]["limits"] == [-math.inf, 2]
 
 
 def test_a_hinge_to_the_world_has_a_base(folder: Path) -> None:
@@ -291,7 +294,7 @@ def test_losses_are_told_with_their_places(folder: Path) -> None:
     _, made = imported(folder, model(link("a") + plugin + plugin))
     assert [(loss.kind, loss.place.line) for loss in made.losses] == [("plugins", 6), ("plugins", 6)]
     (told,) = [each for each in made.diagnostics if each.code == "SC432"]
-    assert told.message.startswith("2 plugins: <plugin> `libwind.so`")
+    assert told.message.startswith("plugins (2): <plugin> `libwind.so`")
 
 
 def test_a_loss_that_changes_the_machine_must_be_allowed(folder: Path) -> None:

@@ -80,3 +80,20 @@ def test_our_own_exports_come_back(name: str, tmp_path: Path) -> None:
         import_scene(file, file.with_suffix(".yaml"))
         expected = {body.name: body.mass.mass for body in robot.bodies if body.mass is not None}
         assert masses(file.with_suffix(".yaml")) == pytest.approx(expected, rel=1e-6)
+
+
+def test_what_does_not_build_leaves_everything_as_it_was(
+    robot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise SceneError([])
+
+    monkeypatch.setattr("scenecc.importers.certificate.certificate_of", fail)
+    with pytest.raises(SceneError):
+        import_scene(robot, tmp_path / "out/scene.yaml")
+    assert not list((tmp_path / "out").iterdir())
+    (tmp_path / "out/scene.yaml").write_text("mine")
+    with pytest.raises(SceneError):
+        import_scene(robot, tmp_path / "out/scene.yaml")
+    assert (tmp_path / "out/scene.yaml").read_text() == "mine"
+    assert len(list((tmp_path / "out").iterdir())) == 1
