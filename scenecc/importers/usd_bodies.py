@@ -94,6 +94,7 @@ class BodyReader:
         for name, entries in found.items():
             if entries:
                 keys[name] = [entry for entry, _ in entries]
+        _join_equal(keys)
         return keys
 
     def _colliders(self, prim: Prim, body: UsdBody) -> list[UsdShape]:
@@ -315,6 +316,23 @@ _BODY_ATTRIBUTES: Final = {
 """Key → attribute of PhysX's schema, and the unit in it."""
 
 _NOT_OF_LINKS: Final = {"sleep_threshold", "solver_position_iterations", "solver_velocity_iterations"}
+
+
+def _join_equal(keys: dict[str, Any]) -> None:
+    """Says once what all shapes of a body say, and what a shape that collides and one that is seen have in common."""
+    collisions, visuals = keys.get("collisions", []), keys.get("visuals", [])
+    plain = [{key: value for key, value in entry.items() if key != "density"} for entry in collisions]
+    if plain and plain == visuals and "shapes" not in keys:
+        del keys["visuals"]
+        keys["shapes"] = keys.pop("collisions")
+    entries = [entry for name in ("shapes", "collisions") for entry in keys.get(name, [])]
+    densities = [entry.get("density") for entry in entries]
+    if densities and densities[0] is not None and len(set(densities)) == 1:
+        shapes = {name: keys.pop(name) for name in ("shapes", "collisions", "visuals") if name in keys}
+        keys["density"] = densities[0]
+        keys.update(shapes)
+        for entry in entries:
+            del entry["density"]
 
 
 def _together(solids: list[SolidMass]) -> SolidMass:

@@ -94,8 +94,8 @@ def test_forces_and_masses_of_other_units(tmp_path: Path) -> None:
     )
     found = read(tmp_path, text, head='metersPerUnit = 0.01\nkilogramsPerUnit = 0.001\nupAxis = "Z"')
     (robot,) = entities(found).values()
-    assert robot["root"]["shapes"][0]["density"] == pytest.approx(2000)
-    assert "density" not in robot["root"]["children"][0]["shapes"][0]  # 1000 kg/m³ in every unit
+    assert robot["root"]["density"] == pytest.approx(2000)
+    assert "density" not in robot["root"]["children"][0]  # 1000 kg/m³ in every unit
     assert robot["drives"]["joint"] == {
         "stiffness": pytest.approx(5e-7 * 180 / math.pi),
         "force_limit": pytest.approx(7e-7),
@@ -214,7 +214,7 @@ def test_what_a_body_says_of_its_mass(tmp_path: Path, said: str, expected: dict[
             assert got.get("com") == value.get("com")
             assert sorted(got["inertia"]) == pytest.approx(sorted(value["inertia"]), rel=1e-5)
         else:
-            assert (found["shapes"][0] if key == "density" else found).get(key) == value
+            assert found.get(key) == value
     assert ("inertial" in found) == ("inertial" in expected)
 
 
@@ -280,7 +280,7 @@ def test_materials_are_named_and_shared(tmp_path: Path) -> None:
     texture = material["visual"].pop("base_color_texture")
     assert material["visual"] == {"roughness": 0.25, "metallic": 1}
     assert texture == {"file": Asset("image.png", tmp_path / "image.png"), "address_mode": "edge"}
-    assert entities(found)["a"]["shapes"][0]["density"] == 200
+    assert entities(found)["a"]["density"] == 200
 
 
 def test_a_texture_that_is_missing_is_told_and_one_of_the_web_is_an_error(tmp_path: Path) -> None:
@@ -331,6 +331,12 @@ def test_what_stands_still_is_grouped_by_the_prim_above(tmp_path: Path) -> None:
     assert len(found["table"]["shapes"]) == 1
     assert len(found["table"]["visuals"]) == 1
     assert found["ground"] == {"body_type": "static", "collisions": [{"type": "plane"}]}
+
+
+def test_a_collider_and_a_visual_of_the_same_form_are_one_shape(tmp_path: Path) -> None:
+    cubes = f'def Cube "hull" ({COLLIDER})\n{{\nuniform token purpose = "guide"\n}}\ndef Cube "look"\n{{\n}}\n'
+    found = entities(read(tmp_path, f'def Xform "a" ({RIGID})\n{{\nfloat physics:density = 5\n{cubes}}}'))
+    assert found["a"] == {"density": 5, "shapes": [{"type": "box", "half_size": [1, 1, 1]}]}
 
 
 def test_kinematic_bodies_and_those_that_are_switched_off(tmp_path: Path) -> None:
