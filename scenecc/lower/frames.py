@@ -186,10 +186,7 @@ class FrameGraph:
         at: str | None = name
         while at is not None and at not in self._fixed:
             self._fixed.add(at)
-            frame_pose = self.frame_pose(at)
-            if frame_pose.variation is not None:
-                self._fields_of(at).fix(frame_pose.variation)
-            at = frame_pose.parent
+            at = self.frame_pose(at).parent
 
     def fields(self, name: str) -> FieldLowerer:
         """The field lowerer of an entity or a frame."""

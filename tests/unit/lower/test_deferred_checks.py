@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from plugins.structures import body_of
 from unit.lower.scenes import BALL, codes, entity, scene
 
 from scenecc import SceneError, compile_scene, validate
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 DRAWS: dict[str, Any] = {
     "r": {"uniform": [0.1, 0.2]},
@@ -166,6 +169,41 @@ def test_what_cannot_be_done_with_kinds_of_values_is_told_of_a_draw(expression: 
     (found,) = [one for one in validate(scene({}, draws=draws)) if one.code != "SC319"]
     assert (found.code, found.message) == ("SC202", f"this has no value, whatever is drawn: {message}")
     assert found.path == "draws.h"
+
+
+def test_a_draw_that_its_scene_decides_is_reported_at_the_part_without_a_value() -> None:
+    draws = {"r": DRAWS["r"], "far": "${2 + 1 / (scene - 1)}", "near": "${3 + 1 / (scene - 2)}"}
+    entities = {
+        # In scene 0, where `far` has a value. That it has none in scene 1 is no matter, since nothing reads it there.
+        "one": {"shapes": BALL, "mass": "${r + far}", "scene_idxs": [0]},
+        "all": {"shapes": BALL, "mass": "${r + near}"},
+    }
+    document = {"scenecc": 1, "num_scenes": 4, "draws": draws, "entities": entities}
+    (found,) = [one for one in validate(document) if one.code == "SC516"]
+    assert found.path == "draws.near"
+    assert found.message == "this may have no value: in scene 2: division by zero"
+    assert found.hint is not None
+    assert found.hint.endswith("`a if c else b` keeps what has no value from being evaluated")
+
+
+def test_the_part_without_a_value_is_underlined(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(
+        'scenecc: 1\nnum_scenes: 4\ndraws:\n  r: {uniform: [1, 2]}\n  near: "${3 + 1 / (scene - 2)}"\n'
+        'entities: {ball: {shapes: [{type: sphere, radius: "${r + near}"}]}}\n'
+    )
+    found = validate(file)[0]
+    assert found.code == "SC516"
+    line = file.read_text().split("\n")[4]
+    assert found.location.column is not None
+    assert found.location.end_column is not None
+    assert line[found.location.column - 1 : found.location.end_column - 1] == "1 / (scene - 2)"
+
+
+def test_the_hint_of_bounds_that_may_cross_says_how_to_keep_them_in_range() -> None:
+    (found,) = validate(scene({"mass": {"uniform": [{"uniform": [1, 3]}, 2]}}))
+    hint = "each scene is judged as it is drawn; `min` and `max` keep a bound in its range"
+    assert (found.code, found.hint) == ("SC516", hint)
 
 
 CROSSED = "the lower bound is above the upper one"

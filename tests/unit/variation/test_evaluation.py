@@ -235,7 +235,9 @@ def test_poses_are_built_of_their_parts() -> None:
     child = evaluate(Composed(Posed((1, 2, 3), quarter), (1, 0, 0, *IDENTITY)), scenes=(0, 1))
     assert child[0, :3] == pytest.approx([1, 3, 3])
     assert child[1, :3] == pytest.approx([0, 2, 3])
-    assert evaluate(Looking((0, 5, 0), (0, 0, 0)), scenes=(0,))[0] == pytest.approx([np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
+    quarter_turn = pytest.approx([np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
+    assert evaluate(Looking((0, 5, 0), (0, 0, 0)), scenes=(0,))[0] == quarter_turn
+    assert evaluate(Looking((1, 5, 2), (1, 2, 2)), scenes=(0,))[0] == quarter_turn
     matrix = ((0, -1, 0, 4), (1, 0, 0, 5), (0, 0, 1, 6), (0, 0, 0, 1))
     assert evaluate(FromMatrix(matrix), scenes=(0,))[0] == pytest.approx([4, 5, 6, np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
 

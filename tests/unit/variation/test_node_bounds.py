@@ -220,6 +220,14 @@ def test_many_combinations_are_bounded_instead() -> None:
     assert len(of(Rows(tuple(range(500)), tuple(range(500)))).alternatives or ()) == 500
 
 
+def test_64_combinations_and_16_draws_are_looked_at_and_no_more() -> None:
+    assert of(expression("scene"), num_scenes=64).alternatives == tuple(range(64))
+    assert of(expression("scene"), num_scenes=65).alternatives is None
+    chain: dict[str, Node] = {"d1": DRAWS["c"]} | {f"d{i}": expression(f"d{i - 1} + 1") for i in range(2, 18)}
+    assert find_bounds(expression("d16 - d16"), chain).alternatives == (0,)
+    assert find_bounds(expression("d17 - d17"), chain).alternatives != (0,)
+
+
 def test_an_alternative_that_has_no_value_leaves_the_others() -> None:
     assert set(of(expression("1 / (c - 2)")).alternatives or ()) == {-1.0, 0.5}
 
