@@ -1,4 +1,4 @@
-"""What is told to a user: diagnostics, the table of their codes, the sink, and a renderer a format.
+"""Diagnostics, the table of their codes, the sink, and one renderer per format.
 
 Every stage reports here, and this package imports none of them.
 """

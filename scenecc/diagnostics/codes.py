@@ -1,7 +1,7 @@
 """The table of diagnostic codes, as data in `codes.yaml`.
 
 The file is read when something is first reported. Severities and titles are found without parsing it; cause, example
-and cure of a code are parsed when somebody asks for them.
+and cure of a code are parsed on request.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _parsed(entry: str) -> dict[str, dict[str, Any]]:
 
 
 class _Codes(Mapping[str, Code]):
-    """Every code, in order, read when somebody asks for one."""
+    """Every code, in order, read on first use."""
 
     def __init__(self) -> None:
         self._rows: dict[str, Code] = {}

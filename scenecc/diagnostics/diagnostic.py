@@ -1,4 +1,4 @@
-"""Diagnostics, where they point to, and the sink that every stage reports into."""
+"""Diagnostics, their locations, and the sink that collects the reports of every stage."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ _Key = TypeVar("_Key")
 _Other = TypeVar("_Other")
 
 MAX_REPORTS = 1000
-"""How many errors are told, and how many warnings: a file of nothing but errors must not fill the memory."""
+"""Maximum number of reported errors, and of warnings: a file full of errors must not fill the memory."""
 
 
 @frozen
@@ -215,7 +215,7 @@ _USERS = 10
 """How many nodes that name the same file are shown."""
 
 _STOPPED = "SC016"
-"""The code that stands for all errors after the last one that is told."""
+"""The code for all errors after the last one that is reported."""
 
 RelatedPlace = tuple[str, Origin | Location, At]
 """A message, the place it is about, and which half of it."""
@@ -250,7 +250,7 @@ class Sink:
         trace: leads the origins of what is reported from now on back to what was written. Set by the pipeline
             once a document is expanded.
         given: finds where the parameters are given that a node inside a prefab reads. Set by the pipeline.
-        parent: the node that brings in the document which is being read, and that its locations cannot tell.
+        parent: the node that includes the document which is being read; its locations do not contain it.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
@@ -304,7 +304,7 @@ class Sink:
         span: Span | None = None,
     ) -> None:
         """Adds a finding. The same code, message and place twice is one finding, and so is the same code in many
-        copies of one node: the first copy is told, the others are counted.
+        copies of one node: the first copy is reported, the others are counted.
 
         `path` is for a place that is a location; an origin brings its own. `span` is the part of a scalar that is
         meant, in characters of its value. Of each severity `MAX_REPORTS` are
@@ -344,8 +344,8 @@ class Sink:
 
     @contextmanager
     def alike(self) -> Generator[None]:
-        """While it lasts, the same code at the same place is one finding whatever is said: the first is told, the
-        others are counted.
+        """While it lasts, the same code at the same place is one finding, whatever the message: the first is reported,
+        the others are counted.
         """
         self._is_alike = True
         try:
@@ -371,7 +371,7 @@ class Sink:
         return list(found)
 
     def _is_counted(self, code: str, place: Origin, message: str) -> bool:
-        """Whether another is told in place of this one."""
+        """Whether another finding is reported instead of this one."""
         if not self._is_alike:
             return False
         messages = self._alike.setdefault((code, place), {})

@@ -1,4 +1,4 @@
-"""What a code means, for `scenecc explain`, the help texts of formats, and `docs/diagnostics.md`.
+"""Descriptions of codes, for `scenecc explain`, the help texts of formats, and `docs/diagnostics.md`.
 
 `python -m scenecc.diagnostics.reference docs/diagnostics.md` writes that page.
 """

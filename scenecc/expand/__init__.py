@@ -1,4 +1,4 @@
-"""From a scene file as written to one that needs no other file: parameters, expressions, repetition, includes, prefabs.
+"""From a scene file to one that refers to no other scene file: parameters, expressions, repetition, includes, prefabs.
 
-It works on plain data; every node of what comes out can be led back to where it was written.
+It works on plain data. Every node of the result can be traced to its origin.
 """

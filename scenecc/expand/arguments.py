@@ -51,7 +51,7 @@ class ParamArgument:
 
     @property
     def told(self) -> Origin | Location:
-        """The place as it is told."""
+        """The place for a report."""
         return self.place.origin if isinstance(self.place, SourceMark) else self.place
 
 
@@ -272,8 +272,8 @@ _MAX_SCALARS = 200
 def find_argument_origins(documents: Mapping[str | None, Document], origin: Origin) -> tuple[Origin, ...]:
     """Where the parameters are given that the value at fault reads; empty for what is in no prefab, or reads none.
 
-    It is empty for an entity, a light, a link, too: what is told of it as a whole comes from no one value in it, and
-    what is wrong with a value is told at that.
+    It is empty for an entity, a light, a link, too: a report about the whole is about no single value, and a wrong
+    value is reported at its own place.
 
     Args:
         documents: by the name that origins have.

@@ -1,4 +1,4 @@
-"""The expansion stage: a document and all that it uses, to the data of one scene file."""
+"""The expansion stage: from a document and the files it uses to the data of one scene file."""
 
 from __future__ import annotations
 

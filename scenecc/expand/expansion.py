@@ -1,4 +1,4 @@
-"""The result of expansion and its making: plain data of one scene file, and where each part of it was written."""
+"""The result of expansion and its construction: plain data of one scene file, and the origin of each part."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class ItemSpan:
 
 @frozen
 class SourceMark:
-    """The place of a node as written, and the copy of it. Cheap to make: `origin` is asked for where something is told.
+    """The place of a node as written, and its copy. Cheap to make: `origin` is computed when something is reported.
 
     Attributes:
         file, path, parent: as `Origin` has them.
@@ -155,7 +155,7 @@ class Loop:
         return product(*self.axes) if self.count else iter(())
 
     def text(self, number: int) -> str:
-        """What tells a copy from the others: "i=1, j=-1"."""
+        """The loop variables of a copy: "i=1, j=-1"."""
         told: list[str] = []
         for name, axis in zip(reversed(self.names), reversed(self.axes), strict=True):
             number, index = divmod(number, len(axis))
@@ -251,7 +251,7 @@ class ExpansionFrame:
         return SourceMark(self.file, path, self.parent, tuple(self.copies))
 
     def origin(self, path: Path) -> Origin:
-        """The same, as it is told."""
+        """The same, for a report."""
         return self.mark(path).origin
 
     def each_copy(self, loop: Loop) -> Iterator[int]:

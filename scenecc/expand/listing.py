@@ -1,4 +1,4 @@
-"""What can be asked of files without expanding them: their parameters, and the prefabs that ship."""
+"""Information about files without expansion: their parameters, and the prefabs that ship."""
 
 from __future__ import annotations
 

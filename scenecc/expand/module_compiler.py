@@ -1,4 +1,4 @@
-"""Modules and prefabs looked through once, ready to be expanded as often as they are used."""
+"""Modules and prefabs, compiled once and expanded for each use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters: how they are declared, which values they take, and which of them nothing reads."""
+"""Parameters: their declarations, their values, and which of them are unused."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Param:
 
     Attributes:
         name: of it.
-        kind: its type, one of `PARAM_KINDS`; None where that of the default's value will tell it.
+        kind: its type, one of `PARAM_KINDS`; None if it follows from the default.
         default: as written; None where it must be given.
         pattern: of a default that holds expressions.
         low, high: as written; a number, or one for each component of a vector.
@@ -151,7 +151,7 @@ def form_key(value: Any) -> str | None:
 
 
 def varying_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
-    """What is wrong with a value that varies; None where nothing is, as far as can be told without expressions."""
+    """What is wrong with a value that varies; None if nothing is, without evaluating expressions."""
     if isinstance(value, Template):
         return None
     form = form_key(value)
@@ -264,7 +264,7 @@ def report_unused(documents: Sequence[Document], lowered: Collection[str], sink:
 
     Args:
         documents: the top one and those that it includes, which share its parameters.
-        lowered: the draws that are still there once expanded, of which it is told when they are lowered.
+        lowered: the draws that remain after expansion; lowering reports these.
         sink: takes the warnings.
     """
     declared = [

@@ -1,4 +1,4 @@
-"""Patterns: nodes as written, looked through once for what there is to fill in, and then made again and again.
+"""Patterns: nodes as written, which are analysed once and instantiated many times.
 
 A pattern makes a node with the values at hand; only the containers above a filled-in scalar are made anew, the rest
 is the same object in every copy. A node without anything to fill in has no pattern.
@@ -274,7 +274,7 @@ class LoopInvariant:
         self._made: Any = None
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """What it made before. What was reported is made anew, so that it is told of each copy."""
+        """The result of an earlier call. A faulty node is made again, so that each copy is reported."""
         if self._made is not None:
             return self._made
         made = self._pattern.make(frame)

@@ -70,7 +70,7 @@ def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
 
 @lru_cache(maxsize=64)
 def cached_parts(profile: Profile) -> tuple[NDArray[Any], ...]:
-    """As `revolved_parts`, the same arrays for the same profile; nobody writes into them."""
+    """As `revolved_parts`, with the same arrays for the same profile. They must not be written to."""
     return tuple(revolved_parts(profile))
 
 

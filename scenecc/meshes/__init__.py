@@ -1,4 +1,4 @@
-"""What bodies of a plan look like, as triangles: their own poses, colours, images and names, and no engine.
+"""Shapes of a plan's bodies as triangles, with poses, colours, images and names, without an engine.
 
 Triangles, normals and texture coordinates of primitives are SAPIEN's own; mesh files are read by trimesh.
 """

@@ -1,4 +1,4 @@
-"""Mesh files as surfaces, read by trimesh, with the looks that SAPIEN gives them.
+"""Mesh files as surfaces, read by trimesh, with materials as in SAPIEN.
 
 Where a file has no normals, its triangles are flat. So they are in SAPIEN, but for a GLB or PLY whose triangles share
 vertices: there each vertex has the normal of any one of them.

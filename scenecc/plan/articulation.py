@@ -1,4 +1,4 @@
-"""Articulations: links in a tree, the joints between them, and tendons. None means that the file says nothing."""
+"""Articulations: links in a tree, the joints between them, and tendons. None: the file leaves the field out."""
 
 from __future__ import annotations
 

@@ -42,9 +42,9 @@ class AssetFile:
             (posix), else an absolute path.
         path: where it was found on this machine; not part of the plan's identity.
         sha256: of what it held when it was checked; None of what no build opens (a robot's description), and of a
-            plan whose files nobody has checked.
+            plan whose files were not checked.
         names: the files that it names in turn, and which a build opens.
-        state: it was in when it was checked, by which a build tells that it changed since.
+        state: of the file when it was checked. A build compares it to detect a later change.
         optional_names: whether images and material files that it names may be missing, and are then not seen.
     """
 
@@ -218,7 +218,7 @@ class Inertial:
 
 @frozen
 class BodyStructure:
-    """Everything about a body that `ActorBuilder` is told before it builds, and its knobs.
+    """All arguments of `ActorBuilder` for a body, and its properties.
 
     Attributes:
         mass: (·,) [kg]; scales the mass and inertia that follow from the densities.

@@ -1,4 +1,4 @@
-"""What differs between two plans, field by field, in the words of the language."""
+"""Differences between two plans, field by field, with the keys of the language."""
 
 from __future__ import annotations
 
@@ -284,7 +284,7 @@ class FieldComparison:
             yield FieldDifference("changed", path, self._words(kind, x, 0, path), self._words(kind, y, 1, path))
 
     def _named(self, cls: type, x: tuple[Any, ...], y: tuple[Any, ...], path: str) -> Iterator[FieldDifference]:
-        """By their names, or by what else tells them apart."""
+        """By their names, or by another key that is unique."""
         key = _ITEM_KEYS[cls]
         first, second = ({getattr(item, key): (place, item) for place, item in enumerate(items)} for items in (x, y))
         elsewhere = find_moved([second[name][0] for name in first if name in second])
@@ -500,8 +500,8 @@ class Difference:
             `shapes[1].radius`, and by the names of links: `links.hand.joint.limits`; "" for the object.
         a, b: what the first and the second plan have there, in a few words, in the scenes that differ; None where
             they have nothing. What says "at reset" is the same as built.
-        scene_count: in how many of the scenes that both objects are in the field differs; None where it is not told
-            by scene.
+        scene_count: number of scenes in which the field differs, of those that contain both objects; None if it is not
+            compared by scene.
     """
 
     kind: Literal["added", "removed", "moved", "changed"]

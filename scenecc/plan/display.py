@@ -1,6 +1,4 @@
-"""How fields and values of a plan are written for people: paths as in a scene file, and short texts for values and for
-pairs of them.
-"""
+"""Formatting of a plan's fields and values: paths as in a scene file, and short texts for values and pairs."""
 
 from __future__ import annotations
 
@@ -93,7 +91,7 @@ _MAX_ALTERNATIVES_WIDTH: Final = 60
 """And no more characters than these."""
 
 DIGITS: Final = 5
-"""So many digits of a number, where no more are needed to tell it from another."""
+"""Number of digits that is enough to distinguish a number from another."""
 
 _MORE_DIGITS: Final = (DIGITS, 8, 12, 17)
 
@@ -147,7 +145,7 @@ def format_color(item: tuple[float, ...], digits: int = DIGITS) -> str:
 
 
 def format_pair(a: Sequence[Any], b: Sequence[Any], show: Callable[[Any, int], str] = format_item) -> tuple[str, str]:
-    """Two sets of items that occur, with as many digits as it takes to tell one from the other."""
+    """Two sets of items, with enough digits to distinguish them."""
     first, second = _unique_items(a), _unique_items(b)
     both = ("", "")
     for digits in _MORE_DIGITS:

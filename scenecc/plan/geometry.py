@@ -1,4 +1,4 @@
-"""What a shape looks like: one dataclass a type, which knows its volume and how far it reaches. Lengths in metres.
+"""Geometry of shapes: one dataclass per type, with its volume and extent. Lengths in metres.
 
 Round shapes lie along their own x axis and a plane's normal is its own +x, as in SAPIEN:
 the language's `axis`, `normal` and `offset` are part of a shape's pose by now.
@@ -316,7 +316,7 @@ class Mesh:
 
 @frozen
 class Heightfield:
-    """Terrain of triangles, which does not move. It is told by numbers also where a file had them.
+    """Terrain of triangles, which does not move. Heights from a file are stored as numbers, too.
 
     `size`: (·, 3), extents along x and y, and how high a 1 is [m]; `heights`: rows from +y to -y, each from -x to +x.
     """

@@ -521,7 +521,7 @@ def plan_from_json(
     file: str | None = None,
     limits: PlanLimits | None = None,
 ) -> ScenePlan | None:
-    """Reads what `plan_to_json` wrote; None if anything is wrong, which `sink` then tells.
+    """Reads the output of `plan_to_json`; None after an error, which is in `sink`.
 
     Ranges of single values are checked here. Rules over several values (friction order, the inertia's triangle) are
     checks on the plan, and so is whether files exist unless `resolve` asks for it.

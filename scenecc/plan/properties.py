@@ -1,4 +1,4 @@
-"""What SAPIEN keeps of bodies, shapes and joints, and what each `Value` of the plan holds: one row a field.
+"""Properties of bodies, shapes and joints in SAPIEN, and the type of each `Value` of the plan: one row per field.
 
 The language's keys, the rules, the backends and the emitters read these tables, so that a new field is a row here,
 a field of the dataclass and a key of the language. Ranges are those of single precision, in which the engine

@@ -1,4 +1,4 @@
-"""Recipes as plain data: the shape that each gives, writing, and reading of data that may be hostile."""
+"""Recipes as plain data: the shape of their values, the writer, and the reader, whose input may be hostile."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 Shape = tuple[int, ...] | None
-"""None: only evaluating it could tell; with -1 in it: no numbers, or not of one shape."""
+"""None: unknown before evaluation; with -1 in it: no numbers, or not of one shape."""
 
 NO_NUMBERS: Final = (-1,)
 

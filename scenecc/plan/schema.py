@@ -76,7 +76,7 @@ class ObjectKind:
 
 @dataclass(frozen=True, slots=True)
 class UnionKind:
-    """One of several dataclasses, told apart by `type`; `untyped` is the one that has no such key."""
+    """One of several dataclasses, distinguished by `type`; `untyped` is the one without this key."""
 
     by_type: tuple[tuple[str, type], ...]
     untyped: type | None = None

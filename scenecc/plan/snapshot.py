@@ -1,4 +1,4 @@
-"""What the engine holds of a plan's bodies after they are built, for exporters to other formats.
+"""State of a plan's bodies in the engine after they are built, for exporters to other formats.
 
 Masses follow from densities, hulls from meshes and link poses from joints: the engine has computed them, and here
 they are plain numbers. Visuals, lights and cameras are not measured; the plan has them.

@@ -215,7 +215,7 @@ def mp4(frames: Iterable[NDArray[np.uint8]], rate: float) -> bytes:
 def _encoder(width: int, height: int, rate: float, film: int) -> Generator[Callable[[NDArray[np.uint8]], object]]:
     """A running ffmpeg, which takes frames. It is gone when this ends, and has written the film if nothing failed.
 
-    `film` is the descriptor of a file, whose name nobody needs: of a process that is killed, no file is left.
+    `film` is the descriptor of a file without a name, so that a killed process leaves no file.
     """
     ffmpeg: Any = import_module("imageio_ffmpeg")
     frame_rate = Fraction(rate).limit_denominator(1000)

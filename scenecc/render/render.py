@@ -1,6 +1,6 @@
 """Pictures and films of a scene, from a source to files: `render_scene`, what it returns, and the recorder of frames.
 
-What is asked for is compared with the plan before anything is built.
+The arguments are checked against the plan before anything is built.
 """
 
 from __future__ import annotations
@@ -213,7 +213,7 @@ class FrameRecorder:
 
 
 def _untold(done: int, of: int) -> None:
-    """Progress that nobody is told."""
+    """Ignores progress."""
 
 
 _SIZE, _TILE = (640, 480), (320, 240)

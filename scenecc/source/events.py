@@ -1,4 +1,4 @@
-"""Events and scalars of YAML: the parser's events, tags, and what a plain text means."""
+"""Events and scalars of YAML: the parser's events, tags, and the type of a plain scalar."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ class NodeEvent(Event, Protocol):
 
 
 NextEvent = Callable[[], Any]
-"""Gives an event. Who asks tells them apart by their exact types, which is quicker than any other way."""
+"""Returns an event. The caller distinguishes events by their exact types, which is the fastest way."""
 
 
 def next_event(text: str) -> NextEvent:

@@ -1,4 +1,4 @@
-"""How much a scene file may ask of the machine that reads it."""
+"""Limits of the resources that a scene file may use."""
 
 from __future__ import annotations
 

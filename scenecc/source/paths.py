@@ -1,4 +1,4 @@
-"""Files that a scene names: how they are written, where they are, and whether they may be read.
+"""Files that a scene refers to: syntax of their names, lookup, and permission to read them.
 
 A scene file may come from a stranger. It sees the folder tree of the top scene file, the asset roots and what
 `pkg://` names, and nothing else: it does not learn whether a file outside exists.
@@ -170,7 +170,7 @@ class FileReference:
     Attributes:
         uri: of the file, as `ResolvedFile` has it.
         by: the files that name it, as messages have them, in the order in which they did.
-        role: of a scene file, "include" or "prefab"; "" of any other, which the plan tells.
+        role: "include" or "prefab" for a scene file; "" for any other, whose role follows from the plan.
     """
 
     uri: str

@@ -143,7 +143,7 @@ class _Problem:
 
 @frozen
 class _Advice:
-    """What to tell: about the place of the problem, or another one."""
+    """A report about the place of the problem, or about another one."""
 
     message: str
     hint: str | None = None

@@ -1,4 +1,4 @@
-"""What all models share: the base model, optional keys, names, numeric types and custom errors."""
+"""Common parts of all models: the base model, optional keys, names, numeric types and custom errors."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ VALUE_NAME = "{this}"
 def custom_error(
     code: str, message: str, *, at: At = "value", hint: str | None = None, span: tuple[int, int] | None = None
 ) -> PydanticCustomError:
-    """A mistake as it is to be told.
+    """A mistake with its code, message and hint.
 
     Args:
         code: a row of the table of codes.

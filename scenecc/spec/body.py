@@ -1,4 +1,4 @@
-"""Bodies: shapes, mass and the knobs of a rigid body."""
+"""Bodies: shapes, mass and properties of a rigid body."""
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -88,7 +88,7 @@ def _empty_list() -> list[Any]:
 
 
 class BodyKeys(RigidBodyKeys):
-    """Keys of a body: shapes, mass, knobs."""
+    """Keys of a body: shapes, mass, properties."""
 
     body_type: Fixed[BodyTypeName] = Field(
         default="dynamic",
@@ -121,4 +121,4 @@ class BodyKeys(RigidBodyKeys):
 
 
 class BodySpec(EntityKeys, BodyKeys):
-    """One rigid body a scene: shapes, mass, knobs."""
+    """One rigid body per scene: shapes, mass, properties."""

@@ -1,4 +1,4 @@
-"""What stands under `entities`: a body, or what other keys make of it."""
+"""The section `entities`: a body, or another kind of entity that its keys determine."""
 
 from __future__ import annotations
 

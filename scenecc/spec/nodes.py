@@ -1,4 +1,4 @@
-"""How a written node is told apart before Pydantic sees it: kinds, unions by key, and types whose module is imported
+"""Classification of nodes before Pydantic validates them: kinds, unions by key, and types whose module is imported
 when a document first uses them.
 """
 
@@ -84,7 +84,7 @@ _NODE_KINDS: dict[type, str] = {
 }
 
 TYPE = "type"
-"""The key that tells the shapes apart."""
+"""The key that distinguishes the shapes."""
 
 EXPANDED: ContextVar[bool] = ContextVar("EXPANDED", default=False)
 """Whether the document at hand is expanded: then `${` in a text is literal, and templates stand for what is left to
@@ -92,7 +92,7 @@ evaluate. (Pydantic's own context would have to be passed on by every validator 
 
 
 def node_kind(value: object) -> str | None:
-    """The label of a node's kind. Documents hold plain data, so its exact type tells it."""
+    """The label of a node's kind, from its exact type: documents hold plain data."""
     return _NODE_KINDS.get(type(value))
 
 

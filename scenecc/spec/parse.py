@@ -66,7 +66,7 @@ _NAME_SECTIONS = (
 """Mappings whose keys are names, so that a note among them would read as an entry."""
 
 MAX_PYDANTIC_ERRORS = 6 * MAX_REPORTS
-"""Errors of pydantic's among which there are as many mistakes as are told: each branch of a union has its own."""
+"""Number of pydantic's errors that contains enough distinct mistakes: each branch of a union has its own error."""
 
 
 def parse(data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = False) -> SceneFile | None:

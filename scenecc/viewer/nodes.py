@@ -1,4 +1,4 @@
-"""What a page shows, as data: frames, meshes and names by their paths."""
+"""The content of a page as data: frames, meshes and names by their paths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is looked at, and where a page is shown."""
+"""Options of what a page shows, and the address at which it is served."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class PageAddress:
     Attributes:
         host: the address to listen at. At a loopback address, only pages of this machine's own may talk to it.
         port: to listen at; 0: any that is free; None: 8080, or the next one that is free.
-        token: what a page's address must carry; None: whoever reaches the address may use the page.
+        token: what a page's address must carry; None: anyone who reaches the address may use the page.
 
     Raises:
         ValueError: there is no such port, or the token has no characters or some beyond ASCII.
@@ -58,7 +58,7 @@ class PageAddress:
 
     @property
     def is_local(self) -> bool:
-        """Whether nobody but this machine reaches the address."""
+        """Whether only this machine reaches the address."""
         try:
             return self.host == "localhost" or ip_address(self.host).is_loopback
         except ValueError:  # the name of a machine

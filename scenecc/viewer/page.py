@@ -1,4 +1,4 @@
-"""The page: the server behind it, who may connect, and what it shows."""
+"""The page: its server, the access to it, and its content."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ class Page:
     """
 
     def __init__(self, server: viser.ViserServer, clicked: Callable[[Key], None] | None = None) -> None:
-        """`clicked` is told, from a thread of viser's, which body somebody clicks on."""
+        """`clicked` is called with the body that was clicked, in a thread of viser."""
         self._server = server
         self._clicked = clicked
         self._nodes: dict[str, Node] = {}

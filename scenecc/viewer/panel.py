@@ -52,8 +52,8 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
         gui: where.
         row: the parameter.
         value: that it has; None where it has none yet.
-        changed: told that there is a new value, from a thread of viser's. What it is given says it: a value of the
-            type, as far as somebody typed one, or `AS_WRITTEN`.
+        changed: called with the new value, in a thread of viser: a value of the type if the text is one, or
+            `AS_WRITTEN`.
     """
     hint = _hint(row)
     handle: Any
@@ -90,7 +90,7 @@ def _listed(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[An
 
 
 def read_text(text: str, kind: str) -> Any:
-    """What somebody typed as the value of a parameter: YAML on one line, or the text itself where a text is wanted.
+    """The text that was typed as the value of a parameter: YAML on one line, or the text itself for a string.
 
     Nothing is no value, but where a text is wanted that may be empty.
     """
@@ -189,7 +189,7 @@ def _label(text: str) -> str:
 _RED, _AMBER = "#e03131", "#f08c00"
 
 _LARGEST = 2**53 - 1
-"""Of the numbers that a browser tells apart."""
+"""Of the numbers that a browser distinguishes."""
 
 _UNSELECTED = "Click on a body, or on its name."
 
@@ -311,7 +311,7 @@ class Panel:
 
     @interrupts_wait()
     def set_params(self, rows: tuple[ParamRow, ...], given: Mapping[str, Any], *, afresh: bool = False) -> None:
-        """The parameters. Controls of the same ones stay as somebody has set them, but `afresh`: then as `given`."""
+        """The parameters. Controls of known parameters keep their values, unless `afresh`: then they show `given`."""
         if rows == self._params and not afresh:
             return
         self._params = rows
@@ -395,7 +395,7 @@ class Panel:
         self._mail.post(key, lambda: action(self._asked_seed()))
 
     def _asked_seed(self) -> int:
-        """That in the field: what a browser cannot show, as long as nobody writes another."""
+        """The value in the field, as long as it is not edited; a browser cannot show every value."""
         shown = _whole(self._seed.value, _LARGEST)
         return self._true_seed if shown == min(self._true_seed, _LARGEST) else shown
 

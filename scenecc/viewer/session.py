@@ -1,4 +1,4 @@
-"""What happens on a page: one thread has the engine, and does what browsers and watched files ask for."""
+"""Events of a page: one thread owns the engine, and executes the requests of browsers and watched files."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Session:
         path: Path | None,
         told: Callable[[Sequence[Diagnostic]], None],
     ) -> None:
-        """`path`: of the source, where it is a file that may change. `told` takes what is found, again and again.
+        """`path`: of the source, where it is a file that may change. `told` is called with the diagnostics each time.
 
         `source` is asked for before each compilation: a stream can be read once only.
         """

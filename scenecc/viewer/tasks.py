@@ -1,4 +1,4 @@
-"""What the engine's thread is asked to do: a queue of tasks, and a watch on files that posts one when they change."""
+"""Tasks of the engine's thread: a queue, and a watch on files that posts a task when they change."""
 
 from __future__ import annotations
 
@@ -68,10 +68,10 @@ _TOGETHER: Final = 400
 """How long changes are gathered at most [ms], where one follows the other."""
 
 _QUIET: Final = 20
-"""How long nothing may follow a change before it is told [ms]: an editor writes a file in several steps."""
+"""Time without another change before a change is reported [ms]: an editor writes a file in several steps."""
 
 _ASK: Final = 200
-"""How often files are looked at where nothing is told [ms]: a network drive tells nothing."""
+"""Interval of polling if there are no notifications [ms], as on a network drive."""
 
 _COARSE: Final = 10_000_000
 """By how much the time of a file may be behind the clock [ns]."""
@@ -81,7 +81,7 @@ _Stamp = tuple[int, int, int, int] | None
 
 
 class FileWatcher:
-    """Watches files, also such as are not there yet. What tells of a change is the file, whoever says it changed."""
+    """Watches files, also files that do not exist yet. A change is detected by the file itself."""
 
     def __init__(self, changed: Callable[[], None]) -> None:
         """`changed` is called from a thread of its own."""

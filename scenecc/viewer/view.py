@@ -49,8 +49,8 @@ def view_scene(
         source: as for `validate`; a path is watched, with every file that it uses.
         look: what is shown at first.
         place: where the page is served.
-        ready: told the address of the page once somebody can open it.
-        told: told what was found, whenever the scene was compiled or built.
+        ready: called with the address once the page can be opened.
+        told: called with the diagnostics whenever the scene was compiled or built.
         options: those of `CompileOptions`.
 
     Raises:
@@ -194,5 +194,5 @@ def _need_packages() -> None:
 
 
 def _untold(what: object) -> None:
-    """What nobody is told."""
+    """Ignores what it is called with."""
     del what

@@ -1,4 +1,4 @@
-"""The live scenes behind a page: a scene file compiled, or what is wrong with it, its scenes, and their recording."""
+"""The live scenes behind a page: the compiled scene file or its errors, its scenes, and their recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What formats share: a caller's choices, what a terminal may be sent, and file names relative to a root."""
+"""Common parts of the formats: the caller's options, safe text for a terminal, and file names relative to a root."""
 
 from __future__ import annotations
 

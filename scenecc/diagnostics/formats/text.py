@@ -1,4 +1,4 @@
-"""The `text` format, for people: where, what, the source line with the place underlined, what to do."""
+"""The `text` format, for people: location, message, the source line with the place underlined, and the hint."""
 
 from __future__ import annotations
 
