@@ -21,7 +21,14 @@ from scenecc.checks.value_queries import (
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import BodyStructure, Heightfield, Mesh, Plane, Ring, TriangleMesh, literal
 from scenecc.plan.body import COLLISION_ID_BITS, PhysicalMaterial, groups_collide
-from scenecc.plan.properties import MAX_COORDINATE, PROPERTIES, property_fields, round_to_float32
+from scenecc.plan.properties import (
+    CONTACT_OFFSET,
+    MAX_COORDINATE,
+    PROPERTIES,
+    REST_OFFSET,
+    property_fields,
+    round_to_float32,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -96,10 +103,6 @@ def _collision_groups(structure: BodyStructure, row: int) -> Sequence[Sequence[i
 def _distinct_groups(structure: BodyStructure) -> tuple[Value | None, ...]:
     """By identity: the values of many scenes take long to compare."""
     return tuple({id(groups): groups for groups in structure.shape_groups()}.values())
-
-
-CONTACT_OFFSET, REST_OFFSET = 0.01, 0.0
-"""SAPIEN's own (`sapien.physx.get_shape_config()`)."""
 
 
 def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Sink, *, drawn: bool) -> None:

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.geometry import SIDES
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -22,7 +20,7 @@ def revolved_points(profile: Any, turn: float = 0.0) -> NDArray[Any]:
     `turn`: where the circles begin, in steps from one of their corners to the next.
     """
     x, radius = np.array(profile, np.float64).T[:, :, None]
-    angle = (np.arange(SIDES) + turn) * (2 * np.pi / SIDES)
+    angle = (np.arange(32) + turn) * (2 * np.pi / 32)
     y, z = radius * np.cos(angle), radius * np.sin(angle)
     return np.stack(np.broadcast_arrays(x, y, z), axis=-1)
 
@@ -34,7 +32,7 @@ def revolved_parts(profile: Any) -> list[NDArray[Any]]:
     if min(radii) == 0:
         corners = zip(circles, radii, strict=True)
         return [np.concatenate([circle if radius else circle[:1] for circle, radius in corners])]
-    return [np.concatenate([circles[:, side - 1], circles[:, side]]) for side in range(SIDES)]
+    return [np.concatenate([circles[:, side - 1], circles[:, side]]) for side in range(32)]
 
 
 def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
@@ -47,22 +45,22 @@ def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
     vertices: list[NDArray[Any]] = []
     normals: list[NDArray[Any]] = []
     triangles: list[NDArray[Any]] = []
-    here = np.arange(SIDES)
-    there = (here + 1) % SIDES
+    here = np.arange(32)
+    there = (here + 1) % 32
     for start, end in zip(profile, (*profile[1:], profile[0]), strict=True):
         if not start[1] and not end[1]:
             continue
         along, inward = end[0] - start[0], start[1] - end[1]
         normal = np.array([inward, along]) / np.hypot(along, inward)
-        first = SIDES * len(vertices)
+        first = 32 * len(vertices)
         for (x, radius), half in ((start, -0.5), (end, 0.5)):
             turn = 0.0 if radius else half  # a tip has the normals of the middles of its triangles
             vertices.append(revolved_points([(x, radius)], turn)[0])
             normals.append(revolved_points([normal], turn)[0])
         if start[1]:
-            triangles.append(first + np.stack([here, there, SIDES + here], axis=1))
+            triangles.append(first + np.stack([here, there, 32 + here], axis=1))
         if end[1]:
-            triangles.append(first + np.stack([there, SIDES + there, SIDES + here], axis=1))
+            triangles.append(first + np.stack([there, 32 + there, 32 + here], axis=1))
     points = np.concatenate(vertices)
     uvs = np.zeros((len(points), 2))
     return points, np.concatenate(triangles), np.concatenate(normals), uvs

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 from typing_extensions import override
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.geometry import SIDES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -143,6 +142,10 @@ class Cylinder(Solid):
 
 SOLIDS: Final[dict[str, type[Solid]]] = {"box": Box, "sphere": Sphere, "capsule": Capsule, "cylinder": Cylinder}
 """By what the language, SAPIEN and the formats of other programs call them."""
+
+SIDES: Final = 32
+"""Corners of a circle in `geometry.surfaces`, as of SAPIEN's cylinders. There it is a plain number, since exported
+scripts contain those functions as they are written."""
 
 
 class RevolvedSolid(Solid):

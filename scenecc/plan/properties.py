@@ -63,6 +63,9 @@ class Bounds(NamedTuple):
 DEFAULT_DENSITY = 1000
 """SAPIEN's density of a shape that gives none [kg/m³]; a plane's is 0."""
 
+CONTACT_OFFSET, REST_OFFSET = 0.01, 0
+"""SAPIEN's defaults [m] (`sapien.physx.get_shape_config()`)."""
+
 MAX_BODY_OFFSET = 1e4
 """How far a shape or the centre of mass of a body that moves is from it [m]: beyond, the engine moves the body by
 millimetres when it goes from the one to the other, and its inertia is noise."""

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from scenecc.plan.properties import CONTACT_OFFSET, REST_OFFSET
 from scenecc.spec.base import (
     Finite,
     Iterations,
@@ -75,8 +76,8 @@ class PhysicsSpec(SpecModel):
         "Threads of a scene; 0: the caller's.", default=0
     )
     default_material: Maybe[DefaultMaterial] = key("Material of shapes without their own.")
-    contact_offset: Maybe[Fixed[Positive]] = key("Default for shapes [m].", default=0.01)
-    rest_offset: Maybe[Fixed[Finite]] = key("Default for shapes [m].", default=0)
+    contact_offset: Maybe[Fixed[Positive]] = key("Default for shapes [m].", default=CONTACT_OFFSET)
+    rest_offset: Maybe[Fixed[Finite]] = key("Default for shapes [m].", default=REST_OFFSET)
     solver_position_iterations: Maybe[Fixed[Iterations]] = key("Default for bodies.", default=10)
     solver_velocity_iterations: Maybe[Fixed[VelocityIterations]] = key("Default for bodies.", default=1)
     sleep_threshold: Maybe[Fixed[NonNegative]] = key("Default for bodies [m²/s²].", default=0.005)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import ConfigDict, Field, Strict, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.plan.properties import DEFAULT_DENSITY
+from scenecc.plan.properties import CONTACT_OFFSET, DEFAULT_DENSITY, REST_OFFSET
 from scenecc.spec.base import (
     NOTE_SCHEMA,
     Finite,
@@ -177,8 +177,10 @@ class CollisionKeys(ShapeKeys):
     """Keys of shapes that collide."""
 
     density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³].", default=DEFAULT_DENSITY)
-    contact_offset: Maybe[Leaf[Positive]] = key("Distance at which contacts are generated [m].", default=0.01)
-    rest_offset: Maybe[Leaf[Finite]] = key("Distance at which shapes rest, below `contact_offset` [m].", default=0)
+    contact_offset: Maybe[Leaf[Positive]] = key("Distance at which contacts are generated [m].", default=CONTACT_OFFSET)
+    rest_offset: Maybe[Leaf[Finite]] = key(
+        "Distance at which shapes rest, below `contact_offset` [m].", default=REST_OFFSET
+    )
     patch_radius: Maybe[Leaf[NonNegative]] = key("Radius of the torsional friction patch [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest radius of the torsional friction patch [m].", default=0)
     collision_bits: Maybe[Fixed[CollisionBits]] = key("SAPIEN's four integers, in place of the body's.")

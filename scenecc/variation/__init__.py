@@ -1,1 +1,1 @@
-"""Variation: expressions, forms, what they can give, and the draws, over all scenes at once."""
+"""Variation: expressions and forms, the bounds of their values, and sampling over all scenes at once."""

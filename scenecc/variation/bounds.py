@@ -1,4 +1,4 @@
-"""What a value can be in any scene: of nodes, and of parts of expressions."""
+"""Bounds of a value in any scene: of nodes, and of parts of expressions."""
 
 from __future__ import annotations
 

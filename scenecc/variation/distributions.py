@@ -1,4 +1,4 @@
-"""The forms that draw numbers, one class each: how they are written, judged, bounded and drawn.
+"""The distributions, one class each: syntax, validation, bounds and sampling.
 
 A new distribution is one class and one entry of `DISTRIBUTIONS`. The reader of scene files, the JSON Schema, the ranges
 of parameters, the plan's JSON, the bounds of values and the generator all work from these.

@@ -1,4 +1,4 @@
-"""Whether the bounds of a draw are bounds in every scene, found without drawing."""
+"""Checks without drawing whether the bounds of a draw are valid in every scene."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def find_draw_fault(node: Drawn, analysis: BoundsAnalysis, scenes: tuple[int, ..
 
 
 def _failed(rows: CombinationBatch, node: Drawn) -> DrawError | None:
-    """Why the bounds are none in one of the rows. A bound that has no value itself is told by itself."""
+    """Why the bounds of one of the rows are invalid. A bound without a value is reported separately."""
     try:
         evaluation.draw_bounds(rows, node)
     except DrawError as error:

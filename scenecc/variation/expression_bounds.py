@@ -1,4 +1,4 @@
-"""What expressions can give, from what their names can: interval arithmetic, and sets where few values are known.
+"""Bounds of expressions from the bounds of their names: interval arithmetic, and sets if there are few values.
 
 A branch of a condition is analysed with what the condition says of its parts.
 """

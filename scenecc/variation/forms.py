@@ -1,4 +1,4 @@
-"""What may stand in place of a value in a scene file: forms of variation, and templates with expressions.
+"""Replacements of a value in a scene file: forms of variation, and templates with expressions.
 
 Items, bounds and components are plain values, or forms or templates themselves.
 """

@@ -1,4 +1,4 @@
-"""Arrays that take the place of shared draws, and what they have to be."""
+"""Arrays that replace shared draws, and their required types and shapes."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class InjectedShapeError(InjectedDrawError):
 
 
 def draw_type(node: Node, found: ValueBounds) -> DrawType:
-    """What a draw is declared to be. `found`: its bounds, since they tell of most expressions too."""
+    """The declared type of a draw. `found`: its bounds, from which the type of most expressions follows too."""
     if _draws_integers(node):
         assert isinstance(node, Drawn | Stacked)
         return DrawType("integers", node.shape if isinstance(node, Drawn) else (len(node.items),))

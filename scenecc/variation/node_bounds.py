@@ -1,4 +1,4 @@
-"""What nodes can give, without drawing: alternatives where their sources are few, otherwise bounds."""
+"""Possible values of nodes, without drawing: alternatives if their sources are few, otherwise bounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What expressions compute with: functions and operators, what they cost, and their errors.
+"""Functions and operators of expressions, with their costs and errors.
 
 Each function and operator is one row: how many arguments it takes, its value, and its bounds from the bounds of its
 operands. Rounding keeps order, so what is computed at the ends bounds what is computed between them.

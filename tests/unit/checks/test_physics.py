@@ -14,9 +14,7 @@ from plugins.structures import body_of
 from scenecc import validate
 from scenecc.checks.physics import (
     BODY_RULES,
-    CONTACT_OFFSET,
     NUMBER_RULES,
-    REST_OFFSET,
     check_physics,
     collision_key,
     may_collide,
@@ -38,6 +36,7 @@ from scenecc.plan import (
     per_scene,
 )
 from scenecc.plan.body import AssetFile, groups_collide
+from scenecc.plan.properties import CONTACT_OFFSET, REST_OFFSET
 
 IDENTITY = constant([0, 0, 0, 1, 0, 0, 0])
 BALL = CollisionShape(Sphere(constant(0.1)))
