@@ -311,9 +311,11 @@ class ReferenceMeshes:
 
 def enclosed_volume(shape: Any) -> float:
     """[m³] inside a closed mesh: the sum of signed tetrahedra from a vertex to each triangle."""
-    vertices: NDArray[np.float64] = shape.vertices.astype(np.float64) - shape.vertices[0]
-    a, b, c = (vertices[shape.triangles[:, i]] for i in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+    vertices: NDArray[np.float64] = shape.vertices.astype(np.float64)
+    # Written out: `np.cross` takes seven times as long, and every build comes here.
+    x, y, z = (vertices - vertices[0]).T[:, shape.triangles.T]
+    twice_areas = (y[1] * z[2] - y[2] * z[1], z[1] * x[2] - z[2] * x[1], x[1] * y[2] - x[2] * y[1])
+    return float((x[0] * twice_areas[0] + y[0] * twice_areas[1] + z[0] * twice_areas[2]).sum() / 6)
 
 
 MINIMUM_MASS = 1e-6
