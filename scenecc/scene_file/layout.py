@@ -1,0 +1,281 @@
+"""A scene document as YAML: keys in the language's order, short values on one line, numbers as short as they can be.
+
+What is written reads back to the same document; a number that single precision holds reads back to the same float32.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from math import copysign, isinf, isnan
+from typing import Any, Final, TypeGuard, cast
+
+import numpy as np
+
+from scenecc.source.events import SCENE_KEYED_FIELD, resolve_scalar
+
+WIDTH: Final = 100
+"""Columns of a line. Only a text, or a name, that is longer than a line goes beyond."""
+
+KEY_ORDER: Final[tuple[str, ...]] = tuple(
+    re.findall(
+        r"\w+",
+        """
+    scenecc name description repeat if type use prefix with urdf mjcf variants pick
+    num_scenes seed params draws include physics environment ambient_light map
+    materials collision_groups frames entities constraints lights cameras
+    body_type scene_idxs hidden mount parent child pose fix_root_link
+    p q rpy rpy_deg axis_angle look_at matrix relative_to
+    joint file size half_size radius half_length inner_radius outer_radius axis normal offset texture_repeat heights
+    scale decomposition decomposition_params sdf position direction pose_in_parent pose_in_child origin
+    mass com inertia inertial density material color
+    static_friction dynamic_friction restitution physical visual
+    root shapes collisions visuals children
+    qpos qvel beyond_limits linear_velocity angular_velocity
+    links joints drives
+    """,
+    )
+)
+"""The order of keys in a mapping; a key that is not here comes after them, in the order of the document."""
+
+NAMED: Final = frozenset(
+    re.findall(
+        r"\w+",
+        """
+    params draws materials collision_groups frames entities constraints lights cameras with override attach
+    repeat qpos qvel links joints drives per_scene
+    """,
+    )
+)
+"""Keys of mappings by name: their order means something, or is the writer's."""
+
+_RANK: Final = {name: number for number, name in enumerate(KEY_ORDER)}
+
+_SECTIONS: Final = frozenset(("entities", "lights", "cameras", "constraints", "materials", "frames", "params", "draws"))
+"""Top-level mappings with one entry a line or more, never on one line."""
+
+_MAX_FLOW_DEPTH: Final = 3
+"""Brackets inside one another on one line; deeper is hard to read."""
+
+_MAX_FILLED_LINES: Final = 2
+"""Lines that a mapping in brackets takes; a list of numbers takes as many as it needs."""
+
+_LINE: Final = r"[\x21-\x7e](?:[\x20-\x7e]*[\x21-\x7e])?"
+
+_LITERAL: Final = re.compile(rf"{_LINE}(?:\n+{_LINE})*\n?").fullmatch
+"""Texts of several lines that a block holds as they are."""
+
+_PLAIN_KEY: Final = re.compile(r"[A-Za-z_.][A-Za-z0-9_./*+|()-]*").fullmatch
+
+_TEXT: Final = r"[A-Za-z0-9_./](?:[A-Za-z0-9_./+*()=$@^~%s;'-]|:(?=[A-Za-z0-9_/])| (?=[A-Za-z0-9_./(+]))*"
+
+_PLAIN_INSIDE: Final = re.compile(_TEXT % "").fullmatch
+
+_PLAIN_OUTSIDE: Final = re.compile(_TEXT % ",").fullmatch
+"""Texts without quotes, inside of brackets and outside."""
+
+_ESCAPED: Final = re.compile("[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]")
+
+Comments = Mapping[tuple[str | int, ...], str]
+"""Path of keys and indices from the document's root → a comment above that entry; `()`: above all."""
+
+
+def scene_text(document: Mapping[str, Any], *, comments: Comments | None = None) -> str:
+    """A scene document as YAML of 100 columns, which the readers of `scenecc.source` read back to the same data.
+
+    Args:
+        document: what `load_scene` takes as a dict: mappings, lists, tuples, texts, numbers and booleans. Keys are
+            written in the language's order; entities, and whatever else has names, in the order of the document.
+        comments: text of one line or more above the entry at a path of keys and indices; `()` is the head of the
+            file. A comment inside of an entry makes it stand on lines of its own.
+
+    Raises:
+        TypeError: a value is of another type.
+    """
+    writer = _Writer(comments or {})
+    lines = list(writer.comment((), ""))
+    blank = False
+    for name, value in _ordered(document, ""):
+        entry = list(writer.entry(name, value, (name,), 0))
+        # One blank line around each section that takes several.
+        if (len(entry) > 1 or blank) and lines and not (len(lines) == 1 and lines[0].startswith("#")):
+            lines.append("")
+        blank = len(entry) > 1
+        lines += entry
+    return "\n".join(lines) + "\n"
+
+
+class _Writer:
+    def __init__(self, comments: Comments) -> None:
+        self._comments = comments
+        self._within = {path[:end] for path in comments for end in range(len(path))}
+
+    def comment(self, path: tuple[str | int, ...], indent: str) -> Iterator[str]:
+        """The lines of the comment above an entry."""
+        for line in self._comments.get(path, "").splitlines():
+            yield f"{indent}# {line}".rstrip()
+
+    def entry(self, name: str, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
+        """The lines of `name: value`, indented to a column."""
+        indent = " " * column
+        yield from self.comment(path, indent)
+        head = f"{indent}{_key_text(name, path)}:"
+        section = len(path) == 1 and name in _SECTIONS and bool(value)
+        if isinstance(value, str) and "\n" in value and _LITERAL(value):
+            yield f"{head} {'|' if value.endswith(chr(10)) else '|-'}"
+            yield from (f"{indent}  {line}".rstrip() for line in value.splitlines())
+        elif _is_scalar(value) or not value or (not section and self._fits(value, path, len(head) + 1)):
+            yield f"{head} {_flow(value, path, inside=False)}"
+        elif not section and (lines := self._filled(f"{head} ", value, path, column)):
+            yield from lines
+        else:
+            yield head
+            yield from self.block(value, path, column + 2)
+
+    def block(self, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
+        """The entries of a mapping or the items of a list, a line or more each."""
+        if not _is_mapping(value):
+            for index, inner in enumerate(value):
+                yield from self._item(inner, (*path, index), column)
+            return
+        before = 0
+        for name, inner in _ordered(value, path[-1]):
+            lines = list(self.entry(name, inner, (*path, name), column))
+            if path == ("entities",) and before and max(before, len(lines)) > 1:
+                yield ""
+            before = len(lines)
+            yield from lines
+
+    def _item(self, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
+        """The lines of an item of a list."""
+        head = f"{' ' * column}- "
+        yield from self.comment(path, " " * column)
+        if _is_scalar(value) or not value or self._fits(value, path, column + 2):
+            yield head + _flow(value, path, inside=False)
+        elif lines := self._filled(head, value, path, column + 2):
+            yield from lines
+        else:
+            lines = list(self.block(value, path, column + 2))
+            above = next(number for number, line in enumerate(lines) if not line.lstrip().startswith("#"))
+            yield from (line[2:] for line in lines[:above])
+            yield head + lines[above][column + 2 :]
+            yield from lines[above + 1 :]
+
+    def _filled(self, head: str, value: Any, path: tuple[str | int, ...], column: int) -> list[str]:
+        """A value in brackets over several lines; empty if that would be hard to read."""
+        numbers = not _is_mapping(value) and all(map(_is_scalar, value))
+        if path in self._within or _depth(value) > _MAX_FLOW_DEPTH or path[:-1] == ("entities",):
+            return []
+        lines = list(_fill(head, value, path, column + 2))
+        short = len(lines) <= _MAX_FILLED_LINES and all(len(line) <= WIDTH for line in lines)
+        return lines if numbers or (short and _is_mapping(value)) else []
+
+    def _fits(self, value: Any, path: tuple[str | int, ...], column: int) -> bool:
+        if path in self._within or _depth(value) > _MAX_FLOW_DEPTH:
+            return False
+        return column + len(_flow(value, path, inside=False)) <= WIDTH
+
+
+def _fill(head: str, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
+    """A list or mapping in brackets over several lines, each filled."""
+    opening, closing = "{}" if _is_mapping(value) else "[]"
+    pieces = _flow_items(value, path)
+    line = head + opening
+    for number, piece in enumerate(pieces):
+        end = closing if number == len(pieces) - 1 else ","
+        blank = "" if line.endswith(opening) and not number else " "
+        if number and len(line) + len(blank) + len(piece) + len(end) > WIDTH:
+            yield line
+            line, blank = " " * column, ""
+        line += f"{blank}{piece}{end}"
+    yield line
+
+
+def _ordered(value: Mapping[str, Any], owner: str | int) -> list[tuple[str, Any]]:
+    """The entries of a mapping in the order in which they are written."""
+    entries = list(value.items())
+    if owner in NAMED:
+        return entries
+    return sorted(entries, key=lambda entry: _RANK.get(entry[0], len(_RANK)))
+
+
+def _is_mapping(value: object) -> TypeGuard[Mapping[str, Any]]:
+    return isinstance(value, Mapping)
+
+
+def _is_scalar(value: Any) -> bool:
+    return isinstance(value, str | int | float)
+
+
+def _depth(value: Any) -> int:
+    """How many brackets are inside one another."""
+    if _is_scalar(value):
+        return 0
+    return 1 + max(map(_depth, value.values() if _is_mapping(value) else value), default=0)
+
+
+def _flow(value: Any, path: tuple[str | int, ...], *, inside: bool) -> str:
+    """A value on one line. `inside`: of brackets, where a text may hold less without quotes."""
+    if isinstance(value, str):
+        return _text(value, inside=inside)
+    if _is_scalar(value):
+        return number_text(value)
+    opening, closing = "{}" if _is_mapping(value) else "[]"
+    return f"{opening}{', '.join(_flow_items(value, path))}{closing}"
+
+
+def _flow_items(value: Any, path: tuple[str | int, ...]) -> list[str]:
+    if _is_mapping(value):
+        entries = [(name, inner, (*path, name)) for name, inner in _ordered(value, path[-1] if path else "")]
+        return [f"{_key_text(name, here)}: {_flow(inner, here, inside=True)}" for name, inner, here in entries]
+    items = cast("Sequence[Any]", value)
+    if not isinstance(items, list | tuple):
+        raise TypeError(f"a scene document cannot hold a {type(items).__name__}, at {path}")
+    return [_flow(inner, (*path, index), inside=True) for index, inner in enumerate(items)]
+
+
+def number_text(value: Any) -> str:
+    """A number or boolean as YAML, in the fewest digits that read back to it.
+
+    Of a number that is a float32, in the fewest that round to the same float32: 0.1 for 0.10000000149011612.
+    """
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    number = float(value)
+    if isnan(number):
+        return ".nan"
+    if isinf(number):
+        return ".inf" if number > 0 else "-.inf"
+    with np.errstate(over="ignore"):
+        single = np.float32(number)
+    text = str(single) if float(single) == number else repr(number)
+    if number == 0:
+        return "0" if copysign(1, number) > 0 else "-0.0"
+    digits, mark, exponent = text.partition("e")
+    return digits.removesuffix(".0") + (f"e{int(exponent)}" if mark else "")
+
+
+def _key_text(name: str, path: tuple[str | int, ...]) -> str:
+    by_scene = len(path) > 1 and path[-2] == SCENE_KEYED_FIELD
+    if (by_scene and name.isdecimal() and name.isascii()) or (_PLAIN_KEY(name) and resolve_scalar(name) == name):
+        return name
+    return _quoted(name)
+
+
+def _text(text: str, *, inside: bool) -> str:
+    plain = (_PLAIN_INSIDE if inside else _PLAIN_OUTSIDE)(text)
+    return text if plain and _is_plain_text(text) else _quoted(text)
+
+
+def _is_plain_text(text: str) -> bool:
+    try:
+        return resolve_scalar(text) == text
+    except OverflowError:
+        return False
+
+
+def _quoted(text: str) -> str:
+    return _ESCAPED.sub(lambda match: f"\\u{ord(match[0]):04x}", json.dumps(text, ensure_ascii=False))
