@@ -1,0 +1,18 @@
+"""Nodes of a scene document as plain data."""
+
+from __future__ import annotations
+
+from typing import Any, TypeGuard
+
+Node = dict[str, Any]
+"""A mapping of a scene document."""
+
+
+def is_mapping(value: object) -> TypeGuard[Node]:
+    """Whether a node is a mapping."""
+    return isinstance(value, dict)
+
+
+def is_list(value: object) -> TypeGuard[list[Any]]:
+    """Whether a node is a list."""
+    return isinstance(value, list)

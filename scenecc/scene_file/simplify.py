@@ -1,0 +1,262 @@
+"""Shorter documents that build the same to the bit: equal bodies in a row as `repeat`, materials by name, scenes of one
+document with forms where they differ.
+"""
+
+from __future__ import annotations
+
+import json
+from itertools import product
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.scene_file.nodes import Node, is_list, is_mapping
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+_SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
+
+_LEAST_COPIES: Final = 3
+"""Items in a row that are worth a `repeat`; two are read faster as they are."""
+
+_AXES: Final = ("x", "y", "z")
+
+
+def simplify(document: Mapping[str, Any]) -> Node:
+    """The same scenes in fewer lines: materials that are used more than once get names, and equal shapes and bodies
+    in a row become one with `repeat`.
+
+    Args:
+        document: a scene document of which no part is shared by two places; it is not changed.
+    """
+    found: Node = json.loads(json.dumps(document))
+    _name_materials(found)
+    for shapes in _shape_lists(found.get("entities", {})):
+        shapes[:] = _repeated(shapes)
+    if "entities" in found:
+        found["entities"] = _repeated_entities(found["entities"], _referred_to(found))
+    return found
+
+
+def _shape_lists(node: Any) -> Iterator[list[Node]]:
+    """The lists of shapes of all bodies and links."""
+    if is_list(node):
+        for item in node:
+            yield from _shape_lists(item)
+    elif is_mapping(node):
+        for key, value in node.items():
+            if key in _SHAPE_LISTS and is_list(value):
+                yield value
+            else:
+                yield from _shape_lists(value)
+
+
+# ---- materials
+
+
+def _name_materials(document: Node) -> None:
+    """Gives names to materials that are written more than once."""
+    places: dict[str, list[tuple[Node, str]]] = {}
+    for owner, holder in _materials(document.get("entities", {}), ""):
+        places.setdefault(json.dumps(holder["material"], sort_keys=True), []).append((holder, owner))
+    named: Node = document.get("materials", {})
+    for holders in places.values():
+        if len(holders) == 1:
+            continue
+        material = holders[0][0]["material"]
+        name = _material_name(material, holders[0][1], named)
+        named[name] = material
+        for holder, _ in holders:
+            holder["material"] = name
+    if named:
+        document["materials"] = named
+
+
+def _materials(node: Any, owner: str) -> Iterator[tuple[str, Node]]:
+    if is_list(node):
+        for item in node:
+            yield from _materials(item, owner)
+    elif is_mapping(node):
+        if is_mapping(node.get("material")) and not node["material"].keys() - {"physical", "visual"}:
+            yield owner, node
+        for key, value in node.items():
+            if key != "material":
+                yield from _materials(value, owner or key)
+
+
+def _material_name(material: Node, owner: str, taken: Node) -> str:
+    """After what it is, or after the first entity that has it."""
+    physical = material.get("physical", {})
+    friction = physical.get("static_friction")
+    name = (
+        f"friction_{friction:g}"
+        if friction is not None and "visual" not in material
+        else f"{owner.rsplit('/', maxsplit=1)[-1]}_surface"
+    )
+    free, number = name, 1
+    while free in taken:
+        number += 1
+        free = f"{name}_{number}"
+    return free
+
+
+# ---- repetition
+
+
+def _repeated(items: list[Node]) -> list[Node]:
+    """Shapes of which runs of equal ones are one with `repeat`."""
+    found: list[Node] = []
+    start = 0
+    while start < len(items):
+        end, node = _longest_run(items, start)
+        found.append(items[start] if node is None else node)
+        start = end
+    return found
+
+
+def _longest_run(items: Sequence[Node], start: int) -> tuple[int, Node | None]:
+    for end in range(_run_end(items, start), start + _LEAST_COPIES - 1, -1):
+        node = _copies(items[start:end])
+        if node is not None:
+            return end, node
+    return start + 1, None
+
+
+def _run_end(items: Sequence[Node], start: int) -> int:
+    """The end of a run of items with the same keys and at most one value that differs from the first's."""
+    end = start + 1
+    while end < len(items) and items[end].keys() == items[start].keys():
+        differing = list(_differing(items[start], items[end], ()))
+        if len(differing) > 1:
+            break
+        end += 1
+    return end
+
+
+def _copies(items: Sequence[Node]) -> Node | None:
+    """One item with `repeat` for several; None where more than one value differs between them."""
+    paths = {path for other in items[1:] for path in _differing(items[0], other, ())}
+    if "repeat" in items[0] or len(paths) > 1:
+        return None
+    if not paths:
+        return {"repeat": {"i": {"count": len(items)}}, **items[0]}
+    (path,) = paths
+    values = [_value_at(item, path) for item in items]
+    if any(_holds_form(value) for value in values):
+        return None
+    variables, value = _loop(path, values)
+    return {"repeat": variables, **_with_value(items[0], path, value)}
+
+
+def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
+    """The loop variables that run through values, and the value that reads them."""
+    key = str(next(part for part in reversed(path) if isinstance(part, str)))
+    if all(is_list(value) and len(value) == len(values[0]) for value in values):
+        moving = [axis for axis in range(len(values[0])) if any(value[axis] != values[0][axis] for value in values)]
+        ranges = [list(dict.fromkeys(value[axis] for value in values)) for axis in moving]
+        names = [_AXES[axis] if len(values[0]) == len(_AXES) else f"{key}_{axis}" for axis in moving]
+        if [tuple(value[axis] for axis in moving) for value in values] == list(product(*ranges)):
+            reader = [f"${{{names[moving.index(a)]}}}" if a in moving else number for a, number in enumerate(values[0])]
+            return dict(zip(names, ranges, strict=True)), reader
+    key = {"pose": "p", "q": "turn"}.get(key, key)
+    return {key: values}, f"${{{key}}}"
+
+
+def _differing(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator[tuple[str | int, ...]]:
+    """The paths of values that differ; lists of numbers are one value."""
+    if is_mapping(first) and is_mapping(second) and first.keys() == second.keys():
+        for key in first:
+            yield from _differing(first[key], second[key], (*path, key))
+    elif (
+        is_list(first)
+        and is_list(second)
+        and len(first) == len(second)
+        and any(isinstance(item, dict | list) for item in first)
+    ):
+        for index, pair in enumerate(zip(first, second, strict=True)):
+            yield from _differing(*pair, (*path, index))
+    elif first != second:
+        yield path
+
+
+def _value_at(node: Any, path: tuple[str | int, ...]) -> Any:
+    for part in path:
+        node = node[part]
+    return node
+
+
+def _with_value(node: Any, path: tuple[str | int, ...], value: Any) -> Any:
+    if not path:
+        return value
+    if is_mapping(node):
+        return {key: _with_value(inner, path[1:], value) if key == path[0] else inner for key, inner in node.items()}
+    return [_with_value(inner, path[1:], value) if index == path[0] else inner for index, inner in enumerate(node)]
+
+
+def _holds_form(value: Any) -> bool:
+    """Whether a loop variable cannot hold a value: texts may be references or expressions, and mappings forms."""
+    if is_list(value):
+        return any(map(_holds_form, value))
+    return is_mapping(value) or (isinstance(value, str) and "${" in value)
+
+
+_FIXED_KEYS: Final = frozenset(("type", "body_type", "use", "relative_to", "mount", "hidden", "scene_idxs", "variants"))
+"""Keys of which the values may not be expressions, or should not be."""
+
+
+def _repeated_entities(entities: Node, referred: frozenset[str]) -> Node:
+    names, found, start = list(entities), dict[str, Any](), 0
+    nodes = list(entities.values())
+    while start < len(names):
+        end, node, name = _entity_run(names, nodes, start, referred)
+        if node is None or name in found or (name in entities and name not in names[start:end]):
+            found[names[start]] = nodes[start]
+            start += 1
+            continue
+        found[name] = node
+        start = end
+    return found
+
+
+def _entity_run(
+    names: list[str], nodes: list[Node], start: int, referred: frozenset[str]
+) -> tuple[int, Node | None, str]:
+    last = _run_end(nodes, start)
+    last = next((index for index in range(start, last) if names[index] in referred), last)
+    for end in range(last, start + _LEAST_COPIES - 1, -1):
+        paths = {path for other in nodes[start + 1 : end] for path in _differing(nodes[start], other, ())}
+        if len(paths) > 1 or any(path[0] in _FIXED_KEYS for path in paths):
+            continue
+        node, stem = _copies(nodes[start:end]), _numbered(names[start:end])
+        if node is None:
+            continue
+        if stem is not None:
+            return end, node, stem
+        if not paths:
+            variables: Node = {"name": names[start:end]}
+            return end, {"name": "${name}", **node, "repeat": variables}, f"{names[start]}_and_others"
+    return start + 1, None, names[start]
+
+
+def _numbered(names: list[str]) -> str | None:
+    """NAME of NAME_0, NAME_1, …; None: the names are others."""
+    stem, _, first = names[0].rpartition("_")
+    return stem if stem and first == "0" and names == [f"{stem}_{i}" for i in range(len(names))] else None
+
+
+def _referred_to(document: Node) -> frozenset[str]:
+    """Names of entities that other parts of the document refer to."""
+    found: set[str] = set()
+
+    def visit(node: Any) -> None:
+        if is_list(node):
+            for item in node:
+                visit(item)
+        elif is_mapping(node):
+            for key, value in node.items():
+                if key in ("relative_to", "mount", "parent", "child") and isinstance(value, str):
+                    found.add(value.split("/")[0])
+                else:
+                    visit(value)
+
+    visit(document)
+    return frozenset(found)
