@@ -23,6 +23,7 @@ COMMANDS: Final = (
     "render",
     "view",
     "emit",
+    "decompile",
     "diff",
     "params",
     "prefabs",
