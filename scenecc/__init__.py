@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien import EntityState as EntityState
     from scenecc.backends.sapien import SceneBatch as SceneBatch
     from scenecc.backends.sapien import SceneState as SceneState
+    from scenecc.decompiler.decompile import Decompiled as Decompiled
+    from scenecc.decompiler.decompile import decompile as decompile
+    from scenecc.decompiler.record import Recording as Recording
+    from scenecc.decompiler.record import record as record
     from scenecc.diagnostics import Diagnostic as Diagnostic
     from scenecc.errors import SceneError as SceneError
     from scenecc.expand.listing import ParamRow as ParamRow
@@ -64,6 +68,8 @@ _MODULES = {
         "SceneBatch",
         "SceneState",
     ),
+    "decompiler.decompile": ("Decompiled", "decompile"),
+    "decompiler.record": ("Recording", "record"),
     "diagnostics": ("Diagnostic",),
     "errors": ("SceneError",),
     "expand.listing": ("ParamRow", "PrefabRow"),

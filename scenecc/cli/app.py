@@ -25,6 +25,7 @@ COMMANDS: Final = (
     "view",
     "emit",
     "import",
+    "decompile",
     "diff",
     "params",
     "prefabs",

@@ -58,7 +58,12 @@ _SECTIONS: Final = frozenset(("entities", "lights", "cameras", "constraints", "m
 _MAX_FLOW_DEPTH: Final = 3
 """Brackets inside one another on one line; deeper is hard to read."""
 
-_MAX_FILLED_LINES: Final = 2
+_SHORT: Final = 2
+"""Lines of an entry that needs no blank line around it."""
+
+_LARGEST: Final = float(np.finfo(np.float32).max)
+
+_MAX_FILLED_LINES: Final = 3
 """Lines that a mapping in brackets takes; a list of numbers takes as many as it needs."""
 
 _LINE: Final = r"[\x21-\x7e](?:[\x20-\x7e]*[\x21-\x7e])?"
@@ -98,10 +103,11 @@ def scene_text(document: Mapping[str, Any], *, comments: Comments | None = None)
     blank = False
     for name, value in _ordered(document, ""):
         entry = list(writer.entry(name, value, (name,), 0))
-        # One blank line around each section that takes several.
-        if (len(entry) > 1 or blank) and lines and not (len(lines) == 1 and lines[0].startswith("#")):
+        # One blank line around each section of several lines.
+        long = name in _SECTIONS or len(entry) > _SHORT
+        if (long or blank) and any(not line.startswith("#") for line in lines):
             lines.append("")
-        blank = len(entry) > 1
+        blank = long
         lines += entry
     return "\n".join(lines) + "\n"
 
@@ -142,7 +148,7 @@ class _Writer:
         before = 0
         for name, inner in _ordered(value, path[-1]):
             lines = list(self.entry(name, inner, (*path, name), column))
-            if path == ("entities",) and before and max(before, len(lines)) > 1:
+            if path == ("entities",) and before and max(before, len(lines)) > _SHORT:
                 yield ""
             before = len(lines)
             yield from lines
@@ -165,7 +171,8 @@ class _Writer:
     def _filled(self, head: str, value: Any, path: tuple[str | int, ...], column: int) -> list[str]:
         """A value in brackets over several lines; empty if that would be hard to read."""
         numbers = not _is_mapping(value) and all(map(_is_scalar, value))
-        if path in self._within or _depth(value) > _MAX_FLOW_DEPTH or path[:-1] == ("entities",):
+        block = path[:-1] == ("entities",) and "use" not in value
+        if path in self._within or _depth(value) > _MAX_FLOW_DEPTH or block:
             return []
         lines = list(_fill(head, value, path, column + 2))
         short = len(lines) <= _MAX_FILLED_LINES and all(len(line) <= WIDTH for line in lines)
@@ -252,6 +259,8 @@ def number_text(value: Any) -> str:
     with np.errstate(over="ignore"):
         single = np.float32(number)
     text = str(single) if float(single) == number else repr(number)
+    if abs(float(text)) > _LARGEST:  # of the largest float32 the shortest form is beyond it
+        text = repr(number)
     if number == 0:
         return "0" if copysign(1, number) > 0 else "-0.0"
     digits, mark, exponent = text.partition("e")

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from plugins.live.differing import differences
-from plugins.live.reading import read_scene
-from plugins.live.trajectory import first_difference, trajectory
 from plugins.maniskill_scenes import built_by_hand, new_scene
 from plugins.mesh_files import TETRA
 
 import scenecc
+from scenecc.decompiler.differing import differences
+from scenecc.decompiler.reading import read_scene
+from scenecc.decompiler.trajectory import first_difference, trajectory
 
 STEPS = 200
 

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plugins.live.differing import differences
-from plugins.live.facts import Facts
-from plugins.live.reading import read_scene
-from plugins.live.trajectory import first_difference, trajectory
 from plugins.maniskill_scenes import new_scene
 
 import scenecc
+from scenecc.decompiler.differing import differences
+from scenecc.decompiler.facts import Facts
+from scenecc.decompiler.reading import read_scene
+from scenecc.decompiler.trajectory import first_difference, trajectory
 
 STEPS = 200
 

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plugins.live.differing import differences
-from plugins.live.reading import read_scene
-from plugins.live.trajectory import first_difference, trajectory
 from plugins.maniskill_scenes import new_scene
 
 import scenecc
 from scenecc import SceneError
+from scenecc.decompiler.differing import differences
+from scenecc.decompiler.reading import read_scene
+from scenecc.decompiler.trajectory import first_difference, trajectory
 
 CUBE = {"shapes": [{"type": "box", "half_size": [0.02, 0.02, 0.02]}], "pose": [0, 0, 1]}
 

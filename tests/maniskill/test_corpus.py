@@ -12,15 +12,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plugins.live.differing import differences
-from plugins.live.reading import read_scene
 from plugins.live.starting import start_from
-from plugins.live.trajectory import first_difference, trajectory
 from plugins.maniskill_corpus import DISTRIBUTIONS, FOLDER, PAGE, TASKS, UNLIKE, page_with, table
 from plugins.maniskill_tasks import STEPS, Camera, Captured, LeftOut, references
 
 import scenecc
 from scenecc import plan
+from scenecc.decompiler.differing import differences
+from scenecc.decompiler.reading import read_scene
+from scenecc.decompiler.trajectory import first_difference, trajectory
 
 Tasks = dict[str, Captured | LeftOut]
 

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from plugins.live.differing import differences
-from plugins.live.reading import read_scene
 from plugins.live.starting import start_from
-from plugins.live.trajectory import first_difference, trajectory
 from plugins.maniskill_scenes import new_scene
 from plugins.maniskill_tasks import STEPS, Captured, references
+
+from scenecc.decompiler.differing import differences
+from scenecc.decompiler.reading import read_scene
+from scenecc.decompiler.trajectory import first_difference, trajectory
 
 FILES = Path(__file__).parents[2] / "scenes" / "maniskill"
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plugins.live.differing import differences
-from plugins.live.facts import Facts
-from plugins.live.reading import read_scene
 from plugins.maniskill_tasks import Captured, LeftOut, capture_tasks
 
 from scenecc import SceneError, load_scene
+from scenecc.decompiler.differing import differences
+from scenecc.decompiler.facts import Facts
+from scenecc.decompiler.reading import read_scene
 
 PHYSICS = {
     "contact_offset": 0.02,

@@ -23,9 +23,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from plugins.live.reading import read_scene
-from plugins.live.trajectory import trajectory
 from plugins.maniskill_tasks import STEPS, Camera, Captured, LeftOut, Robot
+
+from scenecc.decompiler.reading import read_scene
+from scenecc.decompiler.trajectory import trajectory
 
 JOBS = 2
 
@@ -35,7 +36,7 @@ def main(folder: Path, tasks: list[str]) -> None:
     with tempfile.TemporaryDirectory() as assets:
         os.environ["MS_ASSET_DIR"] = assets
         os.environ.pop("MS_SKIP_ASSET_DOWNLOAD_PROMPT", None)
-        _render_nothing()
+        render_nothing()
         import mani_skill.envs  # registers the tasks
         from mani_skill.utils.registration import REGISTERED_ENVS
 
@@ -76,7 +77,7 @@ class _NoMaterial:
         return lambda value: setattr(self, name.removeprefix("set_"), value)
 
 
-def _render_nothing() -> None:
+def render_nothing() -> None:
     """Without a render backend ManiSkill attaches no visual, but its tasks make materials, which need a device."""
     import sapien
 

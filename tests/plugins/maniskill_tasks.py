@@ -23,8 +23,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
-from plugins.live.facts import Facts, renamed
-from plugins.live.trajectory import Trajectory
+
+from scenecc.decompiler.facts import Facts, renamed
+from scenecc.decompiler.trajectory import Trajectory
 
 STEPS = 200
 TIMEOUT = 600

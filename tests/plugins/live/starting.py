@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import sapien
-from plugins.live.facts import Facts, Numbers
-from plugins.live.reading import read_entity
+
+from scenecc.decompiler.facts import Facts, Numbers
+from scenecc.decompiler.reading import read_entity
 
 
 def start_from(scene: Any, reference: Facts) -> None:

@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 import sapien
 import trimesh
-from plugins.live import tables
-from plugins.live.differing import differences
-from plugins.live.facts import plain, renamed
-from plugins.live.reading import articulations, read_scene
-from plugins.live.trajectory import first_difference, trajectory
 from sapien import physx
+
+from scenecc.decompiler import tables
+from scenecc.decompiler.differing import differences
+from scenecc.decompiler.facts import plain, renamed
+from scenecc.decompiler.reading import articulations, read_scene
+from scenecc.decompiler.trajectory import first_difference, trajectory
 
 TURNED = [0.7071068, 0, 0, 0.7071068]
 

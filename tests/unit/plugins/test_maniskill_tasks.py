@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plugins.live.differing import differences
-from plugins.live.trajectory import first_difference
 from plugins.maniskill_tasks import STEPS, Captured, LeftOut, capture_tasks, references
+
+from scenecc.decompiler.differing import differences
+from scenecc.decompiler.trajectory import first_difference
 
 pytestmark = [pytest.mark.maniskill, pytest.mark.timeout(600)]
 FOLDERS = ("assets/", "partnet_mobility/", "robots/", "scene_datasets/", "tasks/")

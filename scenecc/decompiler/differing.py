@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterator
 from itertools import zip_longest
 
 import numpy as np
-from plugins.live.facts import Facts, Numbers, Plain
+
+from scenecc.decompiler.facts import Facts, Numbers, Plain
 
 
 def differences(a: Facts, b: Facts, *, without: Collection[str] = ()) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -107,9 +107,10 @@ def plain(value: Any) -> Plain:
     if type(value).__name__ == "Pose":
         value = np.concatenate([value.p, value.q])
     if isinstance(value, (float, np.ndarray, np.generic)):
-        array = np.ascontiguousarray(value).reshape(np.shape(value))
+        array: Any = np.ascontiguousarray(cast("Any", value))
+        array = array.reshape(np.shape(cast("Any", value)))
         array = array + np.zeros((), array.dtype) if array.dtype.kind == "f" else array
         return Numbers(array.dtype.str, array.shape, array.tobytes())
     if isinstance(value, (list, tuple)):
-        return tuple(plain(item) for item in value)
+        return tuple(plain(item) for item in cast("list[Any]", value))
     raise TypeError(f"{type(value)} is no plain value")

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from plugins.live.reading import articulations
+
+from scenecc.decompiler.reading import articulations
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ scales of a drive, limits of a distance joint, how long a body stays awake.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
-from plugins.live import tables
-from plugins.live.facts import Facts, Plain, plain
+
+from scenecc.decompiler import tables
+from scenecc.decompiler.facts import Facts, Plain, plain
 
 
 def read_scene(scene: Any) -> Facts:
@@ -117,7 +118,8 @@ def _values(owner: Any, names: tuple[str, ...]) -> list[tuple[str, Plain]]:
 
 
 def _get(owner: Any, name: str) -> Any:
-    if hasattr(type(owner), name):
+    kind = cast("Any", type(owner))
+    if hasattr(kind, name):
         value = getattr(owner, name)
-        return float(value) if isinstance(value, np.floating) else value
+        return float(cast("Any", value)) if isinstance(value, np.floating) else value
     return getattr(owner, f"get_{name}")()

@@ -1,0 +1,338 @@
+"""Articulations of live scenes: a robot by its file with what differs from it, everything else as a tree of links."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.backends.sapien.engine import sapien
+from scenecc.backends.sapien.properties import ARTICULATION_PROPERTIES
+from scenecc.decompiler.bodies import BodyReader, friction_of, inertial, is_equal, plain_value
+from scenecc.decompiler.patterns import by_pattern
+from scenecc.decompiler.values import Files, Node, pose_value, same_single, to_number, to_numbers
+from scenecc.geometry.rotations import normalized
+from scenecc.plan.properties import properties_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scenecc.decompiler.record import Recording, RobotSource
+
+_JOINT_KEYS: Final = tuple(row.field for row in properties_of("joint"))
+
+_DRIVE_KEYS: Final = tuple(row.field for row in properties_of("drive"))
+
+_TREE_DEFAULTS: Final = {"friction": 0.05, "armature": 0.0}
+
+
+@dataclass(frozen=True)
+class JointState:
+    """What is read of a joint that moves."""
+
+    limits: list[float]
+    numbers: Node
+    drive: Node
+    target: float
+    velocity_target: float
+
+    @staticmethod
+    def of(joint: Any) -> JointState:
+        """Reads a live joint of one degree of freedom."""
+        drive = {key: plain_value(getattr(joint, key)) for key in _DRIVE_KEYS}
+        mode: Any = joint.drive_mode
+        return JointState(
+            to_numbers(joint.limits[0]),
+            {key: _only(getattr(joint, key)) for key in _JOINT_KEYS},
+            drive | {"mode": str(mode)},
+            to_number(joint.drive_target[0] if hasattr(joint.drive_target, "__len__") else joint.drive_target),
+            _only(joint.drive_velocity_target),
+        )
+
+
+def _only(value: Any) -> float:
+    return to_number(value[0] if hasattr(value, "__len__") else value)
+
+
+class ArticulationReader:
+    """Reads articulations of one scene."""
+
+    def __init__(
+        self,
+        recording: Recording | None,
+        files: Files,
+        bodies: BodyReader,
+        rename: Callable[[str], str],
+        physics: Node,
+    ) -> None:
+        self._recording = recording
+        self._files = files
+        self._bodies = bodies
+        self._rename = rename
+        self._physics = physics
+
+    def entity(self, name: str, articulation: Any, *, alone: bool) -> Node:
+        """An articulation. `alone`: no other of the scene has links that ignore one another."""
+        source = self._recording.robot_of(articulation.links[0]) if self._recording is not None else None
+        if source is not None:
+            node = self._robot(name, articulation, source, alone=alone)
+            if node is not None:
+                return node
+        return self._tree(name, articulation)
+
+    # ---- a robot by its file
+
+    def _robot(self, name: str, articulation: Any, source: RobotSource, *, alone: bool) -> Node | None:
+        file = Path(source.file)
+        node: Node = {source.format: self._files.name(file)}
+        options = dict(source.options)
+        fixed = articulation.links[0].joint.type == "fixed"
+        if source.format == "mjcf":
+            options = {}
+            if _has_key("Mjcf", "loader"):
+                node["loader"] = "maniskill"
+        node |= {key: value for key, value in options.items() if key != "fix_root_link"}
+        bits = [shape.get_collision_groups() for link in articulation.links for shape in link.collision_shapes]
+        if not alone and any(groups[2] for groups in bits) and not any(groups[3] for groups in bits):
+            node["sapien_bits"] = True
+        if not fixed or source.format == "mjcf":
+            node["fix_root_link"] = fixed
+        reference = self._reference({**node, source.format: str(file.resolve())})
+        if reference is None or [self._rename(link.name) for link in articulation.links] != [
+            link.name for link in reference[0].links
+        ]:
+            self._bodies.problems.append(f"`{name}`: its file builds other links; it is written as a tree")
+            return None
+        if source.format == "mjcf" and (reference[0].links[0].joint.type == "fixed") == fixed:
+            free = {key: value for key, value in node.items() if key != "fix_root_link"}
+            reference_type = self._reference({**free, source.format: str(file.resolve())})
+            if reference_type and (reference_type[0].links[0].joint.type == "fixed") == fixed:
+                del node["fix_root_link"]
+        node |= self._state(articulation, reference[0])
+        node |= self._link_differences(articulation, reference[0], name)
+        return node | self._joint_differences(articulation, *reference)
+
+    def _reference(self, node: Node) -> tuple[Any, Any] | None:
+        """The articulation that a file gives by itself, and the one that it gives with drives; kept for the scene."""
+        import scenecc  # noqa: PLC0415 - the facade is above this module's other users
+        from scenecc.decompiler.verify import untouched_engine  # noqa: PLC0415 - likewise
+
+        entities = {"alone": node, "driven": {**node, "drives": {".*": {"stiffness": 0}}}}
+        document = {"scenecc": 1, "physics": self._physics, "entities": entities}
+        try:
+            with untouched_engine():
+                batch = scenecc.load_scene(document, render=False, allow_outside_assets=True)
+        except scenecc.SceneError:
+            del entities["driven"]
+            try:
+                with untouched_engine():
+                    batch = scenecc.load_scene(document, render=False, allow_outside_assets=True)
+            except scenecc.SceneError as error:
+                self._bodies.problems.append(f"{node}: {error}")
+                return None
+        self._bodies.keep_alive(batch)
+        found = [batch.articulations[name].objs[0] for name in entities if name in batch.articulations]
+        return (found[0], found[-1]) if len(found) == len(entities) else None
+
+    def _link_differences(self, articulation: Any, reference: Any, name: str) -> Node:
+        links: dict[str, Node] = {}
+        names = [link.name for link in reference.links]
+        for link, other in zip(articulation.links, reference.links, strict=True):
+            keys = self._link_keys(link, other, name)
+            if keys:
+                links[other.name] = keys
+        node: Node = {}
+        if links and all(keys.get("gravity") is False for keys in links.values()) and len(links) == len(names):
+            node["gravity"] = False
+            for keys in links.values():
+                del keys["gravity"]
+        links = {link: keys for link, keys in links.items() if keys}
+        return {**node, "links": by_pattern(links, names)} if links else node
+
+    def _link_keys(self, link: Any, other: Any, name: str) -> Node:
+        mine, theirs = self._bodies.link_properties(link), self._bodies.link_properties(other)
+        keys = {key: value for key, value in mine.items() if theirs.get(key) != value}
+        for key in theirs.keys() - mine.keys():
+            keys[key] = self._bodies.link_default(key)
+        if not (
+            is_equal(link.mass, other.mass)
+            and is_equal(link.inertia, other.inertia)
+            and same_single(link.cmass_local_pose.p, other.cmass_local_pose.p)
+            and same_single(link.cmass_local_pose.q, other.cmass_local_pose.q)
+        ):
+            keys["inertial"] = inertial(link)
+        return keys | self._shape_keys(link, other, name)
+
+    def _shape_keys(self, link: Any, other: Any, name: str) -> Node:
+        pairs = list(zip(link.collision_shapes, other.collision_shapes, strict=False))
+        keys: Node = {}
+        if any(not same_single(friction_of(a.physical_material), friction_of(b.physical_material)) for a, b in pairs):
+            (numbers, *others) = {friction_of(a.physical_material) for a, _ in pairs}
+            if others:
+                self._bodies.problems.append(f"`{name}/{other.name}`: shapes of different friction")
+            names = ("static_friction", "dynamic_friction", "restitution")
+            keys["material"] = {"physical": dict(zip(names, to_numbers(numbers), strict=True))}
+        for key in ("patch_radius", "min_patch_radius", "density"):
+            if any(not is_equal(getattr(a, key), getattr(b, key)) for a, b in pairs):
+                keys[key] = plain_value(getattr(pairs[0][0], key))
+        if any(list(a.get_collision_groups()) != list(b.get_collision_groups()) for a, b in pairs):
+            keys["collision_bits"] = list(pairs[0][0].get_collision_groups())
+        return keys
+
+    def _joint_differences(self, articulation: Any, reference: Any, driven: Any) -> Node:
+        joints: dict[str, Node] = {}
+        drives: dict[str, Node] = {}
+        names = [joint.name for joint in reference.active_joints]
+        qpos = articulation.qpos.tolist()
+        rows = zip(articulation.active_joints, reference.active_joints, driven.active_joints, qpos, strict=True)
+        for joint, other, with_drive, start in rows:
+            live, plain, pulled = JointState.of(joint), JointState.of(other), JointState.of(with_drive)
+            keys = {key: value for key, value in live.numbers.items() if value != plain.numbers[key]}
+            if live.limits != plain.limits:
+                keys["limits"] = live.limits
+            if keys:
+                joints[other.name] = keys
+            drive = self._drive(live, plain, pulled, start)
+            if drive:
+                drives[other.name] = drive
+        node: Node = {}
+        node |= {"joints": by_pattern(joints, names)} if joints else {}
+        return node | ({"drives": by_pattern(drives, names)} if drives else {})
+
+    def _drive(self, live: JointState, plain: JointState, driven: JointState, start: float) -> Node:
+        targets: Node = {}
+        if live.velocity_target:
+            targets["velocity_target"] = live.velocity_target
+        if live.drive == plain.drive and live.target == 0 and not targets:
+            return {}
+        keys = {key: value for key, value in live.drive.items() if value != driven.drive[key]}
+        if live.target != to_number(start):
+            targets["target"] = live.target
+        return keys | targets or {"stiffness": live.drive["stiffness"]}
+
+    def _state(self, articulation: Any, reference: Any) -> Node:
+        """Pose, positions, velocities, and properties of the whole."""
+        pose = pose_value(_root_pose(articulation, reference))
+        node: Node = {} if pose is None else {"pose": pose}
+        qpos, qvel = to_numbers(articulation.qpos), to_numbers(articulation.qvel)
+        limits = articulation.qlimits
+        if any(qpos) or any(not low <= 0 <= high for low, high in limits):
+            node["qpos"] = qpos
+        if any(qvel):
+            node["qvel"] = qvel
+        targets = [JointState.of(joint).target for joint in articulation.active_joints]
+        if any(
+            not low - _LIMIT_TOLERANCE <= value <= high + _LIMIT_TOLERANCE
+            for values in (qpos, targets)
+            for value, (low, high) in zip(values, limits, strict=True)
+        ) or any(not low <= value <= high for value, (low, high) in zip(qpos, limits, strict=True)):
+            node["beyond_limits"] = True
+        for key in ("linear_velocity", "angular_velocity"):
+            value = to_numbers(getattr(articulation, f"root_{key}"))
+            if any(value) and articulation.links[0].joint.type != "fixed":
+                node[key] = value
+        return node | self._bodies.articulation_properties(articulation, ARTICULATION_PROPERTIES.by_field)
+
+    # ---- a tree of links
+
+    def _tree(self, name: str, articulation: Any) -> Node:
+        links = articulation.links
+        fixed = links[0].joint.type == "fixed"
+        node: Node = {"fix_root_link": True} if fixed else {}
+        nodes: dict[int, Node] = {}
+        for link in links:
+            nodes[link.index] = self._tree_link(name, link)
+        for link in links[1:]:
+            nodes[link.parent.index].setdefault("children", []).append(nodes[link.index])
+        if all(each.get("gravity") is False for each in nodes.values()):
+            node["gravity"] = False
+            for each in nodes.values():
+                del each["gravity"]
+        node |= self._state(articulation, None)
+        joints: dict[str, Node] = {}
+        drives: dict[str, Node] = {}
+        names = [self._rename(joint.name) for joint in articulation.active_joints]
+        for joint, start in zip(articulation.active_joints, articulation.qpos.tolist(), strict=True):
+            state, joint_name = JointState.of(joint), self._rename(joint.name)
+            drive = {key: value for key, value in state.drive.items() if value != _UNDRIVEN[key]}
+            if state.target != to_number(start) and (drive or state.target):
+                drive["target"] = state.target
+            if drive.keys() - {"damping", "target"} or state.target:
+                drives[joint_name] = drive
+            if not same_single([state.numbers["max_velocity"]], [_USUAL_MAX_VELOCITY]):
+                joints[joint_name] = {"max_velocity": state.numbers["max_velocity"]}
+        node |= {"joints": by_pattern(joints, names)} if joints else {}
+        node |= {"drives": by_pattern(drives, names)} if drives else {}
+        return {**node, "root": nodes[links[0].index]}
+
+    def _tree_link(self, name: str, link: Any) -> Node:
+        link_name = self._rename(link.name)
+        node: Node = {"name": link_name}
+        if not link.is_root:
+            node["joint"] = self._tree_joint(link)
+        look = self._bodies.look_of(link.entity)
+        node |= self._bodies.shapes(f"{name}/{link_name}", link, look)
+        if not link.auto_compute_mass:
+            node["inertial"] = inertial(link)
+        return node | self._bodies.link_properties(link)
+
+    def _tree_joint(self, link: Any) -> Node:
+        joint = link.joint
+        record = getattr(self._recording and self._recording.builder_of(link), "joint_record", None)
+        name = self._rename(joint.name)
+        node: Node = {"name": name, "type": str(joint.type)} if name else {"type": str(joint.type)}
+        for key in ("pose_in_parent", "pose_in_child"):
+            live, given = getattr(joint, key), getattr(record, key, None)
+            given = given and sapien.Pose(given.p, list(normalized(to_numbers(given.q))))
+            value = pose_value(given if given is not None and _is_near(live, given) else live)
+            node |= {key: value or [0.0, 0.0, 0.0]} if key == "pose_in_parent" or value is not None else {}
+        if joint.dof:
+            state = JointState.of(joint)
+            if state.limits != [-float("inf"), float("inf")]:
+                node["limits"] = state.limits
+            node |= {
+                key: state.numbers[key]
+                for key, usual in _TREE_DEFAULTS.items()
+                if not same_single([state.numbers[key]], [usual])
+            }
+            if state.drive["damping"]:
+                node["damping"] = state.drive["damping"]
+        return node
+
+
+def _root_pose(articulation: Any, reference: Any) -> Any:
+    """The pose that an articulation was given, if it is of few digits: PhysX gives another back."""
+    live = articulation.root_pose
+    if reference is None:
+        return live
+    short_q = [round(item, 6) + 0.0 for item in normalized(to_numbers(live.q))]
+    for p in ([round(item, 6) + 0.0 for item in live.p.tolist()], to_numbers(live.p)):
+        for q in (short_q, to_numbers(live.q)):
+            pose = sapien.Pose(p, q)
+            reference.set_root_pose(pose)
+            if same_single(reference.root_pose.p, live.p) and same_single(reference.root_pose.q, live.q):
+                return pose
+    return live
+
+
+_USUAL_MAX_VELOCITY: Final = 100.0
+"""Of a joint of PhysX [m/s or rad/s]."""
+
+_UNDRIVEN: Final = {row.field: row.untouched for row in properties_of("drive")} | {"mode": "force"}
+
+_LIMIT_TOLERANCE: Final = 1e-6
+"""How far beyond a limit a position of a file may be (`SC517`)."""
+
+
+def _is_near(first: Any, second: Any) -> bool:
+    return all(
+        abs(a - b) <= 2e-6
+        for name in ("p", "q")
+        for a, b in zip(getattr(first, name), getattr(second, name), strict=True)
+    )
+
+
+def _has_key(model: str, key: str) -> bool:
+    from scenecc.spec import articulation  # noqa: PLC0415 - models are made where they are asked for
+
+    return key in getattr(articulation, model).model_fields

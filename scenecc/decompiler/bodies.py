@@ -1,0 +1,500 @@
+"""Bodies of live scenes as mappings of the language: shapes, materials, masses, and what else is not SAPIEN's own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final, cast
+
+import numpy as np
+
+from scenecc.backends.sapien.audit.reference import PHYSICAL_MATERIAL_FIELDS, RENDER_MATERIAL_FIELDS
+from scenecc.backends.sapien.engine import physx, render, sapien
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES
+from scenecc.backends.sapien.properties import BODY_PROPERTIES, COLLISION_GROUPS, LINK_FIELDS, RENDER_PROPERTIES
+from scenecc.decompiler.values import (
+    Files,
+    Node,
+    Same,
+    color_value,
+    nearly_same,
+    pose_value,
+    same_single,
+    scale_value,
+    to_number,
+    to_numbers,
+)
+from scenecc.geometry.rotations import shortest_from_x
+from scenecc.plan.geometry import Box, Capsule, Cylinder, Sphere
+from scenecc.plan.properties import DEFAULT_DENSITY, properties_of
+from scenecc.plan.schema import type_name
+from scenecc.spec.body import MOTION_AXES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenecc.decompiler.record import Recording
+
+TEXTURES: Final = ("base_color", "normal", "roughness", "metallic", "emission", "transmission")
+
+_AXES: Final = {"y": shortest_from_x((0.0, 1.0, 0.0)), "z": shortest_from_x((0.0, 0.0, 1.0))}
+
+_UP: Final = _AXES["z"]
+
+_KINDS: Final = {
+    shape.engine: (type_name(geometry), shape.sizes)
+    for table in (COLLISION_SHAPES, VISUAL_SHAPES)
+    for geometry, shape in table.items()
+    if geometry in (Box, Sphere, Capsule, Cylinder)
+}
+"""SAPIEN's classes of primitives, colliding and seen, to the language's types and their sizes."""
+
+_LYING: Final = frozenset(engine for engine, (type_, _) in _KINDS.items() if type_ in ("capsule", "cylinder"))
+
+_SHAPE_KEYS: Final = {row.field: row.key for row in properties_of("shape")}
+
+_BODY_KEYS: Final = {row.field: row.key for row in properties_of("body")}
+
+
+@dataclass(frozen=True)
+class SceneDefaults:
+    """What shapes and bodies of a scene have where a scene file says nothing: its section `physics`.
+
+    Attributes:
+        friction: static, dynamic, restitution. shape, body: properties by SAPIEN's names.
+    """
+
+    friction: tuple[float, ...] = (0.3, 0.3, 0.1)
+    shape: Node = field(default_factory=dict[str, Any])
+    body: Node = field(default_factory=dict[str, Any])
+
+
+@cache
+def untouched() -> dict[str, Node]:
+    """What SAPIEN's own objects hold that nothing has touched, by what they are: "shape", "body", "link", "look"."""
+    shape = physx.PhysxShapeConfig()
+    body = physx.PhysxBodyConfig()
+    fresh = physx.PhysxRigidDynamicComponent()
+    link = physx.PhysxArticulationLinkComponent(None)
+    own = {name: getattr(body, name) for name in ("sleep_threshold",) if hasattr(body, name)}
+    own |= {
+        f"solver_{kind}_iterations": getattr(body, f"solver_{kind}_iterations") for kind in ("position", "velocity")
+    }
+    return {
+        "shape": {
+            "density": float(DEFAULT_DENSITY),
+            "patch_radius": 0.0,
+            "min_patch_radius": 0.0,
+            "contact_offset": shape.contact_offset,
+            "rest_offset": shape.rest_offset,
+        },
+        "body": {name: getattr(fresh, name) for name in BODY_PROPERTIES.by_field} | own,
+        "link": {name: getattr(link, name) for name in LINK_FIELDS},
+        "look": {"visibility": 1.0, "shading_mode": 0},
+    }
+
+
+def plain_value(value: Any) -> Any:
+    """A value of the engine as data of a document."""
+    if isinstance(value, bool | int | str):
+        return value
+    return to_numbers(value) if hasattr(value, "__len__") else to_number(value)
+
+
+def is_equal(first: Any, second: Any) -> bool:
+    """Whether two values of the engine are the same."""
+    return plain_value(first) == plain_value(second)
+
+
+def friction_of(material: Any) -> tuple[float, ...]:
+    """The numbers of a `PhysxMaterial`."""
+    return tuple(getattr(material, name) for name in PHYSICAL_MATERIAL_FIELDS)
+
+
+class BodyReader:
+    """Reads bodies of live scenes.
+
+    Attributes:
+        problems: what cannot be said in a scene file, one sentence each.
+    """
+
+    def __init__(self, recording: Recording | None, files: Files, defaults: SceneDefaults) -> None:
+        self._recording = recording
+        self._files = files
+        self._defaults = defaults
+        self.problems: list[str] = []
+        self._batches: list[Any] = []
+
+    def body(self, name: str, component: Any, look: Any) -> Node:
+        """A body by its physical component and what is seen of it; either may be None."""
+        node: Node = {}
+        kind = body_type(component)
+        if kind != "dynamic":
+            node["body_type"] = kind
+        node |= self.shapes(name, component, look) or empty_body()
+        if kind in ("dynamic", "kinematic"):
+            node |= self._motion(component, untouched()["body"] | self._defaults.body, _BODY_KEYS)
+        if kind == "dynamic" and not component.auto_compute_mass:
+            node["inertial"] = inertial(component)
+        return node
+
+    def link_properties(self, component: Any) -> Node:
+        """What differs of a link from one that nothing has touched."""
+        return self._motion(component, untouched()["link"], {name: _BODY_KEYS[name] for name in LINK_FIELDS})
+
+    def link_default(self, key: str) -> Any:
+        """What a link that nothing has touched has of a key."""
+        (name,) = (name for name, other in _BODY_KEYS.items() if other == key)
+        value = untouched()["link"][name]
+        return not value if name == "disable_gravity" else plain_value(value)
+
+    def articulation_properties(self, articulation: Any, names: Iterable[str]) -> Node:
+        """What differs of an articulation from one that nothing has touched."""
+        fresh = untouched()["body"] | self._defaults.body
+        return {
+            name: plain_value(getattr(articulation, name))
+            for name in names
+            if not is_equal(getattr(articulation, name), fresh[name])
+        }
+
+    def keep_alive(self, batch: Any) -> None:
+        """Keeps a batch until this reader goes: what was read of it are objects of the engine."""
+        self._batches.append(batch)
+
+    @staticmethod
+    def look_of(entity: Any) -> Any:
+        """The render body of an entity; None: it has none."""
+        return next((each for each in entity.components if isinstance(each, render.RenderBodyComponent)), None)
+
+    def _motion(self, component: Any, fresh: Node, keys: dict[str, str]) -> Node:
+        kinematic = getattr(component, "kinematic", False)
+        found: Node = {}
+        for name, key in keys.items():
+            value = getattr(component, name)
+            if is_equal(value, fresh[name]) or (kinematic and name.endswith("_velocity") and "max" not in name):
+                continue
+            if name == "disable_gravity":
+                found[key] = not value
+            elif name == "locked_motion_axes":
+                found[key] = [axis for axis, locked in zip(MOTION_AXES, value, strict=True) if locked]
+            else:
+                found[key] = plain_value(value)
+        return found
+
+    def shapes(self, name: str, component: Any, look: Any) -> Node:
+        """`shapes`, `collisions` and `visuals`, and what all of these have in common."""
+        collisions = self._collisions(name, component) if component is not None else []
+        visuals = [self._visual(name, shape) for shape in look.render_shapes] if look is not None else []
+        both: list[Node] = []
+        if component is not None and look is not None and len(collisions) == len(component.collision_shapes):
+            pairs = zip(component.collision_shapes, look.render_shapes, strict=False)
+            for number, (shape, seen) in enumerate(pairs):
+                if _same_place(shape.local_pose, seen.local_pose):
+                    place = {key: value for key, value in collisions[number].items() if key in _PLACE}
+                    visuals[number] = {k: v for k, v in visuals[number].items() if k not in _PLACE} | place
+        for collision, visual in zip(collisions, visuals, strict=False):
+            merged = merge_shapes(collision, visual)
+            if merged is None:
+                break
+            both.append(merged)
+        lists = {"shapes": both, "collisions": collisions[len(both) :], "visuals": visuals[len(both) :]}
+        node = common_keys({key: items for key, items in lists.items() if items})
+        if look is not None:
+            fresh = untouched()["look"]
+            looks = {key: plain_value(getattr(look, key)) for key in RENDER_PROPERTIES.by_field}
+            node |= {key: value for key, value in looks.items() if value != fresh[key]}
+        return node
+
+    def _collisions(self, name: str, component: Any) -> list[Node]:
+        nodes: list[Node] = []
+        bits: list[list[int]] = []
+        parts: set[int] = set()
+        for shape in component.collision_shapes:
+            source = self._recording.mesh_of(shape) if self._recording is not None else None
+            if source is not None and source.parts:
+                if source.load in parts:
+                    continue
+                parts.add(source.load)
+            node = self._collision(name, shape, source)
+            nodes.append(node)
+            bits.append(list(shape.get_collision_groups()))
+        if len({tuple(item) for item in bits}) > 1:
+            self.problems.append(f"`{name}`: shapes with different collision bits")
+        if bits and bits[0] != list(COLLISION_GROUPS.default):
+            for node in nodes:
+                node["collision_bits"] = bits[0]
+        return nodes
+
+    def _collision(self, name: str, shape: Any, source: Any) -> Node:
+        node = self._geometry(name, shape, source)
+        fresh = untouched()["shape"] | self._defaults.shape
+        if node["type"] == "plane":
+            fresh["density"] = 0.0
+        for field_name, key in _SHAPE_KEYS.items():
+            value = getattr(shape, field_name)
+            if not is_equal(value, fresh[field_name]):
+                node[key] = plain_value(value)
+        friction = friction_of(shape.physical_material)
+        if not same_single(friction, self._defaults.friction):
+            node["material"] = {"physical": dict(zip(PHYSICAL_MATERIAL_FIELDS, to_numbers(friction), strict=True))}
+        return node
+
+    def _geometry(self, name: str, shape: Any, source: Any) -> Node:
+        kind: Any = cast("Any", type(shape))
+        pose = shape.local_pose
+        if kind in _KINDS:
+            type_, sizes = _KINDS[kind]
+            node: Node = {"type": type_} | {size: plain_value(getattr(shape, size)) for size in sizes}
+            return node | _turned_pose(pose, kept_by_shape, lying=kind in _LYING)
+        if kind is physx.PhysxCollisionShapePlane:
+            return {"type": "plane", **_plane_pose(pose, kept_by_shape)}
+        if source is None:
+            self.problems.append(
+                f"`{name}`: a collision mesh whose file is unknown; build the scene in `scenecc.record()`"
+            )
+            return {"type": "box", "half_size": [1.0, 1.0, 1.0]}
+        node = {"type": source.type, "file": self._files.name(source.file)}
+        scale = scale_value(shape.scale)
+        node |= {} if scale is None else {"scale": scale}
+        node |= source.keys
+        value = pose_value(pose, kept_by_shape)
+        return node | ({} if value is None else {"pose": value})
+
+    def _visual(self, name: str, shape: Any) -> Node:
+        kind: Any = cast("Any", type(shape))
+        if kind in _KINDS:
+            type_, sizes = _KINDS[kind]
+            node: Node = {"type": type_} | {size: plain_value(getattr(shape, size)) for size in sizes}
+            node |= _turned_pose(shape.local_pose, nearly_same, lying=kind in _LYING)
+        elif kind is render.RenderShapePlane:
+            node = {
+                "type": "plane",
+                "half_size": to_numbers(shape.scale[1:]),
+                **_plane_pose(shape.local_pose, nearly_same),
+            }
+            if same_single(node["half_size"], (10.0, 10.0)):
+                del node["half_size"]
+        else:
+            node = self._visual_mesh(name, shape)
+        if shape.name:
+            node["name"] = shape.name
+        mirrored = node["type"] == "mesh" and float(shape.scale[0] * shape.scale[1] * shape.scale[2]) < 0
+        if (shape.front_face == "clockwise") != mirrored:
+            node["front_face"] = shape.front_face
+        return node | self._look(shape, node)
+
+    def _visual_mesh(self, name: str, shape: Any) -> Node:
+        value = pose_value(shape.local_pose, nearly_same)
+        node: Node = {} if value is None else {"pose": value}
+        if shape.filename:
+            scale = scale_value(shape.scale)
+            return {"type": "mesh", "file": self._files.name(shape.filename), **node} | (
+                {} if scale is None else {"scale": scale}
+            )
+        tiled = _tiled_plane(shape)
+        if tiled is None:
+            self.problems.append(f"`{name}`: a visible mesh that no file has")
+            tiled = {"type": "tiled_plane", "half_size": [1.0, 1.0], "texture_repeat": [1.0, 1.0]}
+        if "pose" in tiled and "pose" in node:
+            self.problems.append(f"`{name}`: a flat mesh away from its origin, which is turned")
+        return {**tiled, **node}
+
+    def _look(self, shape: Any, node: Node) -> Node:
+        if node["type"] == "mesh":
+            looks = [visual_material(part.material, self._files) for part in shape.parts]
+            if looks == _looks_of_file(shape.filename, self._files):
+                return {}
+            if any(look != looks[0] for look in looks):
+                self.problems.append(f"the parts of the mesh {node['file']} have materials that its file does not have")
+            found = looks[0]
+        else:
+            found = visual_material(shape.parts[0].material, self._files)
+        if not found.keys() - {"base_color"}:
+            color = found.get("base_color")
+            if color is not None or node["type"] == "mesh":
+                return {"color": color or [1.0, 1.0, 1.0]}
+            return {}
+        return {"material": {"visual": found}}
+
+
+@cache
+def empty_body() -> Node:
+    """The shapes of a body without any."""
+    import scenecc  # noqa: PLC0415 - the facade is above this module's other users
+
+    body: Node = {"body_type": "static", "shapes": []}
+    if any(found.severity == "error" for found in scenecc.validate({"scenecc": 1, "entities": {"empty": body}})):
+        return {"visuals": [{"type": "sphere", "radius": 0.001}]}
+    return {"shapes": []}
+
+
+def body_type(component: Any) -> str:
+    """The language's type of a body, by its physical component or None."""
+    if component is None:
+        return "none"
+    if isinstance(component, physx.PhysxRigidStaticComponent):
+        return "static"
+    return "kinematic" if component.kinematic else "dynamic"
+
+
+def inertial(component: Any) -> Node:
+    """The mass properties of a component."""
+    com = pose_value(component.cmass_local_pose)
+    node = {"mass": to_number(component.mass), "inertia": to_numbers(component.inertia)}
+    return node if com is None else {**node, "com": com}
+
+
+def kept_by_shape(given: Iterable[float], found: Iterable[float]) -> bool:
+    """Whether a colliding shape that is given a quaternion holds the other one: PhysX normalises it."""
+    shape = _any_shape()
+    shape.set_local_pose(sapien.Pose(q=list(given)))
+    return same_single(shape.local_pose.q, found)
+
+
+@cache
+def _any_shape() -> Any:
+    return physx.PhysxCollisionShapeSphere(1.0, physx.get_default_material())
+
+
+def _turned_pose(pose: Any, same: Same, *, lying: bool) -> Node:
+    """`pose` and, of what lies along an axis, `axis`."""
+    if lying:
+        for axis, turn in _AXES.items():
+            if same(turn, to_numbers(pose.q)):
+                p = to_numbers(pose.p)
+                return {"axis": axis, **({"pose": p} if any(p) else {})}
+    value = pose_value(pose, same)
+    return {} if value is None else {"pose": value}
+
+
+def _plane_pose(pose: Any, same: Same) -> Node:
+    p = to_numbers(pose.p)
+    if same(_UP, to_numbers(pose.q)):
+        return {"pose": p} if any(p[:2]) else {"offset": p[2]} if p[2] else {}
+    value = pose_value(pose, same)
+    return {"normal": [1.0, 0.0, 0.0], **({} if value is None else {"pose": value})}
+
+
+def _tiled_plane(shape: Any) -> Node | None:
+    """A flat grid that faces its own +z, as the language's `tiled_plane`; None: the mesh is something else."""
+    (part, *others) = shape.parts
+    found = flat_grid(part.vertices, part.get_vertex_uv())
+    if others or found is None or not same_single(shape.scale, (1, 1, 1)):
+        return None
+    low, high, uv_low, uv_high = found
+    node: Node = {
+        "type": "tiled_plane",
+        "half_size": to_numbers((high - low) / 2),
+        "texture_repeat": to_numbers(uv_high - uv_low),
+    }
+    centre = [*to_numbers((high + low) / 2), to_number(part.vertices[0, 2])]
+    return {**node, "pose": centre} if any(centre) else node
+
+
+def flat_grid(vertices: Any, uvs: Any) -> tuple[Any, Any, Any, Any] | None:
+    """Corners (2,), (2,) and their texture coordinates (2,), (2,) of a rectangle in a plane of z, over which the
+    texture coordinates change evenly; None: the vertices (N, 3) are no such rectangle.
+    """
+    if len(vertices) < 4 or len(uvs) != len(vertices) or np.ptp(vertices[:, 2]) > 0:
+        return None
+    places, uvs = vertices[:, :2].astype(np.float64), uvs.astype(np.float64)
+    low, high, uv_low, uv_high = places.min(0), places.max(0), uvs.min(0), uvs.max(0)
+    if not ((high > low).all() and (uv_high > uv_low).all()):
+        return None
+    even = uv_low + (places - low) / (high - low) * (uv_high - uv_low)
+    return (low, high, uv_low, uv_high) if np.abs(even - uvs).max() <= 1e-4 * (1 + np.abs(uvs).max()) else None
+
+
+def visual_material(material: Any, files: Files) -> Node:
+    """What differs of a `RenderMaterial` from one that nothing has touched."""
+    fresh = _fresh_material()
+    found: Node = {}
+    for name in RENDER_MATERIAL_FIELDS:
+        value = plain_value(getattr(material, name))
+        if value != fresh[name]:
+            found[name] = color_value(value) if isinstance(value, list) else value
+    for name in TEXTURES:
+        texture = getattr(material, f"{name}_texture")
+        if texture is not None:
+            found[f"{name}_texture"] = _texture(name, texture, files)
+    return found
+
+
+def _texture(name: str, texture: Any, files: Files) -> Any:
+    file = files.name(texture.filename) if texture.filename else ""
+    defaults = {"mipmap_levels": 1, "filter_mode": "linear", "address_mode": "repeat", "srgb": name in _COLORS}
+    given = {key: getattr(texture, "is_srgb" if key == "srgb" else key) for key in defaults}
+    changed = {key: value for key, value in given.items() if value != defaults[key]}
+    return {"file": file, **changed} if changed else file
+
+
+_COLORS: Final = frozenset(("base_color", "emission"))
+
+
+@cache
+def _fresh_material() -> Node:
+    fresh = render.RenderMaterial()
+    return {name: plain_value(getattr(fresh, name)) for name in RENDER_MATERIAL_FIELDS}
+
+
+_FILE_LOOKS: dict[str, list[Node]] = {}
+
+
+def _looks_of_file(filename: str, files: Files) -> list[Node]:
+    """The materials that a file of a mesh brings, part by part."""
+    if filename not in _FILE_LOOKS:
+        mesh = render.RenderShapeTriangleMesh(filename, [1, 1, 1], None)
+        _FILE_LOOKS[filename] = [visual_material(part.material, files) for part in mesh.parts]
+    return _FILE_LOOKS[filename]
+
+
+_OF_BOTH: Final = ("pose", "axis", "half_size", "radius", "half_length", "normal", "offset", "file", "scale")
+
+_PLACE: Final = frozenset(("pose", "axis", "normal", "offset"))
+
+
+def _same_place(first: Any, second: Any) -> bool:
+    """Whether two poses differ by what nobody sees: PhysX normalises the rotations of what collides."""
+    turns = [np.asarray(pose.q, np.float64) / np.linalg.norm(pose.q) for pose in (first, second)]
+    return bool(np.abs(first.p - second.p).max() <= _NEAR and abs(turns[0] @ turns[1]) >= 1 - _NEAR)
+
+
+_NEAR: Final = 1e-6
+
+_LIKE: Final = {"convex_mesh": "mesh", "convex_parts": "mesh", "triangle_mesh": "mesh"}
+
+
+def merge_shapes(collision: Node, visual: Node) -> Node | None:
+    """One shape that collides and is seen, of one of each; None where they differ in form."""
+    if _LIKE.get(collision["type"], collision["type"]) != visual["type"]:
+        return None
+    plane = collision["type"] == "plane"
+    if any(collision.get(key) != visual.get(key) for key in _OF_BOTH if not (plane and key == "half_size")):
+        return None
+    material = {**collision.get("material", {}), **visual.get("material", {})}
+    merged = {**visual, **collision}
+    return {**merged, "material": material} if material else merged
+
+
+_LISTS: Final = {
+    "material": ("shapes", "collisions", "visuals"),
+    "color": ("shapes", "visuals"),
+    "density": ("shapes", "collisions"),
+    "collision_bits": ("shapes", "collisions"),
+}
+
+
+def common_keys(node: Node) -> Node:
+    """Puts what all shapes of a body have in common beside them."""
+    for key, lists in _LISTS.items():
+        items = [item for name in lists for item in node.get(name, [])]
+        others = any(node.get(name) for name in ("shapes", "collisions", "visuals") if name not in lists)
+        values = [item.get(key) for item in items]
+        if not items or values[0] is None or any(value != values[0] for value in values):
+            continue
+        if key != "collision_bits" and (len(items) == 1 or (others and key == "material")):
+            continue
+        for item in items:
+            del item[key]
+        node[key] = values[0]
+    return node

@@ -1,0 +1,152 @@
+"""`scenecc.decompile`: live scenes as a scene file, built again and compared."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from os import PathLike
+
+    from scenecc.decompiler.record import Recording
+
+
+@dataclass(frozen=True)
+class Decompiled:
+    """A scene file that was made of live scenes.
+
+    Attributes:
+        document: the scene file as plain data: what `load_scene` takes as a dict.
+        text: the same as YAML.
+        problems: what of the live scenes a scene file cannot say, or nobody recorded; one sentence each.
+        differences: what is not equal in the scenes that the file builds, one line each; None: nobody compared.
+    """
+
+    document: dict[str, Any]
+    text: str
+    problems: tuple[str, ...]
+    differences: tuple[str, ...] | None
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether the file was built and gave scenes that are equal to the live ones, to the bit."""
+        return self.differences == ()
+
+
+@dataclass(frozen=True)
+class _Source:
+    """Live scenes, and what their names are without what a simulator puts before them."""
+
+    scenes: list[Any]
+    rename: Callable[[int, str], str]
+    hidden: frozenset[str] = frozenset()
+    maniskill: bool = False
+
+
+def decompile(
+    source: Any,
+    *,
+    recording: Recording | None = None,
+    base: str | PathLike[str] = ".",
+    name: str | None = None,
+    description: str | None = None,
+    check: bool = True,
+) -> Decompiled:
+    """Writes live scenes as a scene file, and builds it to compare.
+
+    Decompile right after a build or a reset: what the engine keeps of contacts once it has stepped cannot be read.
+
+    Args:
+        source: a `sapien.Scene`, a sequence of parallel ones, or an environment or a scene of ManiSkill.
+        recording: what `scenecc.record()` noted while the scenes were built. Without it, collision meshes, robots'
+            files, fixed tendons and environment maps are unknown.
+        base: folder of the file that will be written; paths of files are relative to it, or `pkg://`.
+        name: of the scene file.
+        description: of the scene file.
+        check: whether to build the file, once, and to compare; it takes as long as the build.
+
+    Raises:
+        TypeError: `source` is none of these.
+        UnlikeScenes: the scenes differ in what all scenes of a file have in common.
+    """
+    from scenecc.decompiler.live import SceneReader, has_render_system  # noqa: PLC0415 - loads the engine
+    from scenecc.decompiler.prefabs import use_prefabs  # noqa: PLC0415 - likewise
+    from scenecc.decompiler.reading import read_scene  # noqa: PLC0415 - likewise
+    from scenecc.decompiler.values import Files  # noqa: PLC0415 - likewise
+    from scenecc.scene_file.layout import scene_text  # noqa: PLC0415
+    from scenecc.scene_file.parallel import merge_scenes  # noqa: PLC0415
+    from scenecc.scene_file.simplify import simplify  # noqa: PLC0415
+
+    live, folder = _live_scenes(source), Path(base)
+    problems: dict[str, None] = {}
+    documents: list[dict[str, Any]] = []
+    facts = [read_scene(scene) for scene in live.scenes]
+    for index, scene in enumerate(live.scenes):
+        reader = SceneReader(recording, Files(folder), _of_scene(live.rename, index), live.hidden)
+        documents.append(reader.document(scene))
+        problems.update(dict.fromkeys(reader.problems))
+    render = has_render_system(live.scenes[0])
+    merged = merge_scenes(documents)
+    if render or live.maniskill:  # what ManiSkill builds is seen as prefabs show it
+        merged = use_prefabs(merged, facts[0], rename=_of_scene(live.rename, 0), render=render)
+    head = {"scenecc": 1} | ({"name": name} if name else {}) | ({"description": description} if description else {})
+    document = {**head, **simplify(merged)}
+    differences = None
+    if check:
+        differences = tuple(_differences(document, folder, facts, live.rename, render=render))
+    return Decompiled(document, scene_text(document), tuple(problems), differences)
+
+
+def _differences(
+    document: dict[str, Any], base: Path, facts: list[Any], rename: Callable[[int, str], str], *, render: bool
+) -> list[str]:
+    import scenecc  # noqa: PLC0415 - the facade is above this module's other users
+    from scenecc.decompiler.verify import rebuilt_differences  # noqa: PLC0415 - loads the engine
+
+    try:
+        return rebuilt_differences(document, base, facts, rename=rename, render=render)
+    except scenecc.SceneError as error:
+        return [f"the file does not build: {line}" for line in str(error).strip().splitlines()]
+    except OSError as error:
+        return [f"no file can be built in `{base}`: {error.strerror}"]
+
+
+def _of_scene(rename: Callable[[int, str], str], index: int) -> Callable[[str], str]:
+    return lambda name: rename(index, name)
+
+
+def _live_scenes(source: Any) -> _Source:
+    environment: Any = getattr(source, "unwrapped", source)
+    owner: Any = None if hasattr(environment, "physx_system") else getattr(environment, "scene", None)
+    scene: Any = owner if hasattr(owner, "sub_scenes") else environment
+    if hasattr(scene, "sub_scenes"):
+        hidden = frozenset(actor.name for actor in getattr(environment, "_hidden_objects", ()))
+        scenes = list(scene.sub_scenes)
+        return _Source(scenes, _maniskill_names(scenes), hidden, maniskill=True)
+    scenes: list[Any] = [*source] if isinstance(source, list | tuple) else [source]
+    if not scenes or not all(hasattr(each, "physx_system") and hasattr(each, "entities") for each in scenes):
+        raise TypeError("decompile takes a sapien.Scene, a list of them, or an environment or a scene of ManiSkill")
+    return _Source(scenes, lambda _, name: name)
+
+
+def _maniskill_names(scenes: list[Any]) -> Callable[[int, str], str]:
+    """ManiSkill's names without the scene's index, and links' and joints' without their robot's name."""
+    from scenecc.decompiler.live import articulations_of  # noqa: PLC0415 - loads the engine
+
+    prefixes = [_link_prefixes(articulation.name for articulation in articulations_of(scene)) for scene in scenes]
+
+    def rename(index: int, name: str) -> str:
+        for prefix in prefixes[index]:
+            if name.startswith(prefix):
+                return name.removeprefix(prefix)
+        return re.sub(r"^scene-\d+_", "", name)
+
+    return rename
+
+
+def _link_prefixes(articulations: Iterable[str]) -> list[str]:
+    """`scene-0-panda_` for `scene-0_panda`; the longest first, since one robot's name may begin another's."""
+    return sorted((f"{name.replace('_', '-', 1)}_" for name in articulations), key=len, reverse=True)

@@ -1,0 +1,204 @@
+"""A live scene as a scene document: a walk over its entities, in the order in which they were built."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.backends.sapien.engine import physx, render
+from scenecc.decompiler.articulations import ArticulationReader
+from scenecc.decompiler.bodies import BodyReader, SceneDefaults, friction_of, plain_value, untouched
+from scenecc.decompiler.constraints import COMPONENTS, constraint
+from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
+from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single, to_numbers
+from scenecc.plan.scene import SCENE_CONFIG_FIELDS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from scenecc.decompiler.record import Recording
+
+_BODY_DEFAULTS: Final = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
+
+_SHAPE_DEFAULTS: Final = ("contact_offset", "rest_offset")
+
+
+class SceneReader:
+    """Reads one live scene.
+
+    Attributes:
+        problems: what cannot be said in a scene file, one sentence each.
+        names: the names in the document, by those of the scene's entities.
+    """
+
+    def __init__(
+        self, recording: Recording | None, files: Files, rename: Callable[[str], str], hidden: Iterable[str]
+    ) -> None:
+        self._recording = recording
+        self._files = files
+        self._rename = rename
+        self._hidden = frozenset(hidden)
+        self.problems: list[str] = []
+        self._taken: set[str] = set()
+        self._mounts: dict[int, tuple[Any, str]] = {}
+        self._many_robots = False
+
+    def document(self, scene: Any) -> Node:
+        """A `sapien.Scene` as a document of one scene."""
+        components = [component for entity in scene.entities for component in entity.components]
+        defaults = _defaults_of([c for c in components if isinstance(c, physx.PhysxRigidBaseComponent)])
+        bodies = BodyReader(self._recording, self._files, defaults)
+        document: Node = {"scenecc": 1}
+        physics = _physics(scene, defaults)
+        document |= {"physics": physics} if physics else {}
+        rename, ignoring = self._rename, _ignoring_articulations(components)
+        self._many_robots = ignoring > 1
+        robots = ArticulationReader(self._recording, self._files, bodies, rename, physics)
+        entities: Node = {}
+        for entity in scene.entities:
+            self._entity(entity, bodies, robots, entities)
+        system = _render_system(scene)
+        surroundings = {} if system is None else environment(system, self._recording, self._files, self.problems)
+        document |= {"environment": surroundings} if surroundings else {}
+        document["entities"] = entities
+        ties = self._constraints(components)
+        document |= {"constraints": ties} if ties else {}
+        document |= self._seen(components)
+        self.problems += bodies.problems
+        return document
+
+    def _entity(self, entity: Any, bodies: BodyReader, robots: ArticulationReader, entities: Node) -> None:
+        body: Any = None
+        look: Any = None
+        for component in entity.components:
+            if isinstance(component, physx.PhysxRigidBaseComponent):
+                body = component
+            elif isinstance(component, render.RenderBodyComponent):
+                look = component
+        if isinstance(body, physx.PhysxArticulationLinkComponent):
+            if body.is_root:
+                self._articulation(body.articulation, robots, entities)
+            return
+        if body is None and look is None:
+            return
+        name = self._name(entity.name, "body")
+        self._mounts[id(entity)] = (entity, name)
+        node = bodies.body(name, body, look)
+        pose = pose_value(entity.pose)
+        node |= {} if pose is None else {"pose": pose}
+        node |= {"hidden": True} if self._rename(entity.name) in self._hidden else {}
+        entities[name] = node
+
+    def _articulation(self, articulation: Any, robots: ArticulationReader, entities: Node) -> None:
+        name = self._name(articulation.name, "articulation")
+        for link in articulation.links:
+            entity = link.entity
+            self._mounts[id(entity)] = (entity, f"{name}/{self._rename(link.name)}")
+        entities[name] = robots.entity(name, articulation, alone=not self._many_robots)
+
+    def _constraints(self, components: list[Any]) -> Node:
+        found: Node = {}
+        for component in components:
+            if isinstance(component, COMPONENTS):
+                parent = None if component.parent is None else self._mount(component.parent.entity)
+                name = self._name(component.name, "constraint")
+                child = self._mount(component.entity) or ""
+                found[name] = constraint(component, parent or "world", child, self._recording, name, self.problems)
+        return found
+
+    def _seen(self, components: list[Any]) -> Node:
+        """Lights and cameras."""
+        found: dict[str, Node] = {"lights": {}, "cameras": {}}
+        for component in components:
+            kind = type(component).__name__
+            if kind in LIGHTS:
+                mount = self._mount(component.entity)
+                name = self._name(component.name or component.entity.name, LIGHTS[kind])
+                found["lights"][name] = light(component, self._files, mount)
+            elif isinstance(component, render.RenderCameraComponent):
+                name = self._name(component.name or component.entity.name, "camera")
+                found["cameras"][name] = camera(component, self._mount(component.entity))
+        return {section: nodes for section, nodes in found.items() if nodes}
+
+    def _mount(self, entity: Any) -> str | None:
+        found = self._mounts.get(id(entity))  # the entities are kept, so that no other has the identity of one
+        return None if found is None else found[1]
+
+    def _name(self, given: str, otherwise: str) -> str:
+        """A name of the language that nothing else has."""
+        plain = plain_name(self._rename(given)) or otherwise
+        if plain != (self._rename(given) or otherwise):
+            self.problems.append(f"`{given}` is called `{plain}`: a name in a scene file has no other characters")
+        name, number = plain, 1
+        while name in self._taken:
+            number += 1
+            name = f"{plain}_{number}"
+        self._taken.add(name)
+        return name
+
+
+def _ignoring_articulations(components: list[Any]) -> int:
+    """How many articulations have links that ignore one another."""
+    links = [each for each in components if isinstance(each, physx.PhysxArticulationLinkComponent)]
+    ignoring = [link for link in links if any(shape.get_collision_groups()[2] for shape in link.collision_shapes)]
+    return len({link.articulation.name for link in ignoring})
+
+
+def has_render_system(scene: Any) -> bool:
+    """Whether a scene has what is seen."""
+    return _render_system(scene) is not None
+
+
+def _render_system(scene: Any) -> Any:
+    try:
+        return scene.render_system
+    except RuntimeError:  # a scene without one
+        return None
+
+
+def _most_common(values: list[Any], otherwise: Any) -> Any:
+    return Counter(values).most_common(1)[0][0] if values else otherwise
+
+
+def _defaults_of(bodies: list[Any]) -> SceneDefaults:
+    """What most shapes and bodies have, which then is said once."""
+    shapes = [shape for body in bodies for shape in body.collision_shapes]
+    fresh = untouched()
+    friction = _most_common([friction_of(shape.physical_material) for shape in shapes], SceneDefaults.friction)
+    moved = [body for body in bodies if isinstance(body, physx.PhysxRigidDynamicComponent)]
+    moved += [body.articulation for body in bodies if isinstance(body, physx.PhysxArticulationLinkComponent)]
+    return SceneDefaults(
+        friction=tuple(friction),
+        shape={
+            name: _most_common([getattr(shape, name) for shape in shapes], fresh["shape"][name])
+            for name in _SHAPE_DEFAULTS
+        },
+        body={
+            name: _most_common([getattr(body, name) for body in moved], fresh["body"][name]) for name in _BODY_DEFAULTS
+        },
+    )
+
+
+def _physics(scene: Any, defaults: SceneDefaults) -> Node:
+    node: Node = {}
+    if not same_single([scene.timestep], [0.01]):
+        node["timestep"] = float(scene.timestep)
+    fresh, config = physx.PhysxSceneConfig(), scene.physx_system.config
+    for name in SCENE_CONFIG_FIELDS:
+        value = plain_value(getattr(config, name))
+        if value != plain_value(getattr(fresh, name)):
+            node[name] = value
+    if not same_single(defaults.friction, SceneDefaults.friction):
+        names = ("static_friction", "dynamic_friction", "restitution")
+        node["default_material"] = dict(zip(names, to_numbers(defaults.friction), strict=True))
+    own = untouched()
+    for part, given in (("shape", defaults.shape), ("body", defaults.body)):
+        node |= {name: plain_value(value) for name, value in given.items() if value != own[part][name]}
+    return node
+
+
+def articulations_of(scene: Any) -> list[Any]:
+    """The articulations of a scene, in the order of their first links."""
+    components = [component for entity in scene.entities for component in entity.components]
+    links = [each for each in components if isinstance(each, physx.PhysxArticulationLinkComponent)]
+    return [link.articulation for link in links if link.is_root]

@@ -1,0 +1,118 @@
+"""Bodies that a prefab of scenecc builds, to the bit, as instances of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.decompiler.facts import Facts, renamed
+from scenecc.decompiler.reading import read_scene
+from scenecc.decompiler.verify import tidy, untouched_engine
+from scenecc.scene_file.nodes import is_mapping
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scenecc.decompiler.values import Node
+
+
+def use_prefabs(document: Node, live: Facts, *, rename: Callable[[str], str], render: bool) -> Node:
+    """The document with instances of prefabs in place of the bodies that these build.
+
+    Args:
+        document: a scene document; it is not changed.
+        live: the first of its scenes as it was read.
+        rename: gives the document's names of the scene's objects.
+        render: whether visuals were read. Without, an instance also brings those of the prefab.
+    """
+    entities: Node = document.get("entities", {})
+    bodies = {part.name: part for part in (_physical(renamed(each, rename)) for each in live.of_kind("entity"))}
+    for instance, names, given in _candidates(entities, render=render):
+        if not all(name in entities and name in bodies for name in names) or instance in entities:
+            continue
+        use, parameters = given
+        node = {"use": use, "prefix": "", **({"with": parameters} if parameters else {})}
+        # Boxes have the same body as ManiSkill's mesh, whose texture takes seconds to check.
+        quick = {**node, "with": {**parameters, "visual": "boxes"}} if use == _TABLE else node
+        if _built(quick, document) == {name: bodies[name] for name in names}:
+            places = {name: {instance: node} if name == names[0] else {} for name in names}
+            entities = {
+                key: value for name, other in entities.items() for key, value in places.get(name, {name: other}).items()
+            }
+    return {**document, "entities": entities} if "entities" in document else document
+
+
+def _physical(facts: Facts) -> Facts:
+    """An entity without what is seen of it."""
+    return tidy(replace(facts, parts=tuple(part for part in facts.parts if part.kind.startswith("Physx"))))
+
+
+_TABLE, _GROUND = "scenecc:table_workspace", "scenecc:ground"
+
+_TABLE_LOOKS: Final = [
+    {
+        "type": "mesh",
+        "file": "pkg://mani_skill/utils/scene_builder/table/assets/table.glb",
+        "pose": {"rpy_deg": [0.0, 0.0, 90.0]},
+        "scale": 1.75,
+    }
+]
+
+_Candidate = tuple[str, list[str], tuple[str, "Node"]]
+
+
+def _candidates(entities: Node, *, render: bool) -> list[_Candidate]:
+    """Instances that may build what some entities are: their names, those of the entities, prefabs and parameters."""
+    ground: Any = entities.get("ground")
+    if not is_mapping(ground) or "collisions" not in ground:
+        return []
+    floor = _floor(ground, render=render)
+    (plane, *_) = ground["collisions"]
+    if floor is None or "urdf" in ground or plane["type"] != "plane":
+        return []
+    found: list[_Candidate] = []
+    looks = [
+        {**item, "scale": float(item.get("scale", 1))}
+        for item in entities.get("table-workspace", {}).get("visuals", [])
+    ]
+    if "table-workspace" in entities and "floor_length" not in floor and (looks == _TABLE_LOOKS or not render):
+        found.append(("table", ["table-workspace", "ground"], (_TABLE, floor)))
+    altitude = {"altitude": plane["offset"]} if "offset" in plane else {}
+    found.append(("floor", ["ground"], (_GROUND, {**floor, **altitude})))
+    return found
+
+
+def _floor(ground: Node, *, render: bool) -> Node | None:
+    """The parameters of a ground that is seen as tiles; None: it looks otherwise."""
+    if not render:
+        return {}
+    if [item.get("type") for item in ground.get("visuals", [])] != ["tiled_plane"]:
+        return None
+    (tiles,) = ground["visuals"]
+    length, width = (2 * edge for edge in tiles["half_size"])
+    squares = [edge / count for edge, count in zip((length, width), tiles["texture_repeat"], strict=True)]
+    texture: Any = tiles.get("material", {}).get("visual", {}).get("base_color_texture", {})
+    x, y, _ = tiles.get("pose", [0.0, 0.0, 0.0])
+    if not is_mapping(texture) or texture.get("mipmap_levels") != _MIPMAPS or abs(squares[0] - squares[1]) > _NEAR:
+        return None
+    found: Node = {} if width == _USUAL_WIDTH else {"floor_width": width}
+    found |= {} if length == width else {"floor_length": length}
+    found |= {"xy_origin": [x, y]} if x or y else {}
+    found |= {} if abs(squares[0] - _USUAL_SQUARE) <= _NEAR else {"texture_square_len": squares[0]}
+    return found | {"texture_file": texture["file"]}
+
+
+_MIPMAPS, _USUAL_WIDTH, _USUAL_SQUARE, _NEAR = 4, 100.0, 4.0, 1e-4
+"""Of `scenecc:ground`."""
+
+
+def _built(node: Node, document: Node) -> dict[str, Facts]:
+    """The bodies that an instance builds under the document's settings, by their names."""
+    import scenecc  # noqa: PLC0415 - the facade is above this module's other users
+
+    alone = {"scenecc": 1, "physics": document.get("physics", {}), "entities": {"instance": node}}
+    try:
+        with untouched_engine(), scenecc.load_scene(alone, render=False, allow_outside_assets=True) as batch:
+            return {part.name: _physical(part) for part in read_scene(batch.scenes[0]).of_kind("entity")}
+    except scenecc.SceneError:
+        return {}

@@ -1,0 +1,291 @@
+"""What no getter of SAPIEN gives back, recorded while a scene is built: the files of collision meshes and robots,
+fixed tendons, limits of distance joints, scales of inverse masses, and environment maps.
+"""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import wraps
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, cast
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+
+@dataclass(frozen=True)
+class MeshSource:
+    """Where a collision mesh comes from.
+
+    Attributes:
+        type: of the language: "convex_mesh", "convex_parts" or "triangle_mesh".
+        file: as it was given to the engine; of parts by CoACD, before these were made.
+        keys: `sdf`, `decomposition` and `decomposition_params` of the language, where they are not its defaults.
+        parts: whether the shape is one of several of a file.
+        load: counts the loads; the parts of one have the same.
+    """
+
+    type: str
+    file: str
+    keys: dict[str, Any] = field(default_factory=dict[str, Any])
+    parts: bool = False
+    load: int = 0
+
+
+@dataclass(frozen=True)
+class RobotSource:
+    """The file of a robot.
+
+    Attributes:
+        format: "urdf" or "mjcf".
+        file: as it was given to the loader.
+        options: what else the loader was told, by the language's keys.
+    """
+
+    format: str
+    file: str
+    options: dict[str, Any] = field(default_factory=dict[str, Any])
+
+
+class Recording:
+    """What was recorded. Objects of the engine are kept alive by it, since they are known by their identity."""
+
+    def __init__(self) -> None:
+        self._meshes: dict[int, tuple[Any, MeshSource]] = {}
+        self._calls: dict[int, tuple[Any, dict[str, tuple[Any, ...]]]] = {}
+        self._decomposed: dict[str, tuple[str, dict[str, Any]]] = {}
+        self._loads = 0
+        self._links: dict[int, tuple[Any, Any, RobotSource | None]] = {}
+        self.cubemaps: dict[int, tuple[Any, tuple[str, ...]]] = {}
+        self.tendons: dict[int, tuple[Any, list[tuple[Any, ...]]]] = {}
+
+    def mesh_of(self, shape: Any) -> MeshSource | None:
+        """The source of a live collision shape; None: it was not recorded."""
+        found = self._meshes.get(id(shape))
+        return None if found is None else found[1]
+
+    def call_of(self, component: Any, name: str) -> tuple[Any, ...] | None:
+        """The arguments of the last call of a setter; None: there was none."""
+        found = self._calls.get(id(component))
+        return None if found is None else found[1].get(name)
+
+    def robot_of(self, root: Any) -> RobotSource | None:
+        """The file of the articulation of a root link; None: it was not recorded, or was made of no file."""
+        found = self._links.get(id(root))
+        return None if found is None else found[2]
+
+    def builder_of(self, link: Any) -> Any:
+        """SAPIEN's `LinkBuilder` of a live link, which has its joint's frames as they were given; None: unknown."""
+        found = self._links.get(id(link))
+        return None if found is None else found[1]
+
+    def keep_link(self, link: Any, builder: Any, source: RobotSource | None) -> None:
+        """Notes what a link was built of."""
+        self._links[id(link)] = (link, builder, source)
+
+    def keep_mesh(self, shape: Any, type_: str, file: str, **keys: Any) -> None:
+        """Notes the file of a shape."""
+        self._meshes[id(shape)] = (shape, MeshSource(type_, file, keys))
+
+    def keep_parts(self, shapes: list[Any], file: str) -> None:
+        """Notes the file of several shapes that were loaded together."""
+        self._loads += 1
+        source, params = self._decomposed.get(file, (file, None))
+        keys: dict[str, Any] = {} if params is None else {"decomposition": "coacd"}
+        if params:
+            keys["decomposition_params"] = params
+        for shape in shapes:
+            self._meshes[id(shape)] = (shape, MeshSource("convex_parts", source, keys, parts=True, load=self._loads))
+
+    def keep_decomposition(self, result: str, file: str, params: dict[str, Any]) -> None:
+        """Notes of which file CoACD made another."""
+        self._decomposed[result] = (file, params)
+
+    def keep_call(self, component: Any, name: str, arguments: tuple[Any, ...]) -> None:
+        """Notes the arguments of a setter that has no getter."""
+        self._calls.setdefault(id(component), (component, {}))[1][name] = arguments
+
+
+@contextmanager
+def record() -> Generator[Recording]:
+    """Records what no getter of SAPIEN gives back of scenes that are built in the block.
+
+        with scenecc.record() as recording:
+            env = gymnasium.make("PickCube-v1")
+            env.reset(seed=0)
+        print(scenecc.decompile(env, recording=recording).text)
+
+    SAPIEN's classes are as they were after the block, also after an error.
+    """
+    recording = Recording()
+    undo: list[Callable[[], None]] = []
+    try:
+        _record_meshes(recording, undo)
+        _record_calls(recording, undo)
+        _record_robots(recording, undo)
+        yield recording
+    finally:
+        for step in reversed(undo):
+            step()
+
+
+def _replace(owner: Any, name: str, make: Callable[[Any], Any], undo: list[Callable[[], None]]) -> None:
+    """Replaces an attribute of a class or module by one made of it."""
+    own = name in vars(owner)
+    before: Any = cast("dict[str, Any]", vars(owner)).get(name)
+    setattr(owner, name, make(getattr(owner, name)))
+    undo.append(lambda: setattr(owner, name, before) if own else delattr(owner, name))
+
+
+def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None:
+    from scenecc.backends.sapien.engine import physx  # noqa: PLC0415 - importing this module loads no engine
+
+    def convex(init: Any) -> Any:
+        @wraps(init)
+        def recorded(self: Any, *args: Any, **options: Any) -> None:
+            init(self, *args, **options)
+            file = options.get("filename", args[0] if args else None)
+            if isinstance(file, str):
+                recording.keep_mesh(self, "convex_mesh", file)
+
+        return recorded
+
+    def triangles(init: Any) -> Any:
+        @wraps(init)
+        def recorded(self: Any, *args: Any, **options: Any) -> None:
+            init(self, *args, **options)
+            file = options.get("filename", args[0] if args else None)
+            if isinstance(file, str):
+                sdf = options.get("sdf", args[3] if len(args) > 3 else False)
+                recording.keep_mesh(self, "triangle_mesh", file, **({"sdf": True} if sdf else {}))
+
+        return recorded
+
+    def several(load: Any) -> Any:
+        @wraps(load)
+        def recorded(*args: Any, **options: Any) -> Any:
+            shapes = load(*args, **options)
+            recording.keep_parts(list(shapes), options["filename"] if "filename" in options else args[0])
+            return shapes
+
+        return staticmethod(recorded)
+
+    _replace(physx.PhysxCollisionShapeConvexMesh, "__init__", convex, undo)
+    _replace(physx.PhysxCollisionShapeTriangleMesh, "__init__", triangles, undo)
+    _replace(physx.PhysxCollisionShapeConvexMesh, "load_multiple", several, undo)
+
+    actor_builder: Any = import_module("sapien.wrapper.actor_builder")
+
+    def decomposed(coacd: Any) -> Any:
+        @wraps(coacd)
+        def recorded(filename: str, **params: Any) -> str:
+            result = coacd(filename, **params)
+            recording.keep_decomposition(result, filename, params)
+            return result
+
+        return recorded
+
+    _replace(actor_builder, "do_coacd", decomposed, undo)
+
+
+_SETTERS = {
+    "PhysxDistanceJointComponent": ("set_limit",),
+    "PhysxDriveComponent": (
+        "set_inv_mass_scales",
+        "set_inv_inertia_scales",
+        *(f"set_limit_{axis}" for axis in ("x", "y", "z", "twist")),
+    ),
+}
+"""Setters without a getter; of limits the engine does not tell a locked axis from a free one."""
+
+
+def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
+    from scenecc.backends.sapien.engine import physx, render  # noqa: PLC0415 - importing this module loads no engine
+
+    def setter(name: str) -> Callable[[Any], Any]:
+        def make(call: Any) -> Any:
+            @wraps(call)
+            def recorded(self: Any, *args: Any, **options: Any) -> Any:
+                recording.keep_call(self, name, (*args, *options.values()))
+                return call(self, *args, **options)
+
+            return recorded
+
+        return make
+
+    for class_, names in _SETTERS.items():
+        for name in names:
+            owner = getattr(physx, class_)
+            if hasattr(owner, name):
+                _replace(owner, name, setter(name), undo)
+
+    def cubemap(init: Any) -> Any:
+        @wraps(init)
+        def recorded(self: Any, *files: Any, **options: Any) -> None:
+            init(self, *files, **options)
+            recording.cubemaps[id(self)] = (self, (*files, *options.values()))
+
+        return recorded
+
+    def tendon(create: Any) -> Any:
+        @wraps(create)
+        def recorded(self: Any, *args: Any, **options: Any) -> Any:
+            recording.tendons.setdefault(id(self), (self, []))[1].append((*args, *options.values()))
+            return create(self, *args, **options)
+
+        return recorded
+
+    _replace(render.RenderCubemap, "__init__", cubemap, undo)
+    _replace(physx.PhysxArticulation, "create_fixed_tendon", tendon, undo)
+
+
+def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None:
+    actor_builder: Any = import_module("sapien.wrapper.actor_builder")
+    urdf_loader: Any = import_module("sapien.wrapper.urdf_loader")
+
+    def parse(format_: str) -> Callable[[Any], Any]:
+        def make(call: Any) -> Any:
+            @wraps(call)
+            def recorded(self: Any, file: Any, *args: Any, **options: Any) -> Any:
+                parsed = call(self, file, *args, **options)
+                source = RobotSource(format_, str(file), _loader_options(self, args, options))
+                for builder in parsed[0]:
+                    for link in builder.link_builders:
+                        link.scenecc_source = source
+                return parsed
+
+            return recorded
+
+        return make
+
+    def physical(build: Any) -> Any:
+        @wraps(build)
+        def recorded(self: Any, *args: Any, **options: Any) -> Any:
+            component = build(self, *args, **options)
+            if getattr(self, "joint_record", None) is not None:
+                recording.keep_link(component, self, getattr(self, "scenecc_source", None))
+            return component
+
+        return recorded
+
+    _replace(actor_builder.ActorBuilder, "build_physx_component", physical, undo)
+    _replace(urdf_loader.URDFLoader, "parse", parse("urdf"), undo)
+    module = sys.modules.get("mani_skill.utils.building._mjcf_loader")
+    if module is not None:
+        _replace(module.MJCFLoader, "parse", parse("mjcf"), undo)
+
+
+def _loader_options(loader: Any, args: tuple[Any, ...], options: dict[str, Any]) -> dict[str, Any]:
+    """What a loader was told, by the language's keys."""
+    srdf = options.get("srdf_file", args[0] if args else None)
+    given = {
+        "srdf": srdf,
+        "scale": getattr(loader, "scale", 1.0),
+        "fix_root_link": getattr(loader, "fix_root_link", True),
+        "load_multiple_collisions": getattr(loader, "load_multiple_collisions_from_file", False),
+        "disable_self_collisions": getattr(loader, "disable_self_collisions", False),
+    }
+    usual = {"srdf": None, "scale": 1.0, "load_multiple_collisions": False, "disable_self_collisions": False}
+    return {key: value for key, value in given.items() if key not in usual or value != usual[key]}

@@ -1,0 +1,172 @@
+"""Builds a scene file that was decompiled, and compares what the engine then holds with the live scene."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from tempfile import NamedTemporaryFile
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import physx
+from scenecc.decompiler.bodies import flat_grid
+from scenecc.decompiler.differing import differences
+from scenecc.decompiler.facts import Facts, Numbers, Plain, plain, renamed
+from scenecc.decompiler.reading import read_scene
+from scenecc.decompiler.values import SEEN_TOLERANCE, plain_name
+from scenecc.geometry.rotations import IDENTITY_POSE, compose, rotate, to_pose
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+    from pathlib import Path
+
+_SEEN: Final = ("Render", "material", "part")
+"""Kinds of objects of which the last bits of a pose do not count: nobody sees them."""
+
+
+def rebuilt_differences(
+    document: Mapping[str, Any], base: Path, live: list[Facts], *, rename: Callable[[int, str], str], render: bool
+) -> list[str]:
+    """Builds a document and tells what differs from live scenes, one line each; empty if all is equal.
+
+    Args:
+        document: the scene file as plain data.
+        base: the folder in which its relative paths start.
+        live: the scenes as they were read before, in the order of their indices.
+        rename: gives the document's names of the live scenes' objects, by the index of the scene.
+        render: whether visuals, lights and cameras were read.
+
+    Raises:
+        SceneError: the document does not build.
+    """
+    import scenecc  # noqa: PLC0415 - the facade is above this module's other users
+    from scenecc.scene_file.layout import scene_text  # noqa: PLC0415 - likewise
+
+    # Beside where it will be, for its relative paths.
+    with NamedTemporaryFile("w", encoding="utf-8", prefix=".scenecc-", suffix=".yaml", dir=base) as file:
+        file.write(scene_text(document))
+        file.flush()
+        with untouched_engine(), scenecc.load_scene(file.name, render=render, allow_outside_assets=True) as batch:
+            found = [read_scene(scene) for scene in batch.scenes]
+    lines: list[str] = []
+    for index, (first, second) in enumerate(zip(live, found, strict=True)):
+        named = renamed(first, partial(_name, rename, index))
+        told = differences(tidy(named), tidy(second))
+        lines += told if len(live) == 1 else [f"scene {index}: {line}" for line in told]
+    return lines
+
+
+def _name(rename: Callable[[int, str], str], index: int, name: str) -> str:
+    return plain_name(rename(index, name))
+
+
+@contextmanager
+def untouched_engine() -> Generator[None]:
+    """The engine's process-wide settings as SAPIEN has them at the start, and afterwards as they were."""
+    kinds = ("scene", "shape", "body", "sdf")
+    before = {kind: getattr(physx, f"get_{kind}_config")() for kind in kinds}
+    material = physx.get_default_material()
+    friction = (material.static_friction, material.dynamic_friction, material.restitution)
+    classes = {"scene": "Scene", "shape": "Shape", "body": "Body", "sdf": "SDF"}
+    try:
+        for kind in kinds:
+            getattr(physx, f"set_{kind}_config")(getattr(physx, f"Physx{classes[kind]}Config")())
+        physx.set_default_material(0.3, 0.3, 0.1)
+        yield
+    finally:
+        for kind, config in before.items():
+            getattr(physx, f"set_{kind}_config")(config)
+        physx.set_default_material(*friction)
+
+
+def tidy(facts: Facts) -> Facts:
+    """The same without what is no difference: the order of an entity's components, the last bits of what is seen, the
+    settings of shadows that are not thrown, whose pose a camera's is, and how finely a flat floor is cut.
+    """
+    facts = _one_pose(facts) if _is_seen_only(facts) else _whole_grid(facts)
+    if facts.kind.startswith("RenderShape"):
+        facts = _placed(facts)
+    # An entity without components is nothing: what is only seen leaves one where nothing is rendered.
+    parts = tuple(tidy(part) for part in facts.parts if part.kind != "entity" or part.parts)
+    if facts.kind == "entity":
+        parts = tuple(sorted(parts, key=lambda part: part.kind))
+    if facts.kind == "scene":
+        # Lights and cameras are built last; where they stand among bodies changes nothing.
+        parts = tuple(sorted(parts, key=_is_seen_only))
+    values = facts.values
+    if ("shadow", False) in values:
+        values = tuple((name, value) for name, value in values if not name.startswith("shadow_"))
+    if facts.kind.startswith(_SEEN) or _is_seen_only(facts):
+        values = tuple((name, _rounded(value)) for name, value in values)
+    # Components have names of their own, which nothing refers to.
+    unnamed = facts.kind.startswith(("Physx", "RenderBody")) or "Light" in facts.kind or "Camera" in facts.kind
+    name = "" if unnamed or _is_seen_only(facts) else facts.name
+    return replace(facts, name=name, values=values, parts=parts)
+
+
+def _placed(facts: Facts) -> Facts:
+    """A shape that is seen, with a rotation of length 1 and a plain path of its file."""
+    pose = _array(facts, "local_pose").astype(np.float64)
+    pose[3:] /= np.linalg.norm(pose[3:])
+    pose[3:] *= np.sign(pose[3]) or 1.0
+    values = dict(facts.values)
+    file = values.get("filename")
+    path = {"filename": os.path.normpath(file)} if isinstance(file, str) and file else {}
+    return _with_values(facts, local_pose=plain(pose), **path)
+
+
+def _one_pose(facts: Facts) -> Facts:
+    """The entity of a light or camera with its component's pose as its own."""
+    (part,) = facts.parts[:1]
+    if part.kind == "entity" or "local_pose" not in dict(part.values):
+        return facts
+    outer, inner = (to_pose(_array(each, key)) for each, key in ((facts, "pose"), (part, "local_pose")))
+    moved = _with_values(part, local_pose=plain(np.array(IDENTITY_POSE)))
+    pose = np.array(compose(outer, inner))
+    # A rotation is two quaternions.
+    return _with_values(replace(facts, parts=(moved, *facts.parts[1:])), pose=plain(pose * (np.sign(pose[3]) or 1.0)))
+
+
+def _whole_grid(facts: Facts) -> Facts:
+    """A flat floor as its size; other meshes as they are."""
+    if facts.kind != "RenderShapeTriangleMesh" or len(facts.parts) != 1:
+        return facts
+    (part,) = facts.parts
+    vertices = _array(part, "vertices")
+    grid = flat_grid(vertices, _array(part, "uvs"))
+    if grid is None:
+        return facts
+    low, high, uv_low, uv_high = grid
+    pose = _array(facts, "local_pose").astype(np.float64)
+    pose[:3] += rotate(to_pose(pose)[3:], (*((low + high) / 2).tolist(), float(vertices[0, 2])))
+    size = (("size", plain(high - low)), ("repeat", plain(uv_high - uv_low)))
+    return replace(_with_values(facts, local_pose=plain(pose)), parts=(replace(part, values=size),))
+
+
+def _array(facts: Facts, name: str) -> Any:
+    value = facts.value(name)
+    assert isinstance(value, Numbers)
+    return value.array()
+
+
+def _with_values(facts: Facts, **changed: Plain) -> Facts:
+    return replace(facts, values=tuple((name, changed.get(name, value)) for name, value in facts.values))
+
+
+def _is_seen_only(facts: Facts) -> bool:
+    return (
+        facts.kind == "entity"
+        and bool(facts.parts)
+        and all("Light" in part.kind or "Camera" in part.kind for part in facts.parts)
+    )
+
+
+def _rounded(value: Plain) -> Plain:
+    if not isinstance(value, Numbers) or not value.dtype.endswith(("f4", "f8")):
+        return value
+    array = np.round(value.array().astype(np.float64) / (8 * SEEN_TOLERANCE)) + 0.0
+    return Numbers(array.dtype.str, array.shape, array.tobytes())

@@ -1,0 +1,233 @@
+"""Live scenes as scene files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sapien
+from sapien import physx
+from sapien.wrapper.urdf_loader import URDFLoader
+
+import scenecc
+from scenecc.decompiler import record as record_module
+
+ROOT = Path(__file__).parents[3]
+ASSETS = ROOT / "scenes" / "assets"
+
+
+def physical_scene() -> Any:
+    return sapien.Scene([physx.PhysxCpuSystem()])
+
+
+def add_box(scene: Any, name: str, half_size: list[float], pose: Any, **options: Any) -> Any:
+    builder = scene.create_actor_builder()
+    builder.add_box_collision(half_size=half_size, **options)
+    body = builder.build(name=name)
+    body.set_pose(pose)
+    return body
+
+
+def test_a_body_with_all_kinds_of_properties() -> None:
+    scene = physical_scene()
+    scene.set_timestep(1 / 240)
+    scene.add_ground(-1, render=False)
+    rough = physx.PhysxMaterial(1.5, 1.25, 0.5)
+    add_box(scene, "plain", [0.1, 0.2, 0.3], sapien.Pose([0, 0, 1]))
+    body = add_box(
+        scene, "heavy", [0.1, 0.1, 0.1], sapien.Pose([1, 0, 1], [0.5, 0.5, 0.5, 0.5]), material=rough, density=20
+    )
+    component = body.find_component_by_type(physx.PhysxRigidDynamicComponent)
+    component.linear_damping = 0.5
+    component.disable_gravity = True
+    component.set_locked_motion_axes([True, False, False, False, False, True])
+    component.linear_velocity = [1, 2, 3]
+    found = scenecc.decompile(scene)
+    assert found.is_equal, (found.problems, found.differences)
+    assert found.document["physics"] == {"timestep": pytest.approx(1 / 240)}
+    assert found.document["entities"]["ground"] == {
+        "body_type": "static",
+        "collisions": [{"type": "plane", "offset": -1.0}],
+    }
+    heavy = found.document["entities"]["heavy"]
+    assert heavy["pose"]["p"] == [1.0, 0.0, 1.0]
+    assert (heavy["gravity"], heavy["locked_axes"], heavy["linear_damping"]) == (False, ["x", "rz"], 0.5)
+
+
+def test_meshes_are_known_only_where_they_were_recorded() -> None:
+    def build() -> Any:
+        scene = physical_scene()
+        builder = scene.create_actor_builder()
+        builder.add_convex_collision_from_file(str(ASSETS / "mug.obj"), scale=[2, 2, 2])
+        builder.build(name="hull")
+        builder = scene.create_actor_builder()
+        builder.add_multiple_convex_collisions_from_file(str(ASSETS / "mug.obj"))
+        builder.build_kinematic(name="parts").set_pose(sapien.Pose([1, 0, 0]))
+        builder = scene.create_actor_builder()
+        builder.add_nonconvex_collision_from_file(str(ASSETS / "mug.obj"))
+        builder.build_static(name="triangles")
+        return scene
+
+    with scenecc.record() as recording:
+        scene = build()
+    found = scenecc.decompile(scene, recording=recording, base=ROOT / "scenes")
+    assert found.is_equal, (found.problems, found.differences)
+    shapes = {name: body["collisions"] for name, body in found.document["entities"].items()}
+    assert shapes == {
+        "hull": [{"type": "convex_mesh", "file": "assets/mug.obj", "scale": 2.0}],
+        "parts": [{"type": "convex_parts", "file": "assets/mug.obj"}],
+        "triangles": [{"type": "triangle_mesh", "file": "assets/mug.obj"}],
+    }
+    unknown = scenecc.decompile(build(), check=False)
+    assert len(unknown.problems) == 3
+    assert all("scenecc.record()" in problem for problem in unknown.problems)
+
+
+UNLIMITED = pytest.approx(3.4028235e38)
+
+ARM = """\
+<robot name="arm">
+  <link name="base"><collision><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
+  <link name="upper"><collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision></link>
+  <link name="lower"><collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision></link>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/><child link="upper"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" effort="100" velocity="5"/>
+  </joint>
+  <joint name="elbow" type="revolute">
+    <parent link="upper"/><child link="lower"/><origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" effort="50" velocity="5"/>
+  </joint>
+</robot>
+"""
+
+
+def test_a_robot_is_its_file_with_what_differs(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(ARM)
+    with scenecc.record() as recording:
+        scene = physical_scene()
+        loader = URDFLoader()
+        loader.set_scene(scene)
+        robot: Any = loader.load(str(tmp_path / "arm.urdf"))
+        robot.set_name("arm")
+        robot.set_qpos([0.25, 0.5])
+        for joint in robot.active_joints:
+            joint.set_drive_properties(200, 20)
+        robot.links[-1].disable_gravity = True
+    found = scenecc.decompile(scene, recording=recording, base=tmp_path)
+    assert found.is_equal, (found.problems, found.differences)
+    assert found.document["entities"]["arm"] == {
+        "urdf": "arm.urdf",
+        "qpos": [0.25, 0.5],
+        "links": {"lower": {"gravity": False}},
+        # SAPIEN's loader drops the file's efforts and velocities.
+        "joints": {".*": {"max_velocity": 100.0}},
+        "drives": {
+            ".*": {"stiffness": 200.0, "damping": 20.0, "force_limit": pytest.approx(3.4028235e38), "target": 0.0}
+        },
+    }
+
+
+def test_a_tree_of_links_comes_back() -> None:
+    with scenecc.record() as recording:
+        scene = physical_scene()
+        builder = scene.create_articulation_builder()
+        case = builder.create_link_builder()
+        case.set_name("case")
+        case.add_box_collision(half_size=[0.2, 0.2, 0.02])
+        drawer = builder.create_link_builder(case)
+        drawer.set_name("drawer")
+        drawer.set_joint_name("slide")
+        drawer.set_joint_properties("prismatic", [[0, 0.3]], sapien.Pose([0, 0, 0.06]), sapien.Pose(), 0.2, 3.0)
+        drawer.add_box_collision(half_size=[0.1, 0.1, 0.03])
+        articulation: Any = builder.build(fix_root_link=True)
+        articulation.set_name("cabinet")
+        articulation.set_qpos([0.1])
+    found = scenecc.decompile(scene, recording=recording)
+    assert found.is_equal, (found.problems, found.differences)
+    cabinet = found.document["entities"]["cabinet"]
+    assert cabinet["qpos"] == [pytest.approx(0.1)]
+    assert cabinet["root"]["children"][0]["joint"]["limits"] == [0.0, pytest.approx(0.3)]
+
+
+def test_constraints_come_back() -> None:
+    with scenecc.record() as recording:
+        scene = physical_scene()
+        first = add_box(scene, "first", [0.1, 0.1, 0.1], sapien.Pose([0, 0, 1]))
+        second = add_box(scene, "second", [0.1, 0.1, 0.1], sapien.Pose([0.5, 0, 1]))
+        bodies = [each.find_component_by_type(physx.PhysxRigidDynamicComponent) for each in (first, second)]
+        drive = scene.create_drive(bodies[0], sapien.Pose(), bodies[1], sapien.Pose([-0.5, 0, 0]))
+        drive.set_limit_x(-0.1, 0.1, 0, 0)
+        drive.set_drive_property_y(10, 1, 5, "acceleration")
+        scene.create_connection(None, sapien.Pose([0, 0, 1.5]), bodies[0], sapien.Pose([0, 0, 0.5]))
+    found = scenecc.decompile(scene, recording=recording)
+    assert found.is_equal, (found.problems, found.differences)
+    connection, held = found.document["constraints"].values()
+    assert held["limits"] == {"x": [pytest.approx(-0.1), pytest.approx(0.1)]}
+    assert (connection["type"], connection["limits"], connection["parent"]) == ("distance", [0.0, 0.0], "world")
+
+
+def test_parallel_scenes_are_one_file() -> None:
+    def scene(index: int) -> Any:
+        made = physical_scene()
+        add_box(made, "box", [0.1, 0.1, 0.1 + 0.1 * index], sapien.Pose([0, 0, 1 + index]))
+        return made
+
+    found = scenecc.decompile([scene(index) for index in range(3)])
+    assert found.is_equal, (found.problems, found.differences)
+    assert found.document["num_scenes"] == 3
+
+
+def test_what_differs_is_told() -> None:
+    scene = physical_scene()
+    entity: Any = sapien.Entity()
+    body = physx.PhysxRigidDynamicComponent()
+    for bit in (1, 2):
+        shape = physx.PhysxCollisionShapeSphere(0.1, physx.get_default_material())
+        shape.set_collision_groups([bit, bit, 0, 0])
+        body.attach(shape)
+    entity.add_component(body)
+    scene.add_entity(entity)
+    assert scenecc.decompile(scene, check=False).differences is None
+    assert not scenecc.decompile(scene).is_equal
+
+
+def test_what_is_no_scene_is_refused() -> None:
+    with pytest.raises(TypeError, match=r"sapien\.Scene"):
+        scenecc.decompile({"scenecc": 1})
+
+
+def test_the_engine_is_as_it_was_after_a_recording() -> None:
+    shape, loader = physx.PhysxCollisionShapeConvexMesh, URDFLoader
+    before = shape.__init__, shape.load_multiple, loader.parse
+    with pytest.raises(RuntimeError), record_module.record():
+        shape("none.obj", [1, 1, 1], physx.get_default_material())
+    assert (shape.__init__, shape.load_multiple, loader.parse) == before
+
+
+@pytest.mark.render
+def test_a_script_of_plain_sapien_comes_back_as_a_file() -> None:
+    """SAPIEN's own tutorial on actors."""
+    scene: Any = sapien.Scene()
+    scene.add_ground(0)
+    size, thickness, color = 1.0, 0.1, [0.8, 0.6, 0.4]
+    builder = scene.create_actor_builder()
+    top = sapien.Pose([0, 0, -thickness / 2])
+    builder.add_box_collision(pose=top, half_size=[size / 2, size / 2, thickness / 2])
+    builder.add_box_visual(pose=top, half_size=[size / 2, size / 2, thickness / 2], material=color)
+    for i in (-1, 1):
+        for j in (-1, 1):
+            leg = sapien.Pose([i * (size - thickness) / 2, j * (size - thickness) / 2, -0.5])
+            builder.add_box_collision(pose=leg, half_size=[0.05, 0.05, 0.5])
+            builder.add_box_visual(pose=leg, half_size=[0.05, 0.05, 0.5], material=color)
+    builder.build(name="table").set_pose(sapien.Pose([0, 0, 1]))
+    builder = scene.create_actor_builder()
+    builder.add_sphere_collision(radius=0.05)
+    builder.add_sphere_visual(radius=0.05, material=[0, 1, 0])
+    builder.build(name="sphere").set_pose(sapien.Pose([0, -0.2, 1.05]))
+    scene.set_ambient_light([0.5, 0.5, 0.5])
+    scene.add_directional_light([0, 1, -1], [0.5, 0.5, 0.5])
+    found = scenecc.decompile(scene)
+    assert found.is_equal, (found.problems, found.differences)
+    assert found.text == (Path(__file__).with_name("create_actors.yaml")).read_text("utf-8")
