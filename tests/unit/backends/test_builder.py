@@ -47,7 +47,7 @@ def test_tables_cover_every_field() -> None:
     elsewhere = {"body_type", "collisions", "visuals", "mass", "inertial", "collision_groups", "origin"}
     assert body == set(BODY_PROPERTIES.by_field) | set(RENDER_PROPERTIES.by_field) | elsewhere
     shape = {f.name for f in fields(CollisionShape)}
-    assert shape == set(SHAPE_PROPERTIES.by_field) | {"geometry", "pose", "material", "origin"}
+    assert shape == set(SHAPE_PROPERTIES.by_field) | {"geometry", "pose", "material", "collision_groups", "origin"}
 
 
 SHAPES = {
