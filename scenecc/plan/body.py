@@ -234,6 +234,7 @@ class BodyStructure:
         solver_position_iterations, solver_velocity_iterations: (·,) integers.
         collision_groups: (·, 4) SAPIEN's four integers, for every shape that has none of its own.
         visibility: (·,) in 0..1; shading_mode: (·,) integer; of the render body.
+        shapeless: true: it is meant that the body has no shapes.
     """
 
     body_type: BodyType
@@ -257,6 +258,7 @@ class BodyStructure:
     collision_groups: Value | None = None
     visibility: Value | None = None
     shading_mode: Value | None = None
+    shapeless: bool | None = None
     origin: Origin | None = field(default=None, compare=False)
 
     def shape_groups(self) -> tuple[Value | None, ...]:
