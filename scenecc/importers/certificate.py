@@ -71,7 +71,7 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
         from scenecc.backends.sapien.measure import measure  # noqa: PLC0415 - with the engine
 
         built = _bodies(measure(batch))
-    judge, reference = "the library of the format", dict(found.reference)
+    judge, reference = found.judge, dict(found.reference)
     # Drake would look for models that the import was not allowed to read.
     if not reference and not any(loss.kind == "models" for loss in found.losses):
         judge, reference = _ask_drake(source, options)

@@ -62,7 +62,7 @@ _LOST: Final = {
 def read_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """The scene of an SDF file; None after an error. Of several worlds the first."""
     losses: list[Loss] = []
-    found = read_file(path.absolute(), context, losses)
+    found = read_file(path, context, losses)
     if found is None:
         return None
     file, root = found

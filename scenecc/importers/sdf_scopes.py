@@ -38,7 +38,7 @@ class ScopeReader:
         """The scope of a <world>, or of an <sdf> without one."""
         file = self._top
         scope = Scope(file, element, element.attributes.get("name", "world"), WORLD, element, file)
-        self._fill(scope, (file.path,))
+        self._fill(scope, (file.path.resolve(),))
         return scope
 
     def _fill(self, scope: Scope, chain: tuple[Path, ...]) -> None:
@@ -85,7 +85,7 @@ class ScopeReader:
         uri, file = text_of(element, "uri"), scope.file
         found = find_model(uri, file)
         if isinstance(found, str):
-            file.lose("models", f"{found}; it is included", element)
+            file.lose("models", f"<include>: {found}", element)
             scope.missing.add(text_of(element, "name") or Path(uri).stem)
             return
         if found in chain or len(chain) > _MAX_DEPTH or self._count > _MAX_INCLUDES:

@@ -72,6 +72,7 @@ def _decode(answer: dict[str, Any], path: Path, context: ImportContext) -> Impor
         tuple(Loss(kind, message, place, where) for kind, message, where in answer["losses"]),
         answer["bodies"],
         {name: ReferencePose(tuple(pose), mass) for name, (pose, mass) in answer["reference"].items()},
+        judge="UsdPhysics",
     )
 
 
