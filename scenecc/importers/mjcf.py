@@ -52,9 +52,6 @@ _LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0,
 _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
-_DIGITS: Final = 7
-"""Digits of colours and directions, which MuJoCo holds in single precision."""
-
 
 def read_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
     """A scene with everything in an MJCF; None after an error."""
@@ -106,7 +103,7 @@ class _Importer:
             "entities": {self._name: {"mjcf": Asset(self._path.name, self._path.absolute())}},
         }
         if any(header["ambient"]):
-            document["environment"] = {"ambient_light": _rounded(header["ambient"])}
+            document["environment"] = {"ambient_light": plain_numbers(header["ambient"])}
         sections = {"lights": self._lights(), "cameras": self._cameras()}
         document |= {section: made for section, made in sections.items() if made}
         bodies = {self._mount(body): self._model.body_name(body) for body in self._links if body != WORLD}
@@ -157,11 +154,11 @@ class _Importer:
                 continue
             keys: dict[str, Any] = {
                 "type": _LIGHT_TYPES[kind],
-                "color": _rounded(model["light_diffuse"][number].tolist()),
+                "color": plain_numbers(model["light_diffuse"][number].tolist()),
             }
             if keys["type"] == "spot":
                 angle = min(2 * float(model["light_cutoff"][number]), 179.0)
-                keys |= {"inner_fov_deg": _rounded([angle])[0], "outer_fov_deg": _rounded([angle])[0]}
+                keys |= {"inner_fov_deg": plain_number(angle), "outer_fov_deg": plain_number(angle)}
             if model["light_castshadow"][number]:
                 keys["shadow"] = True
             local: Pose7 = (*model["light_pos"][number].tolist(), 1.0, 0.0, 0.0, 0.0)
@@ -172,9 +169,9 @@ class _Importer:
                 self._losses.append(Loss("lights", f"that the light `{label}` moves with a body", place))
             if keys["type"] != "directional":
                 self._losses.append(Loss("light-falloff", f"the falloff of the light `{label}`", place))
-                keys["position"] = _rounded(pose[:3])
+                keys["position"] = plain_numbers(pose[:3])
             if keys["type"] != "point":
-                keys["direction"] = _rounded(rotate(self._world_pose(body)[3:], tuple(direction)))
+                keys["direction"] = plain_numbers(rotate(self._world_pose(body)[3:], tuple(direction)))
             made[names.new(label)] = keys
         return made
 
@@ -198,7 +195,3 @@ class _Importer:
                 keys |= {"width": width, "height": height}
             made[names.new(label)] = keys
         return made
-
-
-def _rounded(numbers: Any) -> list[float | int]:
-    return plain_numbers([float(f"{number:.{_DIGITS}g}") + 0.0 for number in numbers])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss
-from scenecc.importers.numbers import Names, plain_number, plain_numbers, plain_pose
+from scenecc.importers.numbers import Names, plain_number, plain_numbers, pose_key
 from scenecc.importers.sdf_frames import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type
 from scenecc.importers.sdf_models import BuiltLink, ModelReader, SceneParts
@@ -87,8 +87,7 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
         _tell_losses(model)
     _apply_bitmasks(parts)
     for name, robot, element in reader.robots:
-        pose = plain_pose(world.placed(element, world.base))
-        place = {} if pose is None else {"pose": pose}
+        place = pose_key(world.placed(element, world.base))
         parts.entities[parts.names.new(name)] = {"urdf": Asset(robot.name, robot), **place}
     for name, joint in world.joints.items():
         _connect(world, name, joint, parts)
@@ -290,6 +289,5 @@ class _Rendering:
         made: Node = {"width": width, "height": height, "fovx": plain_number(fov)}
         if 0 < near < far < math.inf:
             made |= {"near": plain_number(near), "far": plain_number(far)}
-        place = plain_pose(pose)
-        made |= {} if place is None else {"pose": place}
+        made |= pose_key(pose)
         self.cameras[self._names.new(name)] = {**made, **({"mount": mount} if mount else {})}

@@ -18,7 +18,7 @@ from scenecc.importers.meshes import (
     polyline_obj,
     read_heights,
 )
-from scenecc.importers.numbers import plain_number, plain_numbers, plain_pose
+from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
 from scenecc.importers.sdf_files import find_file
 from scenecc.importers.sdf_xml import SMALLEST, find, text_of
 
@@ -241,8 +241,7 @@ def _geometry(element: SourceElement, place: LinkPlace, *, collides: bool) -> Sh
         _lose_shape(element, place, collides, made)
         return None
     stands = made.pop("pose", pose)
-    plain = plain_pose(stands)
-    return made if plain is None else {**made, "pose": plain}
+    return {**made, **pose_key(stands)}
 
 
 def _lose_shape(element: SourceElement, place: LinkPlace, collides: bool, why: str) -> None:  # noqa: FBT001

@@ -20,9 +20,6 @@ Prim = Any
 
 Matrix = "NDArray[np.float64]"
 
-_NOISE: Final = 1e-9
-"""Numbers of poses below this are rounding noise [m, or of a quaternion]."""
-
 _UP_ROTATIONS: Final = {
     "X": np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
     "Y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
@@ -31,17 +28,6 @@ _UP_ROTATIONS: Final = {
 
 SHEAR_TOLERANCE: Final = 1e-5
 """How far from a rotation and a scale a matrix may be, as a part of its largest scale."""
-
-
-def tidy(value: float) -> float:
-    """The shortest number that single precision, which the engine has, reads as the same."""
-    short = float(str(np.float32(value)))
-    return 0.0 if short == 0 else short
-
-
-def tidy_row(values: Iterable[float], noise: float = 0.0) -> list[float]:
-    """Several numbers. `noise`: those below it are 0."""
-    return [0.0 if abs(value) < noise else tidy(value) for value in values]
 
 
 def split_matrix(matrix: NDArray[np.float64]) -> tuple[Pose7, NDArray[np.float64]]:
@@ -84,19 +70,6 @@ def pose_matrix4(pose: Pose7) -> NDArray[np.float64]:
         unit = (float(k == 0), float(k == 1), float(k == 2))
         matrix[:3, k] = rotate(pose[3:], unit)
     return matrix
-
-
-def pose_value(pose: Pose7) -> list[float] | dict[str, list[float]]:
-    """A pose as a scene file has it."""
-    p = tidy_row(pose[:3], _NOISE)
-    q = pose[3:] if pose[3] >= 0 else tuple(-each for each in pose[3:])
-    rotation = tidy_row(q, _NOISE)
-    return p if rotation == list(IDENTITY) else {"p": p, "q": rotation}
-
-
-def is_identity(pose: Pose7) -> bool:
-    """Whether a pose neither moves nor turns."""
-    return pose_value(pose) == [0.0, 0.0, 0.0]
 
 
 class UsdFrames:

@@ -10,7 +10,7 @@ import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.importers.imported_scene import Asset
-from scenecc.importers.usd_frames import tidy, tidy_row
+from scenecc.importers.numbers import plain_number, plain_numbers
 from scenecc.source.paths import ResolvedFile
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ class UsdMaterials:
                 "dynamic_friction": dynamic,
                 "restitution": min(max(restitution, 0.0), 1.0),
             }
-            self._physical[path] = {key: tidy(max(each, 0.0)) for key, each in row.items()}
+            self._physical[path] = {key: plain_number(max(each, 0.0)) for key, each in row.items()}
         return self._physical[path]
 
     def _visual_path(self, prim: Prim) -> str:
@@ -206,7 +206,7 @@ class UsdMaterials:
                 look[key] = _number(value)
         opacity, texture = self._input(surface, "opacity")
         if opacity is not None and texture is None and opacity < 1:
-            look["base_color"] = [*look["base_color"][:3], tidy(opacity)]
+            look["base_color"] = [*look["base_color"][:3], plain_number(opacity)]
         if not any(look.get("emission", ())):
             look.pop("emission", None)
         if "base_color_texture" in look:
@@ -218,7 +218,7 @@ class UsdMaterials:
             # UsdPreviewSurface derives the reflectance at normal incidence from `ior`, SAPIEN from `specular`.
             specular = ((ior - 1) / (ior + 1)) ** 2 / 0.08
             if abs(specular - 0.5) > 1e-4:
-                look["specular"] = tidy(min(specular, 1.0))
+                look["specular"] = plain_number(min(specular, 1.0))
         for name in ("displacement", "occlusion", "clearcoat", "specularColor"):
             value, texture = self._input(surface, name)
             if texture is not None or (
@@ -284,12 +284,12 @@ class UsdMaterials:
         rows = np.asarray(colors, np.float64)
         if len(np.unique(rows, axis=0)) > 1:
             self._stage.lose("material-looks", "colours of single points or faces, of which the mean is taken", prim)
-        color = tidy_row(np.clip(rows.mean(axis=0), 0, 1).tolist())
+        color = plain_numbers(np.clip(rows.mean(axis=0), 0, 1).tolist())
         opacities = geom.GetDisplayOpacityAttr().Get(self._stage.time)
         if opacities is not None and len(opacities) and float(opacities[0]) < 1:
-            color.append(tidy(max(float(opacities[0]), 0.0)))
+            color.append(plain_number(max(float(opacities[0]), 0.0)))
         entry["color"] = color
 
 
 def _number(value: Any) -> float | list[float]:
-    return tidy(value) if isinstance(value, float | int) else tidy_row(value)
+    return plain_number(value) if isinstance(value, float | int) else plain_numbers(value)

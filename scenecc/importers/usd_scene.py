@@ -10,10 +10,10 @@ import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.importers.imported_scene import ImportedScene, ReferencePose
+from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import BodyReader, UsdBody
 from scenecc.importers.usd_filters import CollisionFilters
-from scenecc.importers.usd_frames import pose_value, tidy, tidy_row
 from scenecc.importers.usd_joints import JointReader, UsdJoint, constraint_keys
 from scenecc.importers.usd_layers import UsdLayers
 from scenecc.importers.usd_materials import UsdMaterials
@@ -113,10 +113,10 @@ class SceneReader:
         found, frames = scenes[0], self._stage.frames
         # A direction of 0 and a negative magnitude mean gravity as on Earth, which usd-core has filled in.
         down = frames.direction(found.gravityDirection)
-        gravity = tidy_row([each * found.gravityMagnitude * frames.metres for each in down], 1e-9)
+        gravity = plain_numbers([each * found.gravityMagnitude * frames.metres for each in down], 1e-9)
         keys: dict[str, Any] = {} if gravity == [0.0, 0.0, -9.81] else {"gravity": gravity}
         rate = self._stage.authored(self._stage.prim(found.primPath), "physxScene:timeStepsPerSecond")
-        return {"timestep": tidy(1 / rate), **keys} if rate else keys
+        return {"timestep": plain_number(1 / rate), **keys} if rate else keys
 
     def _collect(self) -> dict[str, UsdBody]:
         """Finds all bodies by the path of their prim: those of UsdPhysics, and groups of prims that stand still."""
@@ -213,8 +213,7 @@ class SceneReader:
             return {}
         name = self._name(self._wish(body.prim))
         self._where[path] = name
-        pose = pose_value(body.pose)
-        placed = {} if pose == [0.0, 0.0, 0.0] else {"pose": pose}
+        placed = pose_key(body.pose)
         if not shapes:
             # A body without shapes is an articulation of one link.
             self._where[path] = f"{name}/{name}"
