@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss
 from scenecc.importers.numbers import Names, plain_number, plain_numbers, pose_key
-from scenecc.importers.sdf_frames import SEPARATOR, WORLD, Scope
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, find, read_file, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type
 from scenecc.importers.sdf_models import BuiltLink, ModelReader, SceneParts
-from scenecc.importers.sdf_scopes import ScopeReader
-from scenecc.importers.sdf_xml import SMALLEST, SdfFile, find, read_file, text_of
+from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope, ScopeReader
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.importers.imported_scene import ImportContext
-    from scenecc.importers.sdf_xml import SourceElement
+    from scenecc.importers.sdf_files import SourceElement
 
 Node = dict[str, Any]
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY, Pose7, compose, invert, rotate, shortest_from_x
 from scenecc.importers.numbers import is_identity, plain_axis, plain_number, plain_numbers, plain_pose, pose_key
-from scenecc.importers.sdf_xml import SMALLEST, find
+from scenecc.importers.sdf_files import SMALLEST, find
 
 if TYPE_CHECKING:
     from scenecc.geometry.rotations import Vec3
-    from scenecc.importers.sdf_frames import Scope
-    from scenecc.importers.sdf_xml import SourceElement
+    from scenecc.importers.sdf_files import SourceElement
+    from scenecc.importers.sdf_scopes import Scope
 
 Node = dict[str, Any]
 

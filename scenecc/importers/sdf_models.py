@@ -11,15 +11,15 @@ import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.importers.numbers import Names, plain_number, pose_key
-from scenecc.importers.sdf_frames import SEPARATOR, WORLD, Scope
+from scenecc.importers.sdf_files import find, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
+from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import LinkPlace, read_shapes, solid_mass
-from scenecc.importers.sdf_xml import find, text_of
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Location
+    from scenecc.importers.sdf_files import SourceElement
     from scenecc.importers.sdf_joints import Hinge
-    from scenecc.importers.sdf_xml import SourceElement
 
 Node = dict[str, Any]
 

@@ -19,15 +19,14 @@ from scenecc.importers.meshes import (
     read_heights,
 )
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.sdf_files import find_file
-from scenecc.importers.sdf_xml import SMALLEST, find, text_of
+from scenecc.importers.sdf_files import SMALLEST, find, find_file, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from scenecc.importers.sdf_frames import Scope
-    from scenecc.importers.sdf_xml import SdfFile, SourceElement
+    from scenecc.importers.sdf_files import SdfFile, SourceElement
+    from scenecc.importers.sdf_scopes import Scope
 
 Shape = dict[str, Any]
 

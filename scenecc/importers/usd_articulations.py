@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 
     from scenecc.geometry.rotations import Pose7
     from scenecc.importers.usd_bodies import BodyReader, UsdBody
-    from scenecc.importers.usd_frames import Prim
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _DUMMY_MASS: Final = 1e-3
 """Mass of a link between two freedoms of one joint, as a part of the link that it carries."""

@@ -17,12 +17,11 @@ from scenecc.geometry.rotations import (
     shortest_from_x,
 )
 from scenecc.importers.numbers import is_identity, plain_axis, plain_number, plain_numbers, plain_pose, pose_key
-from scenecc.importers.usd_frames import relative
+from scenecc.importers.usd_stage import relative
 
 if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7, Vec3
-    from scenecc.importers.usd_frames import Prim
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _UNITS: Final[dict[str, Vec3]] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 

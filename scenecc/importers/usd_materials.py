@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,16 +9,15 @@ import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.importers.imported_scene import Asset
-from scenecc.importers.numbers import plain_number, plain_numbers
+from scenecc.importers.numbers import Names, plain_number, plain_numbers
 from scenecc.source.paths import ResolvedFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.diagnostics import Sink
-    from scenecc.importers.usd_frames import Prim
     from scenecc.importers.usd_meshes import TriangleMesh
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _WRAPS: Final = {"repeat": "repeat", "clamp": "edge", "mirror": "mirror", "black": "border"}
 
@@ -56,6 +54,7 @@ class UsdMaterials:
         self._stage = stage
         self._sink = sink
         self._names: dict[tuple[str, str], str] = {}
+        self._free = Names()
         self._physical: dict[str, dict[str, Any]] = {}
         self._visual: dict[str, dict[str, Any]] = {}
 
@@ -105,9 +104,7 @@ class UsdMaterials:
                 content["visual"] = self._look(visual)
             parts = dict.fromkeys(path.rpartition("/")[2] for path in (visual, physical) if path)
             wish = "_".join(parts) or "material"
-            self._names[physical, visual] = (
-                self._name(re.sub(r"[^A-Za-z0-9_.-]", "_", wish), content) if content else ""
-            )
+            self._names[physical, visual] = self._name(wish, content) if content else ""
         name = self._names[physical, visual]
         if name:
             entry["material"] = name
@@ -117,10 +114,7 @@ class UsdMaterials:
         for name, other in self.named.items():
             if other == content:
                 return name
-        name, count = wish, 1
-        while name in self.named:
-            count += 1
-            name = f"{wish}_{count}"
+        name = self._free.new(wish)
         self.named[name] = content
         return name
 

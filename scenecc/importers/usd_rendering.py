@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import compose, from_matrix, rotate
 from scenecc.importers.numbers import plain_number, plain_numbers, plain_pose
-from scenecc.importers.usd_frames import relative
+from scenecc.importers.usd_stage import relative
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -15,9 +15,8 @@ if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7
     from scenecc.importers.imported_scene import Asset
     from scenecc.importers.usd_bodies import UsdBody
-    from scenecc.importers.usd_frames import Prim
     from scenecc.importers.usd_materials import UsdMaterials
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _NITS: Final = 1000.0
 """What a brightness of 1 stands for: USD's lights are in nits, SAPIEN's in no unit."""

@@ -11,15 +11,14 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotations import IDENTITY, compose
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_frames import pose_matrix4, scale_of, split_matrix
 from scenecc.importers.usd_meshes import MeshFault, TriangleMesh, solid_mesh
+from scenecc.importers.usd_stage import pose_matrix4, scale_of, split_matrix
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.geometry.rotations import Pose7
-    from scenecc.importers.usd_frames import Prim
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 SOLID_TYPES: Final = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Capsule_1", "Cylinder_1", "Plane", "Mesh")
 """Prims with a surface that a scene can hold."""
