@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -18,6 +17,7 @@ from scenecc.files import open_regular, replace_all, replace_set
 from scenecc.importers import FORMATS
 from scenecc.importers.assets import AssetNames, map_assets
 from scenecc.importers.imported_scene import LOSSES, REPAIRED, ImportContext, ImportedScene, Loss
+from scenecc.interrupt import undoing
 from scenecc.options import Options
 from scenecc.pipeline import compile_or_raise
 from scenecc.scene_file.layout import scene_text
@@ -25,7 +25,7 @@ from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
     from os import PathLike
 
     from scenecc.diagnostics import Diagnostic
@@ -103,28 +103,26 @@ def import_scene(
     head = {(): f"Imported from {source.name} by scenecc."}
     text = scene_text(simplify(map_assets(found.document, names.name)), comments=head)
     files = {target.name: text.encode("utf-8"), **names.copies}
-    with _undone_by_errors([target.parent / name for name in files]):
-        paths = replace_set(target, files, folder=False)
+    targets = [target.parent / name for name in files]
+    before = {path: path.read_bytes() for path in targets if path.is_file()}
+    folders = {each for path in targets for each in path.parents if not each.exists()}
+    paths = replace_set(target, files, folder=False)
+    with undoing() as undo:
+        undo.callback(_put_back, targets, before, folders)
         certificate_of = import_module("scenecc.importers.certificate").certificate_of
         certificate = certificate_of(found, source, target, options)
+        undo.pop_all()
     return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
 
 
-@contextmanager
-def _undone_by_errors(paths: list[Path]) -> Generator[None]:
-    """Puts files back as they were, or removes them, where what was written does not build."""
-    before = {path: path.read_bytes() for path in paths if path.is_file()}
-    folders = {each for path in paths for each in path.parents if not each.exists()}
-    try:
-        yield
-    except SceneError:
-        for path in paths:
-            path.unlink(missing_ok=True)
-        for folder in sorted(folders, reverse=True):
-            folder.rmdir()
-        if before:
-            replace_all(before)
-        raise
+def _put_back(paths: list[Path], before: Mapping[Path, bytes], folders: Collection[Path]) -> None:
+    """Puts files back as they were, or removes them, where what was written does not build or is interrupted."""
+    for path in paths:
+        path.unlink(missing_ok=True)
+    for folder in sorted(folders, reverse=True):
+        folder.rmdir()
+    if before:
+        replace_all(before)
 
 
 def _root_of(source: Path) -> Path:
