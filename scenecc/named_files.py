@@ -124,7 +124,7 @@ class _Robots:
         # What is wrong with the file is told once, and who has it.
         self._sink.also(first, origin)
         self._sink.also(first_pairing, pairing)
-        return None if found is None else (AssetFile(file.uri, file.path), found)
+        return None if found is None else (AssetFile(file.uri, file.path, read_by=found.read_by), found)
 
     def _described(
         self,

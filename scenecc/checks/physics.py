@@ -291,13 +291,13 @@ def _check_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
     if body.body_type == "link":
         # A link may have no shapes, such as a tool centre point.
         return
-    if not body.collisions and not body.visuals:
+    if not body.collisions and not body.visuals and not body.shapeless:
         sink.report(
             "SC501",
             f"`{name}` has no shape: neither collision nor visual",
             origin,
             at="key",
-            hint="add `shapes`, `collisions` or `visuals`; for a pose without a body, use a frame",
+            hint="add `shapes`, `collisions` or `visuals`, or say `shapes: []`; for a pose without a body, use a frame",
         )
     elif body.body_type == "dynamic" and not body.collisions and body.inertial is None:
         sink.report(

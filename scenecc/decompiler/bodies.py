@@ -131,7 +131,7 @@ class BodyReader:
         kind = body_type(component)
         if kind != "dynamic":
             node["body_type"] = kind
-        node |= self.shapes(name, component, look) or empty_body()
+        node |= self.shapes(name, component, look) or {"shapes": []}
         if kind in ("dynamic", "kinematic"):
             node |= self._motion(component, untouched()["body"] | self._defaults.body, _BODY_KEYS)
         if kind == "dynamic" and not component.auto_compute_mass:
@@ -207,7 +207,6 @@ class BodyReader:
 
     def _collisions(self, name: str, component: Any) -> list[Node]:
         nodes: list[Node] = []
-        bits: list[list[int]] = []
         parts: set[int] = set()
         for shape in component.collision_shapes:
             source = self._recording.mesh_of(shape) if self._recording is not None else None
@@ -216,13 +215,10 @@ class BodyReader:
                     continue
                 parts.add(source.load)
             node = self._collision(name, shape, source)
+            groups = list(shape.get_collision_groups())
+            if groups != list(COLLISION_GROUPS.default):
+                node["collision_bits"] = groups
             nodes.append(node)
-            bits.append(list(shape.get_collision_groups()))
-        if len({tuple(item) for item in bits}) > 1:
-            self.problems.append(f"`{name}`: shapes with different collision bits")
-        if bits and bits[0] != list(COLLISION_GROUPS.default):
-            for node in nodes:
-                node["collision_bits"] = bits[0]
         return nodes
 
     def _collision(self, name: str, shape: Any, source: Any) -> Node:
@@ -318,16 +314,6 @@ class BodyReader:
 
 
 @cache
-def empty_body() -> Node:
-    """The shapes of a body without any."""
-    import scenecc  # noqa: PLC0415 - the facade is above this module's other users
-
-    body: Node = {"body_type": "static", "shapes": []}
-    if any(found.severity == "error" for found in scenecc.validate({"scenecc": 1, "entities": {"empty": body}})):
-        return {"visuals": [{"type": "sphere", "radius": 0.001}]}
-    return {"shapes": []}
-
-
 def body_type(component: Any) -> str:
     """The language's type of a body, by its physical component or None."""
     if component is None:

@@ -284,11 +284,14 @@ class BodyLowerer:
         properties: dict[str, Value] = {}
         for body, origin in layers:
             self._knobs(body, origin, fields, properties)
+        # Written out: left out, the shapes were forgotten.
+        meant = not (collisions or visuals) and any("shapes" in body.model_fields_set for body, _ in layers)
         return BodyStructure(
             body_type=body_type,
             collisions=tuple(collisions),
             visuals=tuple(visuals),
             inertial=self._inertial(layers, fields),
+            shapeless=meant or None,
             origin=layers[-1][1],
             **properties,
         )

@@ -48,6 +48,7 @@ class AssetFile:
         optional_names: whether images and material files that it names may be missing, and are then not seen.
         data: what it holds, where no file of the scene does: a PLY of `robots.numeric_meshes`, which lies in the
             user's cache folder. None: the scene's own file holds it.
+        read_by: the program that read it and its version, for a robot's file: "mujoco 4.0.0". None: scenecc itself.
     """
 
     uri: str
@@ -57,6 +58,7 @@ class AssetFile:
     state: State | None = field(default=None, compare=False)
     optional_names: bool = False
     data: bytes | None = field(default=None, repr=False)
+    read_by: str | None = None
 
 
 @frozen
@@ -234,6 +236,7 @@ class BodyStructure:
         solver_position_iterations, solver_velocity_iterations: (·,) integers.
         collision_groups: (·, 4) SAPIEN's four integers, for every shape that has none of its own.
         visibility: (·,) in 0..1; shading_mode: (·,) integer; of the render body.
+        shapeless: true: it is meant that the body has no shapes.
     """
 
     body_type: BodyType
@@ -257,6 +260,7 @@ class BodyStructure:
     collision_groups: Value | None = None
     visibility: Value | None = None
     shading_mode: Value | None = None
+    shapeless: bool | None = None
     origin: Origin | None = field(default=None, compare=False)
 
     def shape_groups(self) -> tuple[Value | None, ...]:

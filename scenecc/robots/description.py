@@ -270,8 +270,10 @@ class RobotDescription:
         robots: in build order; not empty.
         files: every file that it refers to (meshes, textures, included files, an SRDF), each once.
         constraints: between its links.
+        read_by: the program that read the file, and its version; None: scenecc itself.
     """
 
     robots: tuple[DescribedRobot, ...]
     files: tuple[DescribedFile, ...] = ()
     constraints: tuple[DescribedConstraint, ...] = ()
+    read_by: str | None = None

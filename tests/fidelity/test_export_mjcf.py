@@ -150,6 +150,10 @@ KINDS = {
 
 def compare_shape(model: Any, data: Any, geom: int, shape: Any, pose: Any) -> None:
     kind = KINDS[type(shape)]
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_HFIELD:
+        assert kind == "MESH"
+        compare_height_field(model, data, geom, shape, pose)
+        return
     assert model.geom_type[geom] == getattr(mujoco.mjtGeom, f"mjGEOM_{kind}")
     assert model.geom_friction[geom][0] == pytest.approx(shape.physical_material.dynamic_friction)
     axes, turned = data.geom_xmat[geom].reshape(3, 3), matrix(pose.q)
@@ -177,6 +181,19 @@ def compare_mesh(model: Any, data: Any, geom: int, shape: Any, pose: Any) -> Non
     apart = np.linalg.norm(ours[:, None] - theirs[None], axis=2)
     assert apart.min(axis=0).max() < 1e-5
     assert apart.min(axis=1).max() < 1e-5
+
+
+def compare_height_field(model: Any, data: Any, geom: int, shape: Any, pose: Any) -> None:
+    """The grid in the world: MuJoCo's rows run from -y to +y, and its heights from 0 to 1."""
+    field = model.geom_dataid[geom]
+    rows, columns, first = model.hfield_nrow[field], model.hfield_ncol[field], model.hfield_adr[field]
+    x, y, top, _ = model.hfield_size[field]
+    heights = model.hfield_data[first : first + rows * columns].reshape(rows, columns) * top
+    along_y, along_x = np.meshgrid(np.linspace(-y, y, rows), np.linspace(-x, x, columns), indexing="ij")
+    grid = np.stack([along_x, along_y, heights], axis=-1).reshape(-1, 3)
+    ours = data.geom_xpos[geom] + grid @ data.geom_xmat[geom].reshape(3, 3).T
+    theirs = pose.p + (shape.vertices * shape.scale) @ matrix(pose.q).T
+    np.testing.assert_allclose(ours[np.lexsort(ours.T.round(3))], theirs[np.lexsort(theirs.T.round(3))], atol=1e-5)
 
 
 def compare_bits(model: Any, batch: SceneBatch) -> None:

@@ -77,7 +77,10 @@ def name_of(path: Path, count: int) -> list[str]:
 def compared(path: Path, uri: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hand = by_loader(path, monkeypatch)
     batch = load_scene(
-        {"scenecc": 1, "entities": {"robot": {"mjcf": uri, "pose": {"p": POSE[:3], "q": POSE[3:]}}}},
+        {
+            "scenecc": 1,
+            "entities": {"robot": {"mjcf": uri, "loader": "maniskill", "pose": {"p": POSE[:3], "q": POSE[3:]}}},
+        },
         asset_roots=[folder],
         render=False,
     )
@@ -118,7 +121,8 @@ def test_a_file_of_maniskill_is_seen_as_its_loader_shows_it(path: Path, monkeypa
     from mani_skill.utils.building import _mjcf_loader as module
 
     inner = path.as_posix().rsplit("/mani_skill/", 1)[1]
-    batch = load_scene({"scenecc": 1, "entities": {"robot": {"mjcf": f"pkg://mani_skill/{inner}"}}}, render=True)
+    robot = {"mjcf": f"pkg://mani_skill/{inner}", "loader": "maniskill"}
+    batch = load_scene({"scenecc": 1, "entities": {"robot": robot}}, render=True)
     monkeypatch.setattr(module, "DEFAULT_MJCF_OPTIONS", {"contact": True})
     scene: Any = sapien.Scene()
     loader = module.MJCFLoader()

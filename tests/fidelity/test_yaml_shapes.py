@@ -213,4 +213,5 @@ def test_every_key_of_a_colliding_shape_is_compared() -> None:
     keys = {name for model, name in all_keys(SceneFile) if issubclass(model, CollisionKeys)}
     # What cannot be compared without a renderer, without CoACD (`test_shapes.py`) or on one CPU scene.
     seen = {"name", "front_face", "color", "decomposition", "decomposition_params"}
+    seen |= {"collision_bits"}  # test_yaml_bodies.py
     assert {name for name in keys if f"{name}:" not in text} <= seen | {"half_size"}

@@ -92,7 +92,8 @@ def compared(kept: list[str], made: list[str]) -> list[str]:
 
 def plan_data(scene: Path, count: int, seed: int) -> str:
     """The canonical JSON of a scene's plan."""
-    return emit_scene(scene, "json", num_scenes=count, seed=seed)
+    # The version of MuJoCo is that of the environment.
+    return re.sub(r',\s*"read_by": "mujoco [^"]*"', "", emit_scene(scene, "json", num_scenes=count, seed=seed))
 
 
 def drawn_data(scene: Path, seed: int) -> str:

@@ -211,7 +211,8 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope, its: dict[str, Any] | None
         names = draw(st.sampled_from([(), (NamedFile("a.mtl", "0" * 64), NamedFile("maps/b.png", "f" * 64))]))
         data = draw(st.sampled_from([None, None, b"ply\n"]))
         uri = uri if data is None else "mesh://egg_2.ply"
-        return AssetFile(uri, Path("/files") / uri, draw(st.sampled_from([None, "0" * 64])), names, data=data)
+        sha256, reader = draw(st.sampled_from([None, "0" * 64])), draw(st.sampled_from([None, "mujoco 4.0.0"]))
+        return AssetFile(uri, Path("/files") / uri, sha256, names, data=data, read_by=reader)
     made: dict[str, Any] = dict(its or {})
     if cls is Heightfield:
         made["heights"] = draw(st.sampled_from([((0.0, 0.5, 0.25), (1.0, -1.0, 0.0)), ((0.0, 1.0), (1e-3, 2.0))]))

@@ -70,7 +70,7 @@ class LinkLowerer:
             (third, own if third else 0) if groups is None else None,
         )
         collisions, visuals = link.shaping(contact)
-        properties: dict[str, Value] = {}
+        properties: dict[str, Any] = {}
         for key in _LINK_KEYS:
             field, kind = BODY_FIELDS[key]
             found = values.value(layers, key, kind)

@@ -129,7 +129,8 @@ class _TimedStream:
         with selectors.DefaultSelector() as selector:
             selector.register(self._pipe, selectors.EVENT_READ)
             while size:
-                if not selector.select(max(0.0, self._deadline - time.monotonic())):
+                left = self._deadline - time.monotonic()
+                if left <= 0 or not selector.select(left):
                     raise _Died(f"MuJoCo's compiler takes more than {_SECONDS:g} s")
                 part = os.read(self._pipe, min(size, 2**20))
                 if not part:

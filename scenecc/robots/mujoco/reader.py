@@ -9,7 +9,7 @@ from scenecc.diagnostics.messages import cut, nearest
 from scenecc.robots.description import RobotDescription
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
 from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
-from scenecc.robots.mujoco.compiler import check_mujoco, compile_source
+from scenecc.robots.mujoco.compiler import check_mujoco, compile_source, mujoco_version
 from scenecc.robots.mujoco.equalities import read_constraints
 from scenecc.robots.mujoco.links import ModelReader
 from scenecc.robots.mujoco.model import FREE
@@ -106,7 +106,9 @@ def read_model(
     report.report_unread()
     if report.failed:
         return None
-    description = RobotDescription(tuple(robots), tuple(files.named.found.values()), tuple(constraints))
+    description = RobotDescription(
+        tuple(robots), tuple(files.named.found.values()), tuple(constraints), f"mujoco {mujoco_version()}"
+    )
     return ReadModel(description, model, reader.links_of_bodies, tuple(report.losses))
 
 

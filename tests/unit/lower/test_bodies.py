@@ -11,6 +11,7 @@ from plugins.sample_plans import look
 from plugins.structures import body_of
 from unit.lower.scenes import compiled, entity
 
+import scenecc
 from scenecc.lower.entities import BODY_FIELDS
 from scenecc.plan import CoacdParams, ConvexParts
 from scenecc.plan.body import VisualMaterial
@@ -202,3 +203,17 @@ def test_decomposition(params: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     (found,) = body_of(entity(compiled({"shapes": [], "collisions": [shape]}))).collisions
     assert isinstance(found.geometry, ConvexParts)
     assert found.geometry.coacd == CoacdParams(**(params or {}))
+
+
+def test_a_body_without_shapes_is_built_where_that_is_written_out() -> None:
+    empty = {"shapes": [], "body_type": "static", "pose": [1, 2, 3]}
+    weighs = {"shapes": [], "inertial": {"mass": 2, "inertia": [0.1, 0.1, 0.1]}, "gravity": False}
+    scene = {"scenecc": 1, "entities": {"mark": empty, "mass": weighs, "lost": {"shapes": []}, "forgotten": {}}}
+    found = {(one.code, str(one.path)) for one in scenecc.validate(scene)}
+    assert found == {("SC502", "entities.lost"), ("SC501", "entities.forgotten")}
+    kept = {name: body for name, body in scene["entities"].items() if name in {"mark", "mass"}}
+    with scenecc.load_scene({**scene, "entities": kept}, render=False) as batch:
+        mark, mass = (batch.entities[name].objs[0] for name in ("mark", "mass"))
+        assert mark.pose.p.tolist() == [1, 2, 3]
+        assert mass.components[-1].mass == 2
+        assert not mark.components[-1].collision_shapes

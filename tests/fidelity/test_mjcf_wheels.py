@@ -1,0 +1,56 @@
+"""The MJCF files of other packages, built, and judged by MuJoCo.
+
+Skipped unless `SCENECC_WHEELS` names a folder with them: `pip install --target FOLDER --no-deps dm_control robosuite`.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from plugins.mujoco_judge import assert_same_machine
+
+import scenecc
+
+mujoco: Any = pytest.importorskip("mujoco")
+
+WHEELS = Path(os.environ.get("SCENECC_WHEELS", "nowhere"))
+FILES = sorted(file for package in ("dm_control", "robosuite") for file in (WHEELS / package).rglob("*.xml"))
+
+REFUSED = {"SC480", "SC483"}
+"""Nothing in the file, and what cannot be built."""
+
+STEPS = 100
+
+pytestmark = pytest.mark.skipif(not FILES, reason="SCENECC_WHEELS names no folder with dm_control or robosuite")
+
+
+def test_there_are_files_to_judge_by() -> None:
+    assert len(FILES) >= 100
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: "-".join(file.parts[-3:]))
+def test_the_machine_is_mujocos(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    try:
+        model = mujoco.MjModel.from_xml_path(str(file))
+    except ValueError:
+        pytest.skip("MuJoCo does not compile it: it is a part of another file")
+    scene = {"scenecc": 1, "entities": {"robot": {"mjcf": str(file)}}}
+    found = scenecc.validate(scene, asset_roots=[WHEELS])
+    errors = {one.code for one in found if one.severity == "error"}
+    if errors:
+        # Files of materials alone have nothing in them, and one fly has more links than bits.
+        assert errors <= REFUSED
+        assert model.ngeom == 0 or "drosophila" in file.stem
+        return
+    with scenecc.load_scene(scene, render=False, asset_roots=[WHEELS]) as batch:
+        assert_same_machine(mujoco, model, batch)
+        for _ in range(STEPS):
+            batch.step()
+        for held in batch.articulations.values():
+            assert np.isfinite(held.objs[0].qpos).all()
+            assert all(np.isfinite(link.entity_pose.p).all() for link in held.objs[0].links)
