@@ -13,7 +13,7 @@ from contextlib import ExitStack, contextmanager, suppress
 TYPE_CHECKING = False  # that of `typing` takes longer to load than all else here
 if TYPE_CHECKING:
     import subprocess
-    from collections.abc import Generator
+    from collections.abc import Generator, Mapping
     from types import FrameType
     from typing import Any, NoReturn
 
@@ -78,6 +78,38 @@ def child(command: list[str], **options: Any) -> Generator[subprocess.Popen[byte
         finally:
             process.kill()
             process.wait()
+
+
+def ask_module(
+    module: str,
+    request: Any,
+    *,
+    seconds: float | None = None,
+    environment: Mapping[str, str] = os.environ,
+    **options: Any,
+) -> subprocess.CompletedProcess[bytes]:
+    """Runs one of our modules in a process of its own, which imports what this one would, until it ends.
+
+    Args:
+        module: its name.
+        request: plain data, which is its standard input as JSON.
+        seconds: how long it may take; None: as long as it likes.
+        environment: its variables; `PYTHONPATH` is added.
+        options: of `subprocess.Popen`; its output and errors are read, unless these say otherwise.
+
+    Raises:
+        subprocess.TimeoutExpired: it has taken longer, and was killed.
+    """
+    import json  # noqa: PLC0415 - few need them
+    import subprocess  # noqa: PLC0415
+    import sys  # noqa: PLC0415
+
+    command = [sys.executable, "-m", module]
+    variables = {**environment, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    pipe = subprocess.PIPE
+    with child(command, **{"stdin": pipe, "stdout": pipe, "stderr": pipe, "env": variables, **options}) as process:
+        output, errors = process.communicate(json.dumps(request).encode(), timeout=seconds)
+        return subprocess.CompletedProcess(command, process.returncode, output, errors)
 
 
 @contextmanager

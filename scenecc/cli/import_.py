@@ -17,7 +17,10 @@ _takes = partial(takes_compile_options, names=("asset_roots", "allow_outside_ass
 @_takes
 def import_(
     file: Annotated[
-        str, typer.Argument(metavar="FILE", help="An SDF world or model, a USD stage, or a URDF.", show_default=False)
+        str,
+        typer.Argument(
+            metavar="FILE", help="An SDF world or model, a USD stage, an MJCF, or a URDF.", show_default=False
+        ),
     ],
     *,
     output: Annotated[str, typer.Option("--output", "-o", metavar="SCENE", help="The scene file to write.")],
@@ -29,12 +32,13 @@ def import_(
 ) -> None:
     """Write a scene file for a world or a robot of another format.
 
-    The formats are SDF (.sdf, .world), USD (.usd, .usda, .usdc) and URDF (.urdf). Files that the scene can name
-    neither relative to itself nor by pkg:// or asset:// are copied to the folder SCENE_assets beside it.
+    The formats are SDF (.sdf, .world), USD (.usd, .usda, .usdc), MJCF (.mjcf, .xml) and URDF (.urdf). Files that the
+    scene can name neither relative to itself nor by pkg:// or asset:// are copied to the folder SCENE_assets beside
+    it.
 
     The command lists all content that a scene file does not hold. If masses, joints, contacts or poses would differ,
     it writes nothing, unless --allow names the loss. It then builds the scene as written and compares poses and masses
-    with Drake, if pydrake is installed, or with usd-core.
+    with MuJoCo for an MJCF, with UsdPhysics for a stage, and with Drake for the others, if pydrake is installed.
 
     \b
     Examples:
@@ -42,6 +46,7 @@ def import_(
       scenecc import world.sdf -o scene.yaml --asset-root ~/models
       scenecc import world.sdf -o scene.yaml --allow screw-joints
       scenecc import stage.usd -o scene.yaml
+      scenecc import world.xml -o scene.yaml
       scenecc import robot.urdf -o scene.yaml
     """
     from scenecc.importers.import_scene import import_scene

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.decompiler.facts import Facts, renamed
 from scenecc.decompiler.reading import read_scene
 from scenecc.decompiler.verify import tidy, untouched_engine
-from scenecc.scene_file.nodes import is_mapping
+from scenecc.scene_file import is_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -28,7 +28,7 @@ class SourceFormat:
         suffixes: of its files, in lower case. `.xml` belongs to several formats: the root element decides.
         root: the root element of an XML file; "" where it is no XML.
         reader: "MODULE:FUNCTION", a `Reader`. It is loaded when a file of the format is read.
-        module: the package beyond the core that the reader needs; "" where it needs none.
+        module: the package beyond the core that the reader needs; "" where it needs none, or says so itself.
     """
 
     name: str
@@ -41,7 +41,7 @@ class SourceFormat:
 FORMATS: Final = (
     SourceFormat("SDF", (".sdf", ".world", ".xml"), "sdf", "scenecc.importers.sdf:read_sdf", "lxml"),
     SourceFormat("USD", (".usd", ".usda", ".usdc"), "", "scenecc.importers.usd:read_usd", "pxr"),
-    SourceFormat("MJCF", (".mjcf", ".xml"), "mujoco", "scenecc.importers.mjcf:read_mjcf", "mujoco"),
+    SourceFormat("MJCF", (".mjcf", ".xml"), "mujoco", "scenecc.importers.mjcf:read_mjcf"),
     SourceFormat("URDF", (".urdf", ".xml"), "robot", "scenecc.importers.urdf:read_urdf"),
 )
 """Every format; of those that take a suffix, the root element decides."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import subprocess
-import sys
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.frozen import frozen
 from scenecc.importers.imported_scene import ReferencePose
+from scenecc.interrupt import ask_module
 from scenecc.pipeline import build_batch, compile_or_raise
 from scenecc.plan.articulation import ArticulationStructure
 
@@ -71,7 +71,7 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
         from scenecc.backends.sapien.measure import measure  # noqa: PLC0415 - with the engine
 
         built = _bodies(measure(batch))
-    judge, reference = "the library of the format", dict(found.reference)
+    judge, reference = found.judge, dict(found.reference)
     # Drake would look for models that the import was not allowed to read.
     if not reference and not any(loss.kind == "models" for loss in found.losses):
         judge, reference = _ask_drake(source, options)
@@ -121,10 +121,10 @@ def _ask_drake(source: Path, options: Options) -> tuple[str, dict[str, Reference
     """Poses and masses of Drake's own reader, in a process of its own; nothing where Drake is missing or refuses."""
     if find_spec("pydrake") is None or source.suffix.lower() not in {".sdf", ".world", ".urdf"}:
         return "", {}
-    asked: dict[str, Any] = {"file": str(source.absolute()), "roots": [str(root) for root in options.asset_roots]}
-    command = [sys.executable, "-m", "scenecc.importers.drake_poses", json.dumps(asked)]
+    request = {"file": str(source.absolute()), "roots": [str(root) for root in options.asset_roots]}
     try:
-        done = subprocess.run(command, capture_output=True, check=True, timeout=_JUDGE_SECONDS)  # noqa: S603 - our own
+        done = ask_module("scenecc.importers.drake_poses", request, seconds=_JUDGE_SECONDS)
+        done.check_returncode()
         rows: dict[str, Any] = json.loads(done.stdout)
     except (subprocess.SubprocessError, ValueError):
         return "", {}

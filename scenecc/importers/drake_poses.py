@@ -1,7 +1,8 @@
-"""Prints poses and masses of a file's bodies as Drake reads them: `python -m scenecc.importers.drake_poses REQUEST`.
+"""Prints poses and masses of a file's bodies as Drake reads them: `python -m scenecc.importers.drake_poses`.
 
-REQUEST is JSON: `{"file": PATH, "roots": [FOLDER, …]}`. The result is JSON: `MODEL::BODY` → `{"pose": …, "mass": …}`, a
-pose as p [m] and q (wxyz). Drake reads the file in a process of its own, since it ends the process for some files.
+Standard input is JSON: `{"file": PATH, "roots": [FOLDER, …]}`. The result is JSON: `MODEL::BODY` →
+`{"pose": …, "mass": …}`, a pose as p [m] and q (wxyz). Drake reads the file in a process of its own, since it ends the
+process for some files.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ _MAX_MEMORY: Final = 8 * 2**30
 
 
 def main() -> None:
-    """Answers the request of the command line."""
+    """Answers the request of standard input."""
     resource.setrlimit(resource.RLIMIT_AS, (_MAX_MEMORY, _MAX_MEMORY))
-    asked = json.loads(sys.argv[1])
+    asked = json.load(sys.stdin)
     plants: Any = import_module("pydrake.multibody.plant")
     parsing: Any = import_module("pydrake.multibody.parsing")
     plant = plants.MultibodyPlant(time_step=0.001)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -17,8 +16,8 @@ from scenecc.errors import SceneError
 from scenecc.files import open_regular, replace_all, replace_set
 from scenecc.importers import FORMATS
 from scenecc.importers.assets import AssetNames, map_assets
-from scenecc.importers.imported_scene import LOSSES, ImportContext, ImportedScene, Loss
-from scenecc.named_files import DICT
+from scenecc.importers.imported_scene import LOSSES, REPAIRED, ImportContext, ImportedScene, Loss
+from scenecc.interrupt import undoing
 from scenecc.options import Options
 from scenecc.pipeline import compile_or_raise
 from scenecc.scene_file.layout import scene_text
@@ -26,7 +25,7 @@ from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Generator, Iterable, Mapping
+    from collections.abc import Collection, Iterable, Mapping, Sequence
     from os import PathLike
 
     from scenecc.diagnostics import Diagnostic
@@ -73,7 +72,7 @@ def import_scene(
     """Writes a scene file for a file of another format, builds it and compares it with the source.
 
     Args:
-        file: an SDF world or model, a USD stage, or a URDF.
+        file: an SDF world or model, a USD stage, an MJCF, or a URDF.
         output: the scene file. Files that can be named neither relative to it nor by `pkg://` or `asset://` are copied
             to the folder `NAME_assets` beside it.
         allow: losses that may change the machine; keys of `scenecc.importers.imported_scene.LOSSES`.
@@ -104,28 +103,26 @@ def import_scene(
     head = {(): f"Imported from {source.name} by scenecc."}
     text = scene_text(simplify(map_assets(found.document, names.name)), comments=head)
     files = {target.name: text.encode("utf-8"), **names.copies}
-    with _undone_by_errors([target.parent / name for name in files]):
-        paths = replace_set(target, files, folder=False)
+    targets = [target.parent / name for name in files]
+    before = {path: path.read_bytes() for path in targets if path.is_file()}
+    folders = {each for path in targets for each in path.parents if not each.exists()}
+    paths = replace_set(target, files, folder=False)
+    with undoing() as undo:
+        undo.callback(_put_back, targets, before, folders)
         certificate_of = import_module("scenecc.importers.certificate").certificate_of
         certificate = certificate_of(found, source, target, options)
+        undo.pop_all()
     return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
 
 
-@contextmanager
-def _undone_by_errors(paths: list[Path]) -> Generator[None]:
-    """Puts files back as they were, or removes them, where what was written does not build."""
-    before = {path: path.read_bytes() for path in paths if path.is_file()}
-    folders = {each for path in paths for each in path.parents if not each.exists()}
-    try:
-        yield
-    except SceneError:
-        for path in paths:
-            path.unlink(missing_ok=True)
-        for folder in sorted(folders, reverse=True):
-            folder.rmdir()
-        if before:
-            replace_all(before)
-        raise
+def _put_back(paths: list[Path], before: Mapping[Path, bytes], folders: Collection[Path]) -> None:
+    """Puts files back as they were, or removes them, where what was written does not build or is interrupted."""
+    for path in paths:
+        path.unlink(missing_ok=True)
+    for folder in sorted(folders, reverse=True):
+        folder.rmdir()
+    if before:
+        replace_all(before)
 
 
 def _root_of(source: Path) -> Path:
@@ -161,7 +158,8 @@ def _format_of(source: Path, head: bytes, sink: Sink) -> SourceFormat | None:
     takers = [one for one in FORMATS if suffix in one.suffixes]
     if not takers:
         known = ", ".join(dict.fromkeys(suffix for one in FORMATS for suffix in one.suffixes))
-        sink.report("SC430", f"no format has the suffix `{suffix}`", place, hint=f"the suffixes are {known}")
+        message = f"no format has the suffix `{suffix}`" if suffix else "the file has no suffix"
+        sink.report("SC430", message, place, hint=f"the suffixes are {known}")
         return None
     root = _ROOT_ELEMENT.search(_COMMENT.sub(b"", head))
     tag = "" if root is None else root[1].decode("ascii", "replace")
@@ -183,7 +181,7 @@ def _is_installed(chosen: SourceFormat, sink: Sink) -> bool:
     return True
 
 
-def _report_losses(losses: tuple[Loss, ...], context: ImportContext) -> None:
+def _report_losses(losses: Sequence[Loss], context: ImportContext) -> None:
     """One finding a kind: an error where it changes the machine and is not allowed."""
     counts = Counter(loss.kind for loss in losses)
     for kind, count in counts.items():
@@ -222,15 +220,19 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
         except SceneError as error:
             told = [_placed(each, found, source) for each in error.diagnostics]
             raise SceneError([*context.sink.diagnostics(), *told]) from None
-    for each in sink.diagnostics():
-        placed = _placed(each, found, source)
-        context.sink.report(each.code, each.message, placed.location, hint=each.hint)
+    placed = [_placed(each, found, source) for each in sink.diagnostics() if each.code not in found.codes_of_losses]
+    listed = {loss.message for loss in found.losses}
+    repairs = [each for each in placed if each.code == REPAIRED and each.message not in listed]
+    _report_losses([Loss("missing-files", each.message, each.location) for each in repairs], context)
+    for each in placed:
+        if each.code != REPAIRED:
+            context.sink.report(each.code, each.message, each.location, hint=each.hint)
     return compiled
 
 
 def _placed(told: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
     """A finding about the scene, at the place of the imported file that led to it."""
-    if told.location.file != DICT:
+    if told.location.file is not None:
         return replace(told, related=())
     section, _, rest = told.path.partition(".")
     names = [name for name in found.places if section == "entities" and f"{rest}.".startswith(f"{name}.")]

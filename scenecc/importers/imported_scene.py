@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
+from scenecc.source.paths import Refusal, resolve_path
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Location
     from scenecc.source import Limits
-    from scenecc.source.paths import AssetScope
+    from scenecc.source.paths import AssetScope, ResolvedFile
 
 
 @frozen
@@ -79,6 +80,8 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "joint-springs": LossKind("springs of joints", changes_machine=True),
     "actuators": LossKind("actuators"),
     "camera-modes": LossKind("cameras that follow something"),
+    "sites": LossKind("sites"),
+    "softness": LossKind("soft contacts and limits"),
     # Of USD.
     "mesh-simplification": LossKind("simplifications of colliding meshes"),
     "assumed-masses": LossKind("masses and inertias that the file leaves open"),
@@ -99,6 +102,10 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "joint-frames": LossKind("joints whose frames do not meet at the start"),
 }
 """The name that `--allow` takes, and what it stands for."""
+
+
+REPAIRED: Final = "SC488"
+"""The code of notes about what is left out or replaced, so that a robot's file can be read."""
 
 
 @frozen
@@ -157,14 +164,18 @@ class ImportedScene:
         bodies: name in the scene (`ENTITY` or `ENTITY/LINK`) → name in the source (`model::link`, a prim's path), for
             the comparison of poses and masses.
         reference: name in the source → what the source's own library says of the body; empty where an engine is asked.
+        judge: the library that `reference` is from.
         places: name in the scene, as in `bodies`, or of an entity → where it is in the file.
+        codes_of_losses: codes of findings about the scene that `losses` lists already.
     """
 
     document: dict[str, Any]
     losses: tuple[Loss, ...] = ()
     bodies: Mapping[str, str] = field(default_factory=dict[str, str])
     reference: Mapping[str, ReferencePose] = field(default_factory=dict[str, ReferencePose])
-    places: Mapping[str, Location] = field(default_factory=dict[str, "Location"])
+    judge: str = ""
+    places: Mapping[str, Location] = field(default_factory=dict[str, Location])
+    codes_of_losses: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,3 +193,11 @@ class ImportContext:
     scope: AssetScope
     limits: Limits
     allow: frozenset[str] = frozenset()
+
+    def resolve(self, path: Path) -> ResolvedFile | None:
+        """The imported file, shown by the path that the user gave; None after an error."""
+        found = resolve_path(path.name, base=path.absolute().parent, scope=self.scope)
+        if isinstance(found, Refusal):
+            self.sink.report(found.code, found.message, Location(str(path)), hint=found.hint)
+            return None
+        return found._replace(uri=str(path))

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.diagnostics.diagnostic import Location
 from scenecc.geometry.rotations import IDENTITY_POSE, compose, from_matrix, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss, ReferencePose
 from scenecc.importers.numbers import Names, plain_number, plain_numbers, plain_pose
 from scenecc.robots.mujoco.model import WORLD
 from scenecc.robots.mujoco.reader import read_model
-from scenecc.source.paths import Refusal, resolve_path
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from scenecc.geometry.rotations import Pose7
     from scenecc.importers.imported_scene import ImportContext
     from scenecc.robots.mujoco.reader import ReadModel
@@ -30,8 +29,19 @@ _KINDS: Final = {
     "texture": "material-looks",
     "equality": "loops",
     "actuator": "actuators",
+    "sensor": "sensors",
+    "site": "sites",
+    "softness": "softness",
+    "custom": "settings",
+    "visual": "settings",
+    "statistic": "settings",
 }
 """The losses that the findings of the reader are, by what stands before a slash in their kind."""
+
+_BUILT: Final = frozenset({"camera", "light", "option"})
+"""Findings of the reader that are about what is imported here."""
+
+_READ_OPTIONS: Final = frozenset({"timestep", "gravity"})
 
 _LIGHT_TYPES: Final = {0: "spot", 1: "directional", 2: "point"}
 """`mjtLightType`; the fourth is a picture of the surroundings."""
@@ -42,22 +52,27 @@ _LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0,
 _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
-_DIGITS: Final = 7
-"""Digits of colours and directions, which MuJoCo holds in single precision."""
-
 
 def read_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
     """A scene with everything in an MJCF; None after an error."""
-    found = resolve_path(path.name, base=path.absolute().parent, scope=context.scope)
-    if isinstance(found, Refusal):
-        context.sink.report(found.code, found.message, Location(str(path)), hint=found.hint)
+    found = context.resolve(path)
+    if found is None:
         return None
     trial = context.sink.another()
     read = read_model(found, scope=context.scope, sink=trial, limits=context.limits)
     if read is None:
         read_model(found, scope=context.scope, sink=context.sink, limits=context.limits)
         return None
-    return _Importer(path, read).scene()
+    made = _Importer(path, read).scene()
+    # Files that it includes are named from the root of what may be read.
+    root = context.scope.root or Path.cwd()
+    base = root if path.is_absolute() else Path(os.path.relpath(root))
+    places = [loss.place for loss in made.losses]
+    shown = [
+        place if place.file == str(path) else replace(place, file=str(base / (place.file or ""))) for place in places
+    ]
+    losses = tuple(replace(loss, place=place) for loss, place in zip(made.losses, shown, strict=True))
+    return replace(made, losses=losses)
 
 
 class _Importer:
@@ -69,7 +84,13 @@ class _Importer:
         self._robots = read.description.robots
         self._links = read.links
         self._name = Names().new(path.stem)
-        self._losses = [Loss(_KINDS[kind.partition("/")[0]], message, place) for kind, message, place in read.losses]
+        told = [(kind.partition("/")[0], message, place) for kind, message, place in read.losses]
+        self._losses = [Loss(_KINDS[kind], message, place) for kind, message, place in told if kind not in _BUILT]
+        for element in self._model.source.elements:
+            if element.tag == "option":
+                unread = [f"`{name}`" for name in element.attributes if name not in _READ_OPTIONS]
+                unread += [f"<{child.tag}>" for child in element.children]
+                self._losses += [Loss("settings", f"{name} of <option>", element.location) for name in unread]
 
     def scene(self) -> ImportedScene:
         """The document, with what it is compared with."""
@@ -82,11 +103,18 @@ class _Importer:
             "entities": {self._name: {"mjcf": Asset(self._path.name, self._path.absolute())}},
         }
         if any(header["ambient"]):
-            document["environment"] = {"ambient_light": _rounded(header["ambient"])}
+            document["environment"] = {"ambient_light": plain_numbers(header["ambient"])}
         sections = {"lights": self._lights(), "cameras": self._cameras()}
         document |= {section: made for section, made in sections.items() if made}
         bodies = {self._mount(body): self._model.body_name(body) for body in self._links if body != WORLD}
-        return ImportedScene(document, tuple(self._losses), bodies, self._reference())
+        return ImportedScene(
+            document,
+            tuple(self._losses),
+            bodies,
+            self._reference(),
+            judge="MuJoCo",
+            codes_of_losses=frozenset({"SC484", "SC490"}),
+        )
 
     def _reference(self) -> dict[str, ReferencePose]:
         """Where MuJoCo's own kinematics has the bodies, and what it lets them weigh."""
@@ -126,11 +154,11 @@ class _Importer:
                 continue
             keys: dict[str, Any] = {
                 "type": _LIGHT_TYPES[kind],
-                "color": _rounded(model["light_diffuse"][number].tolist()),
+                "color": plain_numbers(model["light_diffuse"][number].tolist()),
             }
             if keys["type"] == "spot":
                 angle = min(2 * float(model["light_cutoff"][number]), 179.0)
-                keys |= {"inner_fov_deg": _rounded([angle])[0], "outer_fov_deg": _rounded([angle])[0]}
+                keys |= {"inner_fov_deg": plain_number(angle), "outer_fov_deg": plain_number(angle)}
             if model["light_castshadow"][number]:
                 keys["shadow"] = True
             local: Pose7 = (*model["light_pos"][number].tolist(), 1.0, 0.0, 0.0, 0.0)
@@ -141,9 +169,9 @@ class _Importer:
                 self._losses.append(Loss("lights", f"that the light `{label}` moves with a body", place))
             if keys["type"] != "directional":
                 self._losses.append(Loss("light-falloff", f"the falloff of the light `{label}`", place))
-                keys["position"] = _rounded(pose[:3])
+                keys["position"] = plain_numbers(pose[:3])
             if keys["type"] != "point":
-                keys["direction"] = _rounded(rotate(self._world_pose(body)[3:], tuple(direction)))
+                keys["direction"] = plain_numbers(rotate(self._world_pose(body)[3:], tuple(direction)))
             made[names.new(label)] = keys
         return made
 
@@ -167,7 +195,3 @@ class _Importer:
                 keys |= {"width": width, "height": height}
             made[names.new(label)] = keys
         return made
-
-
-def _rounded(numbers: Any) -> list[float | int]:
-    return plain_numbers([float(f"{number:.{_DIGITS}g}") + 0.0 for number in numbers])

@@ -6,42 +6,53 @@ import math
 import re
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from scenecc.geometry.rotations import IDENTITY, Pose7, rotate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable
 
     from scenecc.geometry.rotations import Quat, Vec3
 
-_ROUND = 12
-"""Decimals that are kept: far below what the engine's single precision holds."""
+_NOISE = 1e-9
+"""Numbers of poses and directions below this are rounding noise [m, or of a quaternion]."""
 
 _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 
 
-def plain_number(value: float) -> float | int:
-    """A number without the noise of its arithmetic; a whole one as an integer."""
-    rounded = round(value, _ROUND) if abs(value) < 1e3 else value
-    return int(rounded) if rounded == int(rounded) and abs(rounded) < 1e6 else rounded
+def plain_number(value: float) -> float:
+    """The shortest number that single precision, which the engine has, reads as the same."""
+    return float(str(np.float32(value))) + 0.0
 
 
-def plain_numbers(values: Sequence[float]) -> list[float | int]:
-    """Several of them."""
-    return [plain_number(value) for value in values]
+def plain_numbers(values: Iterable[float], noise: float = 0.0) -> list[float]:
+    """Several of them. `noise`: those below it are 0."""
+    return [0.0 if abs(value) < noise else plain_number(value) for value in values]
 
 
 def plain_pose(pose: Pose7) -> Any:
-    """A pose as `pose:` takes it; None for the identity."""
-    p, q = plain_numbers(pose[:3]), pose[3:]
-    turn = max(abs(a - b) for a, b in zip(q, IDENTITY, strict=True))
-    if turn < 1e-12 or max(abs(a + b) for a, b in zip(q, IDENTITY, strict=True)) < 1e-12:
-        return p if any(p) else None
-    turned = _plain_rotation(q)
+    """A pose as `pose:` takes it."""
+    p, q = plain_numbers(pose[:3], _NOISE), pose[3:]
+    rotation = plain_numbers(q if q[0] >= 0 else [-each for each in q], _NOISE)
+    if rotation == list(IDENTITY):
+        return p
+    turned = _plain_rotation(q, rotation)
     return {"p": p, **turned} if any(p) else turned
 
 
-def _plain_rotation(q: Quat) -> dict[str, Any]:
-    """Roll, pitch and yaw where these are whole degrees; else the quaternion."""
+def is_identity(pose: Pose7) -> bool:
+    """Whether a pose, as it is written, neither moves nor turns."""
+    return plain_pose(pose) == [0, 0, 0]
+
+
+def pose_key(pose: Pose7, key: str = "pose") -> dict[str, Any]:
+    """A pose under its key; empty for the identity, which is the default of all such keys."""
+    return {} if is_identity(pose) else {key: plain_pose(pose)}
+
+
+def _plain_rotation(q: Quat, rotation: list[float]) -> dict[str, Any]:
+    """Roll, pitch and yaw where these are whole degrees; else the quaternion `rotation`."""
     w, x, y, z = q
     roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
@@ -49,13 +60,13 @@ def _plain_rotation(q: Quat) -> dict[str, Any]:
     degrees = [math.degrees(angle) for angle in (roll, pitch, yaw)]
     whole = [round(angle) for angle in degrees]
     is_whole = all(abs(a - b) < 1e-9 for a, b in zip(degrees, whole, strict=True)) and abs(whole[1]) < 90
-    return {"rpy_deg": whole} if is_whole else {"q": [round(each, 15) + 0.0 for each in q]}
+    return {"rpy_deg": whole} if is_whole else {"q": rotation}
 
 
 def plain_axis(axis: Vec3) -> Any:
     """A direction: a letter where it is an axis, else a unit vector."""
     length = math.sqrt(sum(each * each for each in axis))
-    unit = [round(each / length, 15) + 0.0 for each in axis]
+    unit = plain_numbers([each / length for each in axis], _NOISE)
     return _AXES.get((unit[0], unit[1], unit[2]), unit)
 
 

@@ -7,18 +7,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss
-from scenecc.importers.numbers import Names, plain_number, plain_numbers, plain_pose
-from scenecc.importers.sdf_frames import SEPARATOR, WORLD, Scope
+from scenecc.importers.numbers import Names, plain_number, plain_numbers, pose_key
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, find, read_file, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type
 from scenecc.importers.sdf_models import BuiltLink, ModelReader, SceneParts
-from scenecc.importers.sdf_scopes import ScopeReader
-from scenecc.importers.sdf_xml import SMALLEST, SdfFile, find, read_file, text_of
+from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope, ScopeReader
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.importers.imported_scene import ImportContext
-    from scenecc.importers.sdf_xml import SourceElement
+    from scenecc.importers.sdf_files import SourceElement
 
 Node = dict[str, Any]
 
@@ -62,7 +61,7 @@ _LOST: Final = {
 def read_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """The scene of an SDF file; None after an error. Of several worlds the first."""
     losses: list[Loss] = []
-    found = read_file(path.absolute(), context, losses)
+    found = read_file(path, context, losses)
     if found is None:
         return None
     file, root = found
@@ -87,8 +86,7 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
         _tell_losses(model)
     _apply_bitmasks(parts)
     for name, robot, element in reader.robots:
-        pose = plain_pose(world.placed(element, world.base))
-        place = {} if pose is None else {"pose": pose}
+        place = pose_key(world.placed(element, world.base))
         parts.entities[parts.names.new(name)] = {"urdf": Asset(robot.name, robot), **place}
     for name, joint in world.joints.items():
         _connect(world, name, joint, parts)
@@ -290,6 +288,5 @@ class _Rendering:
         made: Node = {"width": width, "height": height, "fovx": plain_number(fov)}
         if 0 < near < far < math.inf:
             made |= {"near": plain_number(near), "far": plain_number(far)}
-        place = plain_pose(pose)
-        made |= {} if place is None else {"pose": place}
+        made |= pose_key(pose)
         self.cameras[self._names.new(name)] = {**made, **({"mount": mount} if mount else {})}

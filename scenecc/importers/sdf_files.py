@@ -1,20 +1,166 @@
-"""Files that an SDF names: meshes, textures, and models by <include>."""
+"""SDF files: XML that is not quite well-formed, the values of elements, and the files that an SDF names."""
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from scenecc.importers.sdf_xml import text_of
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, from_rpy, normalized
+from scenecc.importers.imported_scene import Loss
 from scenecc.robots.files import FileReport, read_robot_bytes
-from scenecc.robots.xml import XmlBounds, parse_xml
+from scenecc.robots.xml import SourceElement, XmlBounds, parse_number, parse_recovered_xml, parse_xml
 from scenecc.source.paths import Refusal, check_uri, resolve_path
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenecc.importers.sdf_xml import SdfFile
+    from scenecc.geometry.rotations import Vec3
+    from scenecc.importers.imported_scene import ImportContext
+
+
+_MAX_NUMBER: Final = 1e30
+"""Larger numbers are infinite: the engine has single precision."""
+
+_INFINITE: Final = frozenset({"lower", "upper", "effort", "velocity", "far", "mu", "mu2", "friction"})
+"""Elements whose number may be infinite."""
+
+SMALLEST: Final = 1e-9
+"""Of sizes [m] and lengths of directions."""
+
+
+class SdfFile:
+    """One file that is read: its values are checked, and what cannot be kept is listed.
+
+    Attributes:
+        context: of the import.
+        path: of the file.
+        losses: so far, of all files of the import.
+        version: of the format.
+    """
+
+    def __init__(self, context: ImportContext, path: Path, losses: list[Loss], version: str = "") -> None:
+        self.context = context
+        self.path = path
+        self.losses = losses
+        self.version = tuple(int(part) for part in re.findall(r"\d{1,9}", version)[:2])
+
+    def is_before(self, *version: int) -> bool:
+        """Whether it is written in an older version of the format. A file without a version is not."""
+        return bool(self.version) and self.version < version
+
+    def error(self, message: str, element: SourceElement, hint: str | None = None, code: str = "SC433") -> None:
+        """Reports an error at an element."""
+        self.context.sink.report(code, message, element.location, hint=hint)
+
+    def lose(self, kind: str, message: str, element: SourceElement, path: str = "") -> None:
+        """Lists what the scene will not hold."""
+        self.losses.append(Loss(kind, message, element.location, path))
+
+    def numbers(self, element: SourceElement | None, count: int) -> tuple[float, ...] | None:
+        """So many finite numbers of an element's text; None where there is no element, or after an error."""
+        if element is None:
+            return None
+        values = [parse_number(word) for word in element.text.split()]
+        numbers = [value for value in values if value is not None and abs(value) <= _MAX_NUMBER]
+        if len(numbers) != count or len(values) != count:
+            wanted = "a finite number" if count == 1 else f"{count} finite numbers"
+            self.error(f"<{element.tag}> needs {wanted}, not `{element.text[:60]}`", element)
+            return None
+        return tuple(numbers)
+
+    def number(self, parent: SourceElement | None, *path: str, default: float) -> float:
+        """The number of an element below another; the default where there is none. Limits may be infinite."""
+        element = find(parent, *path)
+        if element is None or not element.text:
+            return default
+        value = parse_number(element.text)
+        if value is not None and abs(value) <= _MAX_NUMBER:
+            return value
+        if value is None or math.isnan(value) or element.tag not in _INFINITE:
+            self.error(f"<{element.tag}> needs a finite number, not `{element.text[:60]}`", element)
+            return default
+        return math.copysign(math.inf, value)
+
+    def positive(self, parent: SourceElement, *path: str, default: float) -> float:
+        """A number above 0, else an error."""
+        value = self.number(parent, *path, default=default)
+        if value >= SMALLEST:
+            return value
+        self.error(f"<{path[-1]}> must be positive, not {value:g}", find(parent, *path) or parent)
+        return default
+
+    def vector(self, parent: SourceElement | None, *path: str, default: Vec3) -> Vec3:
+        """Three numbers of an element below another."""
+        found = self.numbers(find(parent, *path), 3)
+        return default if found is None else (found[0], found[1], found[2])
+
+    def flag(self, parent: SourceElement | None, *path: str, default: bool) -> bool:
+        """A boolean of an element below another."""
+        element = find(parent, *path)
+        if element is None:
+            return default
+        text = element.text.lower()
+        if text not in {"true", "false", "1", "0"}:
+            self.error(f"<{element.tag}> is true or false, not `{element.text[:60]}`", element)
+        return text in {"true", "1"}
+
+    def pose(self, parent: SourceElement) -> Pose7:
+        """The <pose> of an element, in the frame that it names."""
+        element = parent.find("pose")
+        if element is None or not element.text:
+            return IDENTITY_POSE
+        by_quaternion = element.attributes.get("rotation_format") == "quat_xyzw"
+        found = self.numbers(element, 7 if by_quaternion else 6)
+        if found is None:
+            return IDENTITY_POSE
+        if by_quaternion:
+            x, y, z, w = found[3:]
+            if math.hypot(x, y, z, w) < 1e-6:
+                self.error("the quaternion of <pose> has the length 0", element)
+                return IDENTITY_POSE
+            return (found[0], found[1], found[2], *normalized((w, x, y, z)))
+        degrees = element.attributes.get("degrees", "").lower() in {"true", "1"}
+        roll, pitch, yaw = (math.radians(angle) if degrees else angle for angle in found[3:])
+        return (found[0], found[1], found[2], *from_rpy(roll, pitch, yaw))
+
+
+def find(parent: SourceElement | None, *path: str) -> SourceElement | None:
+    """The first element below another, by the tags that lead to it."""
+    for tag in path:
+        parent = None if parent is None else parent.find(tag)
+    return parent
+
+
+def text_of(parent: SourceElement | None, *path: str) -> str:
+    """The text of an element below another; "" where there is none."""
+    element = find(parent, *path)
+    return "" if element is None else element.text
+
+
+def read_file(path: Path, context: ImportContext, losses: list[Loss]) -> tuple[SdfFile, SourceElement] | None:
+    """The root element of a file; None after an error. What is not well-formed is mended and listed as a loss."""
+    shown = str(path)
+    report = FileReport(context.sink)
+    data = read_robot_bytes(path, shown, report, XmlBounds().size)
+    if data is None:
+        return None
+    file = SdfFile(context, path, losses)
+    trial = context.sink.another()
+    root = parse_xml(data, shown, FileReport(trial))
+    found = trial.diagnostics()
+    if root is None and [each.code for each in found] == ["SC450"]:
+        root = parse_recovered_xml(data, shown, report)
+        if root is not None:
+            losses.append(Loss("malformed-xml", f"{found[0].message}; read as far as possible", found[0].location))
+    elif root is None:
+        parse_xml(data, shown, report)
+    if root is not None and root.tag != "sdf":
+        file.error(f"the root element is <{root.tag}>, not <sdf>", root, code="SC430")
+        return None
+    return None if root is None else (SdfFile(context, path, losses, root.attributes.get("version", "")), root)
+
 
 _URI = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/{0,2}(.*)", re.DOTALL)
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY, Pose7, compose, invert, rotate, shortest_from_x
-from scenecc.importers.numbers import plain_axis, plain_number, plain_numbers, plain_pose
-from scenecc.importers.sdf_xml import SMALLEST, find
+from scenecc.importers.numbers import is_identity, plain_axis, plain_number, plain_numbers, plain_pose, pose_key
+from scenecc.importers.sdf_files import SMALLEST, find
 
 if TYPE_CHECKING:
     from scenecc.geometry.rotations import Vec3
-    from scenecc.importers.sdf_frames import Scope
-    from scenecc.importers.sdf_xml import SourceElement
+    from scenecc.importers.sdf_files import SourceElement
+    from scenecc.importers.sdf_scopes import Scope
 
 Node = dict[str, Any]
 
@@ -109,7 +109,7 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
     elif limits[0] > limits[1]:
         file.error(f"the lower limit of `{joint.path}` is above the upper one", joint.element)
     elif limits != [-math.inf, math.inf]:
-        keys["limits"] = [each if math.isinf(each) else plain_number(each) for each in limits]
+        keys["limits"] = plain_numbers(limits)
     keys["friction"] = 0
     damping = max(file.number(axis, "dynamics", "damping", default=0), 0.0)
     if file.number(axis, "dynamics", "friction", default=0) > 0:
@@ -176,16 +176,14 @@ def tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7]
     in_parent, in_child = compose(invert(parent), joint), compose(invert(child), joint)
     made: Node = {"name": name, "type": "fixed" if hinge is None else hinge.type}
     if hinge is None:
-        origin = plain_pose(compose(invert(parent), child))
-        return {**made, "origin": origin} if origin is not None else made
+        return {**made, **pose_key(compose(invert(parent), child), "origin")}
     axis = hinge.axis if not is_reversed else (-hinge.axis[0], -hinge.axis[1], -hinge.axis[2])
-    if plain_pose(in_child) is not None:
+    if not is_identity(in_child):
         turn = (0.0, 0.0, 0.0, *_from_x(axis))
         ends = {"pose_in_parent": compose(in_parent, turn), "pose_in_child": compose(in_child, turn)}
-        return {**made, **{key: plain_pose(pose) or [0, 0, 0] for key, pose in ends.items()}, **hinge.keys}
-    origin, plain = plain_pose(in_parent), plain_axis(axis)
-    place = {} if origin is None else {"origin": origin}
-    return {**made, **place, **({} if plain == "x" else {"axis": plain}), **hinge.keys}
+        return {**made, **{key: plain_pose(pose) for key, pose in ends.items()}, **hinge.keys}
+    plain = plain_axis(axis)
+    return {**made, **pose_key(in_parent, "origin"), **({} if plain == "x" else {"axis": plain}), **hinge.keys}
 
 
 _HOLD: Final = {"stiffness": 1e10, "damping": 1e4, "mode": "acceleration"}
@@ -202,7 +200,7 @@ def constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7
     """
     turn = (0.0, 0.0, 0.0, *_from_x(hinges[0].axis)) if len(hinges) == 1 else None
     frame = joint.pose if turn is None else compose(joint.pose, turn)
-    in_parent, in_child = (plain_pose(compose(invert(pose), frame)) or [0, 0, 0] for pose in poses)
+    in_parent, in_child = (plain_pose(compose(invert(pose), frame)) for pose in poses)
     made: Node = {"parent": ends[0], "child": ends[1], "pose_in_parent": in_parent, "pose_in_child": in_child}
     locked = {"x": [0, 0], "y": [0, 0], "z": [0, 0]}
     if not hinges:

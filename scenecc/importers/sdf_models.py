@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
-from scenecc.importers.numbers import Names, plain_number, plain_pose
-from scenecc.importers.sdf_frames import SEPARATOR, WORLD, Scope
+from scenecc.importers.numbers import Names, plain_number, pose_key
+from scenecc.importers.sdf_files import find, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
+from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import LinkPlace, read_shapes, solid_mass
-from scenecc.importers.sdf_xml import find, text_of
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Location
+    from scenecc.importers.sdf_files import SourceElement
     from scenecc.importers.sdf_joints import Hinge
-    from scenecc.importers.sdf_xml import SourceElement
 
 Node = dict[str, Any]
 
@@ -230,8 +230,7 @@ class ModelReader:
             file.lose("empty-links", f"the link `{link.path}` has no shape and does not move", link.element)
             return
         name = parts.names.new(wish)
-        pose = plain_pose(world)
-        place = {} if pose is None else {"pose": pose}
+        place = pose_key(world)
         if not has_shape:
             # Only an articulation can be without shapes.
             parts.entities[name] = {**place, "root": {"name": Names().new(link.path), **content}}
@@ -324,7 +323,7 @@ def _mass(link: SdfLink, content: Node) -> Node:
         density = file.positive(inertial, "density", default=1000)
         mass = sum(solid_mass(shape, density) for shape in (*content.get("shapes", ()), *content.get("collisions", ())))
         # SAPIEN's cylinders are hulls, which weigh a little less.
-        return {"density": plain_number(density)} if math.isnan(mass) else {"mass": float(f"{mass:.12g}")}
+        return {"density": plain_number(density)} if math.isnan(mass) else {"mass": plain_number(mass)}
     for shape in (*content.get("shapes", ()), *content.get("collisions", ())):
         shape.pop("density", None)
     mass = file.number(inertial, "mass", default=1)
@@ -350,12 +349,10 @@ def _mass(link: SdfLink, content: Node) -> Node:
             return {"mass": plain_number(mass)}
         mass = mass if mass >= _LEAST_INERTIA else _DUMMY_MASS
         moments = np.full(3, mass * 1e-2)
-    com = plain_pose(pose)
-    place = {} if com is None else {"com": com}
-    return {"inertial": {"mass": plain_number(mass), **place, "inertia": _moments(moments)}}
+    return {"inertial": {"mass": plain_number(mass), **pose_key(pose, "com"), "inertia": _moments(moments)}}
 
 
-def _moments(moments: Any) -> list[float | int]:
+def _moments(moments: Any) -> list[float]:
     """Not rounded to decimals: moments of small bodies are small."""
     return [float(f"{float(each):.12g}") for each in moments]
 
@@ -405,8 +402,7 @@ class _Tree:
             is_fixed, place = True, IDENTITY_POSE
             hangs = self._attached(anchor, "", anchor.child or anchor.parent, name)
             top = {"name": self._link_names.new("base"), "children": [hangs]}
-        pose = plain_pose(compose(reader.pose, place))
-        entity: Node = {} if pose is None else {"pose": pose}
+        entity: Node = pose_key(compose(reader.pose, place))
         if is_fixed:
             entity["fix_root_link"] = True
         if not self._collides_with_itself() and _collides({"root": top}):

@@ -18,16 +18,15 @@ from scenecc.importers.meshes import (
     polyline_obj,
     read_heights,
 )
-from scenecc.importers.numbers import plain_number, plain_numbers, plain_pose
-from scenecc.importers.sdf_files import find_file
-from scenecc.importers.sdf_xml import SMALLEST, find, text_of
+from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
+from scenecc.importers.sdf_files import SMALLEST, find, find_file, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from scenecc.importers.sdf_frames import Scope
-    from scenecc.importers.sdf_xml import SdfFile, SourceElement
+    from scenecc.importers.sdf_files import SdfFile, SourceElement
+    from scenecc.importers.sdf_scopes import Scope
 
 Shape = dict[str, Any]
 
@@ -241,8 +240,7 @@ def _geometry(element: SourceElement, place: LinkPlace, *, collides: bool) -> Sh
         _lose_shape(element, place, collides, made)
         return None
     stands = made.pop("pose", pose)
-    plain = plain_pose(stands)
-    return made if plain is None else {**made, "pose": plain}
+    return {**made, **pose_key(stands)}
 
 
 def _lose_shape(element: SourceElement, place: LinkPlace, collides: bool, why: str) -> None:  # noqa: FBT001

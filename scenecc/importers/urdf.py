@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.diagnostics.diagnostic import Location
-from scenecc.importers.imported_scene import Asset, ImportedScene, Loss
+from scenecc.importers.imported_scene import REPAIRED, Asset, ImportedScene, Loss
 from scenecc.importers.numbers import Names
 from scenecc.robots.urdf import read_urdf as read_robots
-from scenecc.source.paths import Refusal, resolve_path
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -21,14 +19,11 @@ if TYPE_CHECKING:
 _REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files"}
 """What the scene can repair in a file, and the loss that this is."""
 
-_REPAIRED: Final = "SC488"
-
 
 def read_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """A scene with the robot of a URDF; None after an error. What must be repaired is listed as a loss."""
-    found = resolve_path(path.name, base=path.absolute().parent, scope=context.scope)
-    if isinstance(found, Refusal):
-        context.sink.report(found.code, found.message, Location(str(path)), hint=found.hint)
+    found = context.resolve(path)
+    if found is None:
         return None
     described, losses, repair = _read(found, context)
     if described is None:
@@ -59,7 +54,7 @@ def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription 
     losses: list[Loss] = []
     for name in needed:
         notes = _attempt(file, frozenset({name}), context)[1].diagnostics()
-        told = [note for note in notes if note.code == _REPAIRED]
+        told = [note for note in notes if note.code == REPAIRED]
         losses += [Loss(_REPAIRS[name], note.message, note.location) for note in told]
     return described, tuple(losses), needed
 

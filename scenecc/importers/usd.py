@@ -9,13 +9,12 @@ import subprocess
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from subprocess import PIPE
 from typing import Any, Final, cast
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss, ReferencePose
-from scenecc.interrupt import child
+from scenecc.interrupt import ask_module
 from scenecc.source import Limits
 from scenecc.source.paths import AssetScope
 
@@ -40,24 +39,19 @@ def read_usd(path: Path, context: ImportContext) -> ImportedScene | None:
     }
     # usd-core loads plugins and searches folders that such variables name.
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PXR_", "USD", "TF_", "AR_"))}
-    threads = {"PXR_WORK_THREAD_LIMIT": "1", "OPENBLAS_NUM_THREADS": "1"}
-    environment = {**kept, **threads, "PYTHONPATH": os.pathsep.join(each for each in sys.path if each)}
-    command = [sys.executable, "-m", "scenecc.importers.usd"]
-    with child(command, stdin=PIPE, stdout=PIPE, stderr=PIPE, env=environment) as process:
-        try:
-            output, errors = process.communicate(json.dumps(request).encode(), timeout=_SECONDS)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.communicate()
-            context.sink.report("SC430", f"the stage takes longer than {_SECONDS} s to read", Location(str(path)))
-            return None
-    if process.returncode > 0:
-        raise RuntimeError(errors.decode(errors="replace"))
-    if process.returncode:
-        message = f"usd-core cannot read the stage: its process ended by signal {-process.returncode}"
+    environment = {**kept, "PXR_WORK_THREAD_LIMIT": "1", "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        done = ask_module("scenecc.importers.usd", request, seconds=_SECONDS, environment=environment)
+    except subprocess.TimeoutExpired:
+        context.sink.report("SC430", f"the stage takes longer than {_SECONDS} s to read", Location(str(path)))
+        return None
+    if done.returncode > 0:
+        raise RuntimeError(done.stderr.decode(errors="replace"))
+    if done.returncode:
+        message = f"usd-core cannot read the stage: its process ended by signal {-done.returncode}"
         context.sink.report("SC430", message, Location(str(path)))
         return None
-    return _decode(json.loads(output), path, context)
+    return _decode(json.loads(done.stdout), path, context)
 
 
 def _decode(answer: dict[str, Any], path: Path, context: ImportContext) -> ImportedScene | None:
@@ -72,6 +66,7 @@ def _decode(answer: dict[str, Any], path: Path, context: ImportContext) -> Impor
         tuple(Loss(kind, message, place, where) for kind, message, where in answer["losses"]),
         answer["bodies"],
         {name: ReferencePose(tuple(pose), mass) for name, (pose, mass) in answer["reference"].items()},
+        judge="UsdPhysics",
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.importers.usd_frames import pose_value, tidy
+from scenecc.importers.numbers import plain_number, pose_key
 from scenecc.importers.usd_joints import Freedom, UsdJoint, tree_joint
 
 if TYPE_CHECKING:
@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 
     from scenecc.geometry.rotations import Pose7
     from scenecc.importers.usd_bodies import BodyReader, UsdBody
-    from scenecc.importers.usd_frames import Prim
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _DUMMY_MASS: Final = 1e-3
 """Mass of a link between two freedoms of one joint, as a part of the link that it carries."""
@@ -185,10 +184,7 @@ class ArticulationWriter:
             links[joint.bodies[1]] = link
             first = IDENTITY_POSE if not tree.root and joint is tree.joints[0] else joint.frames[0]
             beyond = self._add(joint, first, links[joint.bodies[0]], link, joint_names[id(joint)], settings) or beyond
-        entity: dict[str, Any] = {}
-        value = pose_value(pose)
-        if value != [0.0, 0.0, 0.0]:
-            entity["pose"] = value
+        entity = pose_key(pose)
         if tree.fixed:
             entity["fix_root_link"] = True
         elif tree.root:
@@ -251,32 +247,32 @@ class ArticulationWriter:
         low, high = freedom.limits
         near = min(max(position, low), high)
         beyond = abs(near - position) > _OFF_ANGLE
-        start = tidy(position if beyond else near)
+        start = plain_number(position if beyond else near)
         if abs(start) < 1e-6 and low <= 0 <= high:
             start = 0.0
-        if start != tidy(min(max(0.0, low), high)) or not low <= 0 <= high:
+        if start != plain_number(min(max(0.0, low), high)) or not low <= 0 <= high:
             settings["qpos"][name] = start
         drive = freedom.drive
         if drive is not None:
             keys = drive.keys()
             if abs(drive.target - start) > 1e-7:
-                keys["target"] = tidy(drive.target)
+                keys["target"] = plain_number(drive.target)
             if drive.velocity:
-                keys["velocity_target"] = tidy(drive.velocity)
+                keys["velocity_target"] = plain_number(drive.velocity)
             settings["drives"][name] = keys
             beyond = beyond or not low - 1e-6 <= drive.target <= high + 1e-6
         return beyond
 
     def _joint_keys(self, prim: Prim, name: str, freedom: Freedom) -> dict[str, dict[str, Any]]:
         """Friction, armature and the largest speed, of PhysX's own schema. UsdPhysics knows no friction of joints."""
-        keys: dict[str, Any] = {"friction": tidy(self._stage.authored(prim, "physxJoint:jointFriction") or 0.0)}
+        keys: dict[str, Any] = {"friction": plain_number(self._stage.authored(prim, "physxJoint:jointFriction") or 0.0)}
         armature = self._stage.authored(prim, "physxJoint:armature")
         frames = self._stage.frames
         if armature:
-            keys["armature"] = tidy(armature * frames.kilograms * (frames.metres**2 if freedom.turns else 1.0))
+            keys["armature"] = plain_number(armature * frames.kilograms * (frames.metres**2 if freedom.turns else 1.0))
         speed = self._stage.authored(prim, "physxJoint:maxJointVelocity")
         if speed is not None and math.isfinite(speed) and speed < 1e6:
-            keys["max_velocity"] = tidy(speed * (math.radians(1) if freedom.turns else frames.metres))
+            keys["max_velocity"] = plain_number(speed * (math.radians(1) if freedom.turns else frames.metres))
         return {name: keys}
 
     def _articulation_keys(self, tree: Tree) -> dict[str, Any]:
@@ -301,7 +297,7 @@ def _dummy(link: dict[str, Any], name: str) -> dict[str, Any]:
     inertial = link.get("inertial", {})
     mass = float(inertial.get("mass", link.get("mass", 1.0))) * _DUMMY_MASS
     moment = max(inertial.get("inertia", [mass / _DUMMY_MASS * 0.01])) * _DUMMY_MASS
-    return {"name": name, "inertial": {"mass": tidy(mass), "inertia": [tidy(moment)] * 3}}
+    return {"name": name, "inertial": {"mass": plain_number(mass), "inertia": [plain_number(moment)] * 3}}
 
 
 def merge_settings(entity: dict[str, Any]) -> None:

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY
-from scenecc.importers.usd_frames import pose_value, quat_of, split_matrix, tidy, tidy_row
+from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_shapes import ShapeReader, SolidMass, UsdShape
+from scenecc.importers.usd_stage import quat_of, split_matrix
 
 if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7
-    from scenecc.importers.usd_frames import Prim
     from scenecc.importers.usd_materials import UsdMaterials
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _BALL_RADIUS: Final = 0.1
 """Of the ball whose moments a body without any has, as usd-core has it [m]."""
@@ -141,7 +141,7 @@ class BodyReader:
         ):
             found = self._stage.authored(prim, name)
             if found is not None and math.isfinite(found):
-                keys[key] = tidy(found * self._stage.frames.metres)
+                keys[key] = plain_number(found * self._stage.frames.metres)
         return keys
 
     def _mass_keys(
@@ -165,8 +165,8 @@ class BodyReader:
             for (prim, parsed, _), entry in zip(shapes, entries, strict=True):
                 density = self._density(prim, parsed, body.prim)
                 if density != _DENSITY and not (said["mass"] and len(shapes) == 1):
-                    entry["density"] = tidy(density)
-            return {"mass": tidy(float(said["mass"]) * stage.frames.kilograms)} if said["mass"] else {}
+                    entry["density"] = plain_number(density)
+            return {"mass": plain_number(float(said["mass"]) * stage.frames.kilograms)} if said["mass"] else {}
         return {"inertial": self._inertial(body, solids, computed)}
 
     def _computed(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
@@ -216,9 +216,8 @@ class BodyReader:
             x, y, z = (split_matrix(frames.world(body.prim))[1] @ np.array(own, np.float64)).tolist()
         else:
             x, y, z = (float(each) * frames.metres if solids else 0.0 for each in centre)
-        com = pose_value((x, y, z, *(IDENTITY if axes is None else quat_of(axes))))
-        keys: dict[str, Any] = {"mass": tidy(mass)}
-        return keys | ({} if com == [0.0, 0.0, 0.0] else {"com": com}) | {"inertia": tidy_row(inertia)}
+        com = pose_key((x, y, z, *(IDENTITY if axes is None else quat_of(axes))), "com")
+        return {"mass": plain_number(mass), **com, "inertia": plain_numbers(inertia)}
 
     def _keep_triangle_rule(self, inertia: list[float], prim: Prim) -> None:
         """Lowers the largest moment to the sum of the others, which no body can exceed."""
@@ -263,7 +262,9 @@ class BodyReader:
         for key, (name, factor) in _BODY_ATTRIBUTES.items():
             found = stage.authored(body.prim, f"physxRigidBody:{name}")
             if found is not None and math.isfinite(found) and abs(found) < _UNLIMITED:
-                number = tidy(found * {"m": metres, "m²": metres * metres, "deg": math.radians(1)}.get(factor, 1.0))
+                number = plain_number(
+                    found * {"m": metres, "m²": metres * metres, "deg": math.radians(1)}.get(factor, 1.0)
+                )
                 if not (is_link and key in _NOT_OF_LINKS):
                     keys[key] = int(found) if factor == "count" else number
         locked = self._locked(body.prim)
@@ -283,7 +284,7 @@ class BodyReader:
         ):
             if any(velocity):
                 found = frames.turned(pose, velocity)
-                keys[key] = tidy_row([each * factor for each in found], 1e-9)
+                keys[key] = plain_numbers([each * factor for each in found], 1e-9)
         return keys
 
     def _locked(self, prim: Prim) -> list[str]:

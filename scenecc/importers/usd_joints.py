@@ -16,12 +16,12 @@ from scenecc.geometry.rotations import (
     rotate,
     shortest_from_x,
 )
-from scenecc.importers.usd_frames import is_identity, pose_value, relative, tidy, tidy_row
+from scenecc.importers.numbers import is_identity, plain_axis, plain_number, plain_numbers, plain_pose, pose_key
+from scenecc.importers.usd_stage import relative
 
 if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7, Vec3
-    from scenecc.importers.usd_frames import Prim
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _UNITS: Final[dict[str, Vec3]] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
@@ -50,9 +50,9 @@ class JointDrive:
         keys: dict[str, Any] = {}
         for name in ("stiffness", "damping"):
             if getattr(self, name):
-                keys[name] = tidy(getattr(self, name))
+                keys[name] = plain_number(getattr(self, name))
         if self.force_limit < _NO_FORCE_LIMIT:
-            keys["force_limit"] = tidy(self.force_limit)
+            keys["force_limit"] = plain_number(self.force_limit)
         if self.acceleration:
             keys["mode"] = "acceleration"
         return keys
@@ -336,21 +336,19 @@ def tree_joint(in_parent: Pose7, in_child: Pose7, freedom: Freedom | None, name:
     axis = (1.0, 0.0, 0.0) if freedom is None else freedom.axis
     if max(map(abs, in_child[:3])) < 1e-9 or freedom is None:
         origin = compose(in_parent, invert(in_child))
-        if not is_identity(origin):
-            keys["origin"] = pose_value(origin)
+        keys |= pose_key(origin, "origin")
         axis = rotate(in_child[3:], axis)
     else:
         turn: Pose7 = (0.0, 0.0, 0.0, *shortest_from_x(axis))
-        keys["pose_in_parent"] = pose_value(compose(in_parent, turn))
-        keys["pose_in_child"] = pose_value(compose(in_child, turn))
+        keys["pose_in_parent"] = plain_pose(compose(in_parent, turn))
+        keys["pose_in_child"] = plain_pose(compose(in_child, turn))
         axis = (1.0, 0.0, 0.0)
     if freedom is not None:
-        row = tidy_row(axis, 1e-9)
-        named = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}.get((row[0], row[1], row[2]))
-        if named != "x":
-            keys["axis"] = named or row
+        plain = plain_axis(axis)
+        if plain != "x":
+            keys["axis"] = plain
         if any(map(math.isfinite, freedom.limits)):
-            keys["limits"] = [tidy(each) if math.isfinite(each) else each for each in freedom.limits]
+            keys["limits"] = plain_numbers(freedom.limits)
     return keys
 
 
@@ -363,9 +361,9 @@ def constraint_keys(joint: UsdJoint, stage: UsdStage) -> dict[str, Any]:
     for key, frame in zip(("pose_in_parent", "pose_in_child"), joint.frames, strict=True):
         pose = compose(frame, turn)
         if key == "pose_in_parent" or not is_identity(pose):
-            keys[key] = pose_value(pose)
+            keys[key] = plain_pose(pose)
     if joint.distance is not None:
-        limits = [tidy(each) if math.isfinite(each) else each for each in joint.distance]
+        limits = plain_numbers(joint.distance)
         return {"type": "distance", **keys, "limits": limits}
     if not joint.freedoms:
         return {"type": "weld", **keys}
@@ -388,7 +386,7 @@ def _drive_keys(free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage) -> d
         if axis == "twist":  # PhysX knows the twist from -π to π
             low, high = (each if abs(each) < math.pi - 1e-6 else math.copysign(math.inf, each) for each in (low, high))
         if math.isfinite(low) or math.isfinite(high):
-            limits[axis] = [tidy(each) if math.isfinite(each) else each for each in (low, high)]
+            limits[axis] = plain_numbers((low, high))
         drive = free[name].drive if name in free else None
         if drive is not None:
             drives[axis] = drive.keys()
@@ -426,15 +424,13 @@ def _targets(free: dict[str, Freedom]) -> dict[str, Any]:
     place = [drives[name].target if name in drives else 0.0 for name in FREEDOMS[:3]]
     speed = [drives[name].velocity if name in drives else 0.0 for name in FREEDOMS[:3]]
     twist = drives.get("rotX")
-    keys: dict[str, Any] = {}
     target: Pose7 = (place[0], place[1], place[2], *from_axis_angle((1.0, 0.0, 0.0), twist.target if twist else 0.0))
-    if not is_identity(target):
-        keys["target"] = pose_value(target)
+    keys = pose_key(target, "target")
     velocity: dict[str, Any] = {}
     if any(speed):
-        velocity["linear"] = tidy_row(speed)
+        velocity["linear"] = plain_numbers(speed)
     if twist is not None and twist.velocity:
-        velocity["angular"] = [-tidy(twist.velocity), 0.0, 0.0]  # PhysX turns it against the sign
+        velocity["angular"] = [-plain_number(twist.velocity), 0.0, 0.0]  # PhysX turns it against the sign
     if velocity:
         keys["velocity_target"] = velocity
     return keys

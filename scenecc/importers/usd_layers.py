@@ -14,7 +14,7 @@ from scenecc.source.paths import Refusal, ResolvedFile, resolve_asset_reference,
 
 if TYPE_CHECKING:
     from scenecc.importers.imported_scene import ImportContext
-    from scenecc.importers.usd_frames import Prim
+    from scenecc.importers.usd_stage import Prim
 
 _MAGIC: Final = (b"PXR-USDC", b"#usda 1.")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,16 +9,15 @@ import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.importers.imported_scene import Asset
-from scenecc.importers.usd_frames import tidy, tidy_row
+from scenecc.importers.numbers import Names, plain_number, plain_numbers
 from scenecc.source.paths import ResolvedFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.diagnostics import Sink
-    from scenecc.importers.usd_frames import Prim
     from scenecc.importers.usd_meshes import TriangleMesh
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _WRAPS: Final = {"repeat": "repeat", "clamp": "edge", "mirror": "mirror", "black": "border"}
 
@@ -56,6 +54,7 @@ class UsdMaterials:
         self._stage = stage
         self._sink = sink
         self._names: dict[tuple[str, str], str] = {}
+        self._free = Names()
         self._physical: dict[str, dict[str, Any]] = {}
         self._visual: dict[str, dict[str, Any]] = {}
 
@@ -105,9 +104,7 @@ class UsdMaterials:
                 content["visual"] = self._look(visual)
             parts = dict.fromkeys(path.rpartition("/")[2] for path in (visual, physical) if path)
             wish = "_".join(parts) or "material"
-            self._names[physical, visual] = (
-                self._name(re.sub(r"[^A-Za-z0-9_.-]", "_", wish), content) if content else ""
-            )
+            self._names[physical, visual] = self._name(wish, content) if content else ""
         name = self._names[physical, visual]
         if name:
             entry["material"] = name
@@ -117,10 +114,7 @@ class UsdMaterials:
         for name, other in self.named.items():
             if other == content:
                 return name
-        name, count = wish, 1
-        while name in self.named:
-            count += 1
-            name = f"{wish}_{count}"
+        name = self._free.new(wish)
         self.named[name] = content
         return name
 
@@ -155,7 +149,7 @@ class UsdMaterials:
                 "dynamic_friction": dynamic,
                 "restitution": min(max(restitution, 0.0), 1.0),
             }
-            self._physical[path] = {key: tidy(max(each, 0.0)) for key, each in row.items()}
+            self._physical[path] = {key: plain_number(max(each, 0.0)) for key, each in row.items()}
         return self._physical[path]
 
     def _visual_path(self, prim: Prim) -> str:
@@ -206,7 +200,7 @@ class UsdMaterials:
                 look[key] = _number(value)
         opacity, texture = self._input(surface, "opacity")
         if opacity is not None and texture is None and opacity < 1:
-            look["base_color"] = [*look["base_color"][:3], tidy(opacity)]
+            look["base_color"] = [*look["base_color"][:3], plain_number(opacity)]
         if not any(look.get("emission", ())):
             look.pop("emission", None)
         if "base_color_texture" in look:
@@ -218,7 +212,7 @@ class UsdMaterials:
             # UsdPreviewSurface derives the reflectance at normal incidence from `ior`, SAPIEN from `specular`.
             specular = ((ior - 1) / (ior + 1)) ** 2 / 0.08
             if abs(specular - 0.5) > 1e-4:
-                look["specular"] = tidy(min(specular, 1.0))
+                look["specular"] = plain_number(min(specular, 1.0))
         for name in ("displacement", "occlusion", "clearcoat", "specularColor"):
             value, texture = self._input(surface, name)
             if texture is not None or (
@@ -284,12 +278,12 @@ class UsdMaterials:
         rows = np.asarray(colors, np.float64)
         if len(np.unique(rows, axis=0)) > 1:
             self._stage.lose("material-looks", "colours of single points or faces, of which the mean is taken", prim)
-        color = tidy_row(np.clip(rows.mean(axis=0), 0, 1).tolist())
+        color = plain_numbers(np.clip(rows.mean(axis=0), 0, 1).tolist())
         opacities = geom.GetDisplayOpacityAttr().Get(self._stage.time)
         if opacities is not None and len(opacities) and float(opacities[0]) < 1:
-            color.append(tidy(max(float(opacities[0]), 0.0)))
+            color.append(plain_number(max(float(opacities[0]), 0.0)))
         entry["color"] = color
 
 
 def _number(value: Any) -> float | list[float]:
-    return tidy(value) if isinstance(value, float | int) else tidy_row(value)
+    return plain_number(value) if isinstance(value, float | int) else plain_numbers(value)

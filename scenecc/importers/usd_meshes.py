@@ -15,7 +15,7 @@ from scenecc.meshes.primitives import box
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scenecc.importers.usd_frames import Prim
+    from scenecc.importers.usd_stage import Prim
 
 _CAP_STEPS: Final = 8
 """Steps from the pole to the equator of a round cap."""

@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import compose, from_matrix, rotate
-from scenecc.importers.usd_frames import pose_value, relative, tidy, tidy_row
+from scenecc.importers.numbers import plain_number, plain_numbers, plain_pose
+from scenecc.importers.usd_stage import relative
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -14,9 +15,8 @@ if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7
     from scenecc.importers.imported_scene import Asset
     from scenecc.importers.usd_bodies import UsdBody
-    from scenecc.importers.usd_frames import Prim
     from scenecc.importers.usd_materials import UsdMaterials
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _NITS: Final = 1000.0
 """What a brightness of 1 stands for: USD's lights are in nits, SAPIEN's in no unit."""
@@ -72,7 +72,7 @@ class RenderingReader:
         """Colour times brightness."""
         value = self._stage.value
         brightness = value(prim, "inputs:intensity", 1.0) * 2.0 ** value(prim, "inputs:exposure", 0.0) * factor / _NITS
-        return tidy_row(max(each * brightness, 0.0) for each in value(prim, "inputs:color", (1.0, 1.0, 1.0)))
+        return plain_numbers(max(each * brightness, 0.0) for each in value(prim, "inputs:color", (1.0, 1.0, 1.0)))
 
     def _light(self, prim: Prim) -> dict[str, Any] | None:
         stage, lux = self._stage, self._stage.lux
@@ -95,16 +95,16 @@ class RenderingReader:
         if kind == "point" and cone is not None and cone < 90:
             keys |= {
                 "type": "spot",
-                "inner_fov": tidy(math.radians(2 * cone)),
-                "outer_fov": tidy(math.radians(2 * cone)),
+                "inner_fov": plain_number(math.radians(2 * cone)),
+                "outer_fov": plain_number(math.radians(2 * cone)),
             }
         if mounted and body is not None:
             local = relative(body.pose, compose(pose, _LOOK))
-            return {**keys, "mount": self._where[str(body.prim.GetPath())], "pose": pose_value(local)}
+            return {**keys, "mount": self._where[str(body.prim.GetPath())], "pose": plain_pose(local)}
         if keys["type"] != "directional":
-            keys["position"] = tidy_row(pose[:3], 1e-9)
+            keys["position"] = plain_numbers(pose[:3], 1e-9)
         if keys["type"] != "point":
-            keys["direction"] = tidy_row(forward, 1e-9)
+            keys["direction"] = plain_numbers(forward, 1e-9)
         return keys
 
     def _dome(self, prim: Prim) -> dict[str, Any]:
@@ -126,16 +126,18 @@ class RenderingReader:
         if body is not None and str(body.prim.GetPath()) in self._where:
             keys["mount"] = self._where[str(body.prim.GetPath())]
             pose = relative(body.pose, pose)
-        keys["pose"] = pose_value(pose)
+        keys["pose"] = plain_pose(pose)
         across, up = value(prim, "horizontalAperture"), value(prim, "verticalAperture")
         keys |= {"width": _WIDTH, "height": max(1, round(_WIDTH * up / across))}
         if str(value(prim, "projection")) == "orthographic":
-            keys["orthographic"] = {"top": tidy(up / 20 * metres)}  # an aperture is in tenths of the stage's unit
+            keys["orthographic"] = {
+                "top": plain_number(up / 20 * metres)
+            }  # an aperture is in tenths of the stage's unit
         else:
-            keys["fovy"] = tidy(2 * math.atan(up / (2 * value(prim, "focalLength"))))
+            keys["fovy"] = plain_number(2 * math.atan(up / (2 * value(prim, "focalLength"))))
         clipping = self._stage.authored(prim, "clippingRange")
         if clipping is not None and 0 < clipping[0] < clipping[1]:
-            keys |= {"near": tidy(clipping[0] * metres), "far": tidy(clipping[1] * metres)}
+            keys |= {"near": plain_number(clipping[0] * metres), "far": plain_number(clipping[1] * metres)}
         if value(prim, "horizontalApertureOffset") or value(prim, "verticalApertureOffset"):
             self._stage.lose("lenses", "the offset of a camera's aperture", prim)
         return keys

@@ -1,4 +1,4 @@
-"""The document of a USD stage: its bodies, joints, materials, lights and cameras, and their names."""
+"""The document of a USD stage: its bodies, joints, materials, lights and cameras, and what no reader reads."""
 
 from __future__ import annotations
 
@@ -10,25 +10,22 @@ import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.importers.imported_scene import ImportedScene, ReferencePose
+from scenecc.importers.numbers import Names, plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import BodyReader, UsdBody
 from scenecc.importers.usd_filters import CollisionFilters
-from scenecc.importers.usd_frames import pose_value, tidy, tidy_row
 from scenecc.importers.usd_joints import JointReader, UsdJoint, constraint_keys
 from scenecc.importers.usd_layers import UsdLayers
 from scenecc.importers.usd_materials import UsdMaterials
 from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
 from scenecc.importers.usd_stage import UsdStage
-from scenecc.importers.usd_unread import report_unread
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.importers.imported_scene import ImportContext
-    from scenecc.importers.usd_frames import Prim
-
-_NO_NAME: Final = re.compile(r"[^A-Za-z0-9_.-]")
+    from scenecc.importers.usd_stage import Prim
 
 
 def read_stage(path: Path, context: ImportContext) -> ImportedScene | None:
@@ -59,7 +56,7 @@ class SceneReader:
         self._materials = UsdMaterials(stage, context.sink)
         self._reader = BodyReader(stage, self._materials)
         self._parsed = _parse(stage)
-        self._names: set[str] = {"world"}
+        self._names = Names("world")
         self._bodies: dict[str, UsdBody] = {}
         self._where: dict[str, str] = {}
         self._keys: dict[str, dict[str, Any]] = {}
@@ -86,7 +83,7 @@ class SceneReader:
             "entities": entities,
             "constraints": constraints,
             **RenderingReader(self._stage, self._materials, self._body_of, self._where).sections(
-                lambda prim: self._name(self._wish(prim))
+                lambda prim: self._names.new(self._wish(prim))
             ),
         }
         report_unread(self._stage)
@@ -113,10 +110,10 @@ class SceneReader:
         found, frames = scenes[0], self._stage.frames
         # A direction of 0 and a negative magnitude mean gravity as on Earth, which usd-core has filled in.
         down = frames.direction(found.gravityDirection)
-        gravity = tidy_row([each * found.gravityMagnitude * frames.metres for each in down], 1e-9)
+        gravity = plain_numbers([each * found.gravityMagnitude * frames.metres for each in down], 1e-9)
         keys: dict[str, Any] = {} if gravity == [0.0, 0.0, -9.81] else {"gravity": gravity}
         rate = self._stage.authored(self._stage.prim(found.primPath), "physxScene:timeStepsPerSecond")
-        return {"timestep": tidy(1 / rate), **keys} if rate else keys
+        return {"timestep": plain_number(1 / rate), **keys} if rate else keys
 
     def _collect(self) -> dict[str, UsdBody]:
         """Finds all bodies by the path of their prim: those of UsdPhysics, and groups of prims that stand still."""
@@ -211,10 +208,9 @@ class SceneReader:
         shapes = any(key in keys for key in ("shapes", "collisions", "visuals"))
         if not shapes and body.body_type != "dynamic":
             return {}
-        name = self._name(self._wish(body.prim))
+        name = self._names.new(self._wish(body.prim))
         self._where[path] = name
-        pose = pose_value(body.pose)
-        placed = {} if pose == [0.0, 0.0, 0.0] else {"pose": pose}
+        placed = pose_key(body.pose)
         if not shapes:
             # A body without shapes is an articulation of one link.
             self._where[path] = f"{name}/{name}"
@@ -226,14 +222,13 @@ class SceneReader:
         return {name: self._keys[path]}
 
     def _articulation(self, tree: Tree) -> dict[str, Any]:
-        name = self._name(self._tree_wish(tree))
-        taken: set[str] = {"world"} if not tree.root else set()
+        name = self._names.new(self._tree_wish(tree))
+        link_names, joint_names = Names(*(() if tree.root else ("world",))), Names()
         links: dict[str, str] = {}
         for path in tree.bodies:
-            links[path] = _unique(_safe(self._wish(self._bodies[path].prim)), taken)
+            links[path] = link_names.new(self._wish(self._bodies[path].prim))
             self._where[path] = f"{name}/{links[path]}"
-        named: set[str] = set()
-        joints = {id(joint): _unique(_safe(joint.name), named) for joint in tree.joints}
+        joints = {id(joint): joint_names.new(joint.name) for joint in tree.joints}
         writer = ArticulationWriter(self._stage, self._reader, self._bodies)
         entity = writer.entity(tree, links, joints)
         self._keys |= writer.keys
@@ -261,7 +256,7 @@ class SceneReader:
         return self._wish(self._bodies[tree.bodies[0]].prim)
 
     def _constraints(self, joints: list[UsdJoint]) -> dict[str, Any]:
-        taken: set[str] = set()
+        names = Names()
         found: dict[str, Any] = {}
         for given in joints:
             joint = given
@@ -278,7 +273,7 @@ class SceneReader:
                 continue
             parent = self._where[joint.bodies[0]] if joint.bodies[0] else "world"
             kind = keys.pop("type")
-            found[_unique(_safe(joint.name), taken)] = {
+            found[names.new(joint.name)] = {
                 "type": kind,
                 "parent": parent,
                 "child": self._where[joint.bodies[1]],
@@ -289,23 +284,6 @@ class SceneReader:
     def _wish(self, prim: Prim) -> str:
         """The name of a prim, as people see it."""
         return str(prim.GetDisplayName() or prim.GetName())
-
-    def _name(self, wish: str) -> str:
-        return _unique(_safe(wish), self._names)
-
-
-def _safe(wish: str) -> str:
-    name = _NO_NAME.sub("_", wish) or "entity"
-    return name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
-
-
-def _unique(wish: str, taken: set[str]) -> str:
-    name, count = wish, 1
-    while name in taken:
-        count += 1
-        name = f"{wish}_{count}"
-    taken.add(name)
-    return name
 
 
 def _parse(stage: UsdStage) -> dict[str, Any]:
@@ -324,3 +302,42 @@ def _parse(stage: UsdStage) -> dict[str, Any]:
         else:
             found[name] = valid
     return found
+
+
+_VENDOR: Final = re.compile(r"(physx|newton|mjc|mjcf|state|isaac|omniphysics)[A-Za-z]*:")
+"""Namespaces of schemas for simulation that usd-core does not have."""
+
+_READ: Final = re.compile(
+    r"physxRigidBody:(disableGravity|linearDamping|angularDamping|max\w+Velocity|maxContactImpulse|sleepThreshold"
+    r"|solver\w+IterationCount|locked\w+Axis)"
+    r"|physxCollision:(contact|rest)Offset|physxJoint:(jointFriction|armature|maxJointVelocity)"
+    r"|physxArticulation:(enabledSelfCollisions|solver\w+IterationCount)|physxScene:timeStepsPerSecond"
+)
+"""Attributes of PhysX's schema that the readers take."""
+
+_SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|SurfaceVelocity|ForceAPI|MimicJoint|Gear")
+"""Schemas that make a stage move in other ways than by bodies and joints."""
+
+
+def report_unread(stage: UsdStage) -> None:
+    """Tells of prims, schemas, animations and attributes that the scene does not hold."""
+    attributes: dict[str, list[Prim]] = {}
+    for prim in stage.prims():
+        info = prim.GetPrimTypeInfo()
+        name = str(info.GetTypeName())
+        schemas = [str(each) for each in info.GetAppliedAPISchemas()]
+        soft = next((each for each in (name, *schemas) if _SOFT.search(each)), None)
+        if soft is not None:
+            stage.lose("soft-bodies", f"`{soft}`", prim)
+        elif prim.IsA(stage.geom.PointInstancer):
+            stage.lose("point-instancers", "a `PointInstancer`", prim)
+        elif name and prim.GetPrimDefinition() is not None and info.GetSchemaType().isUnknown:
+            stage.lose("unknown-prims", f"a prim of the type `{name}`, which usd-core does not know", prim)
+        if prim.IsA(stage.geom.Xformable) and stage.geom.Xformable(prim).TransformMightBeTimeVarying():
+            stage.lose("animations", "a motion over time, of which the first pose is taken", prim)
+        for each in prim.GetAuthoredAttributes():
+            label = str(each.GetName())
+            if _VENDOR.match(label) and not _READ.fullmatch(label):
+                attributes.setdefault(label, []).append(prim)
+    for label, prims in attributes.items():
+        stage.lose("vendor-attributes", f"`{label}` of {len(prims)} prims", prims[0])

@@ -10,22 +10,15 @@ import numpy as np
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotations import IDENTITY, compose
 from scenecc.importers.imported_scene import Asset
-from scenecc.importers.usd_frames import (
-    pose_matrix4,
-    pose_value,
-    scale_of,
-    split_matrix,
-    tidy,
-    tidy_row,
-)
+from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_meshes import MeshFault, TriangleMesh, solid_mesh
+from scenecc.importers.usd_stage import pose_matrix4, scale_of, split_matrix
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.geometry.rotations import Pose7
-    from scenecc.importers.usd_frames import Prim
-    from scenecc.importers.usd_stage import UsdStage
+    from scenecc.importers.usd_stage import Prim, UsdStage
 
 SOLID_TYPES: Final = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Capsule_1", "Cylinder_1", "Plane", "Mesh")
 """Prims with a surface that a scene can hold."""
@@ -69,8 +62,7 @@ class UsdShape:
 
     def entry(self) -> dict[str, Any]:
         """The entry of a scene file, without a material."""
-        pose = pose_value(self.pose)
-        return dict(self.keys) if pose == [0.0, 0.0, 0.0] else {**self.keys, "pose": pose}
+        return {**self.keys, **pose_key(self.pose)}
 
 
 class ShapeReader:
@@ -122,7 +114,7 @@ class ShapeReader:
         pose, scale, mesh = self._place(mesh, prim, body)
         keys: dict[str, Any] = {"type": kind, "file": self._asset(prim, mesh, suffix)}
         if any(abs(each - 1) > 1e-7 for each in scale):
-            row = tidy_row(scale)
+            row = plain_numbers(scale)
             keys["scale"] = row[0] if max(scale) - min(scale) <= 1e-7 * max(scale) else row
         return UsdShape(keys, pose, None)
 
@@ -180,14 +172,14 @@ class ShapeReader:
             return self._as_mesh(prim, "box", (half,), pose, stretch)
         a, b, c = (abs(half * each) for each in scale)
         mass = _solid_mass(pose, 8 * a * b * c, (a * a / 3, b * b / 3, c * c / 3))
-        return UsdShape({"type": "box", "half_size": tidy_row((a, b, c))}, pose, mass)
+        return UsdShape({"type": "box", "half_size": plain_numbers((a, b, c))}, pose, mass)
 
     def _sphere(self, prim: Prim, pose: Pose7, stretch: NDArray[np.float64]) -> UsdShape:
         radius, scale = self._stage.value(prim, "radius"), scale_of(stretch)
         if scale is None or not _is_even(scale):
             return self._as_mesh(prim, "sphere", (radius,), pose, stretch)
         radius *= abs(scale[0])
-        return UsdShape({"type": "sphere", "radius": tidy(radius)}, pose, _ball_mass(pose, radius))
+        return UsdShape({"type": "sphere", "radius": plain_number(radius)}, pose, _ball_mass(pose, radius))
 
     def _round(self, prim: Prim, kind: str, pose: Pose7, stretch: NDArray[np.float64], radius: float) -> UsdShape:
         half, axis = self._stage.value(prim, "height") / 2, str(self._stage.value(prim, "axis"))
@@ -201,7 +193,7 @@ class ShapeReader:
         along, radius, half = abs(scale[_AXES[axis]]), radius * abs(across[0]), half * abs(scale[_AXES[axis]])
         if kind == "capsule" and not _is_even((along, *across)):
             self._stage.lose("hulls", "the caps of a stretched capsule, which stay round", prim)
-        keys: dict[str, Any] = {"type": kind, "radius": tidy(radius), "half_length": tidy(half)}
+        keys: dict[str, Any] = {"type": kind, "radius": plain_number(radius), "half_length": plain_number(half)}
         if axis != "X":
             keys["axis"] = axis.lower()
         mass = _round_mass(kind, radius, half, axis, pose)
@@ -218,7 +210,7 @@ class ShapeReader:
         metres = abs(scale[0])
         # `half_size` runs along the plane's own y and z, which are x turned by the shortest rotation to its normal.
         sides = (width, length) if axis == "Y" else (length, width)
-        keys["half_size"] = tidy_row(each * metres for each in sides)
+        keys["half_size"] = plain_numbers(each * metres for each in sides)
         return UsdShape(keys, pose, None)
 
     def _points(self, prim: Prim, body: Pose7) -> list[UsdShape]:
@@ -236,7 +228,7 @@ class ShapeReader:
             x, y, z = (stretch @ point).tolist()
             radius = float(width) / 2 * abs(scale[0])
             at = compose(pose, (x, y, z, *IDENTITY))
-            found.append(UsdShape({"type": "sphere", "radius": tidy(radius)}, at, _ball_mass(at, radius)))
+            found.append(UsdShape({"type": "sphere", "radius": plain_number(radius)}, at, _ball_mass(at, radius)))
         return found
 
     def _as_mesh(
@@ -286,10 +278,10 @@ class ShapeReader:
         at = compose(pose, (x, y, z, *IDENTITY))
         if approximation == "boundingSphere":
             radius = float(np.linalg.norm(points - (low + high) / 2, axis=1).max())
-            return UsdShape({"type": "sphere", "radius": tidy(radius)}, at, _ball_mass(at, radius))
+            return UsdShape({"type": "sphere", "radius": plain_number(radius)}, at, _ball_mass(at, radius))
         a, b, c = ((high - low) / 2).tolist()
         mass = _solid_mass(at, 8 * a * b * c, (a * a / 3, b * b / 3, c * c / 3))
-        return UsdShape({"type": "box", "half_size": tidy_row((a, b, c))}, at, mass)
+        return UsdShape({"type": "box", "half_size": plain_numbers((a, b, c))}, at, mass)
 
 
 def _is_even(scale: tuple[float, ...]) -> bool:

@@ -62,7 +62,7 @@ class MjcfReport:
     Attributes:
         findings: of the file itself.
         included: the findings of each included file, by its displayed name.
-        losses: kind, message and place of everything that is not built.
+        losses: kind, message and place of everything that is not built from the file.
     """
 
     findings: FileReport
@@ -109,6 +109,7 @@ class MjcfReport:
 
     def elsewhere(self, kind: str, message: str, location: Location) -> None:
         """Notes what a scene says in another place, once per kind."""
+        self.losses.append((kind, message, location))
         self.of(location).report_once("SC490", kind, message, location)
 
     def unread_element(self, element: SourceElement) -> None:

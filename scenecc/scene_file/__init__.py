@@ -1,1 +1,18 @@
-"""Scene documents as files that a person would keep: the layout of their YAML, and what makes them shorter."""
+"""Scene documents as files that a person would keep: plain data, the layout of its YAML, and what makes it shorter."""
+
+from __future__ import annotations
+
+from typing import Any, TypeGuard
+
+Node = dict[str, Any]
+"""A mapping of a scene document."""
+
+
+def is_mapping(value: object) -> TypeGuard[Node]:
+    """Whether a node is a mapping."""
+    return isinstance(value, dict)
+
+
+def is_list(value: object) -> TypeGuard[list[Any]]:
+    """Whether a node is a list."""
+    return isinstance(value, list)

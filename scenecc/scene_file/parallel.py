@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.scene_file.nodes import Node, is_list, is_mapping
+from scenecc.scene_file import Node, is_list, is_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

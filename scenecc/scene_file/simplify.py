@@ -8,7 +8,7 @@ import json
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.scene_file.nodes import Node, is_list, is_mapping
+from scenecc.scene_file import Node, is_list, is_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

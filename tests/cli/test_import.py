@@ -63,6 +63,36 @@ def test_a_urdf_stays_a_file(run, tmp_path: Path) -> None:
     assert yaml.safe_load((tmp_path / "arm.yaml").read_text())["entities"] == {"arm": {"urdf": "arm.urdf"}}
 
 
+MJCF = """<mujoco><option timestep="0.005" integrator="RK4"/>
+<asset>
+<texture name="grid" type="2d" builtin="checker" width="8" height="8"/><material name="m" texture="grid"/></asset>
+<worldbody><light pos="0 0 3" dir="0 0 -1" directional="true"/><camera name="side" pos="0 -4 1"/>
+<body name="cart"><joint type="slide"/><site name="s"/><geom type="box" size="1 1 1" mass="2" material="m"/></body>
+</worldbody><sensor><gyro site="s"/></sensor></mujoco>"""
+
+
+def test_an_mjcf_stays_a_file_beside_what_an_entity_does_not_have(run, tmp_path: Path) -> None:
+    (tmp_path / "cart.xml").write_text(MJCF)
+    done = run("import", "cart.xml", "-o", "cart.yaml")
+    assert done.returncode == 0, done.stderr
+    assert "compared with MuJoCo: 1 bodies\n" in done.stdout
+    found = yaml.safe_load((tmp_path / "cart.yaml").read_text())
+    assert found["entities"] == {"cart": {"mjcf": "cart.xml"}}
+    assert found["physics"] == {"timestep": 0.005, "gravity": [0, 0, -9.81]}
+    assert (list(found["lights"]), list(found["cameras"])) == (["light"], ["side"])
+    kinds = [line.split(" (")[0].partition("SC432: ")[2] for line in done.stderr.splitlines() if "SC432" in line]
+    assert sorted(kinds) == ["properties of materials", "sensors", "settings of the world", "sites"]
+    assert "`integrator` of <option>" in done.stderr
+    assert "0 errors, 4 warnings\n" in done.stderr
+
+
+def test_findings_about_the_scene_stand_at_the_imported_file(run, tmp_path: Path) -> None:
+    joint = '<joint type="hinge" limited="true" range="20 40"/><geom size="1"/>'
+    (tmp_path / "cart.xml").write_text(f"<mujoco><worldbody><body>{joint}</body></worldbody></mujoco>")
+    done = run("import", "cart.xml", "-o", "cart.yaml")
+    assert "cart.xml: warning SC518" in done.stderr
+
+
 def test_a_repair_of_a_urdf_must_be_allowed(run, tmp_path: Path) -> None:
     inertia = '<inertia ixx="0" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     (tmp_path / "arm.urdf").write_text(URDF.format(more=f'<inertial><mass value="1"/>{inertia}</inertial>'))

@@ -16,13 +16,12 @@ import inspect
 import json
 import os
 import re
-import sys
 import tempfile
 import time
 from dataclasses import asdict, astuple
 from importlib.metadata import version
 from pathlib import Path
-from subprocess import DEVNULL, PIPE
+from subprocess import DEVNULL
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from weakref import WeakSet
 
@@ -39,7 +38,7 @@ from scenecc.backends.sapien.engine import (
 from scenecc.backends.sapien.properties import select_rows
 from scenecc.files import State, cache_folder, keep_file, open_regular, read_checked, replace_all, state_now
 from scenecc.geometry.ply import encode_parts
-from scenecc.interrupt import child
+from scenecc.interrupt import ask_module
 from scenecc.meshes.files import read_collada_triangles
 from scenecc.meshes.surface import MeshError
 from scenecc.plan import MeshGeometry
@@ -289,18 +288,14 @@ def _run_coacd(content: _CoacdInput, arguments: dict[str, Any], result: Path) ->
 
 def _run_worker(content: _CoacdInput, arguments: dict[str, Any]) -> tuple[bytes, str]:
     """What CoACD makes of a mesh, and its last words. It runs beside this process: a crash of it ends only itself."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    command = [sys.executable, "-m", "scenecc.backends.sapien.coacd_worker"]
     with tempfile.TemporaryFile() as file:
         output = file.fileno()
         request = {**content._asdict(), "arguments": arguments, "output": output, "parent": os.getpid()}
-        # Our own module in this interpreter; the request goes in as data.
-        with child(command, stdin=PIPE, stdout=DEVNULL, stderr=PIPE, env=environment, pass_fds=[output]) as process:
-            _, errors = process.communicate(json.dumps(request).encode())
+        done = ask_module("scenecc.backends.sapien.coacd_worker", request, stdout=DEVNULL, pass_fds=[output])
         file.seek(0)
-        parts = file.read() if process.returncode == 0 else b""
-    words = errors.decode(errors="replace").strip().splitlines()
-    return parts, words[-1] if words else f"it ended with status {process.returncode}"
+        parts = file.read() if done.returncode == 0 else b""
+    words = done.stderr.decode(errors="replace").strip().splitlines()
+    return parts, words[-1] if words else f"it ended with status {done.returncode}"
 
 
 AxisSigns = tuple[float, float, float]

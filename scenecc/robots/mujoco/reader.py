@@ -37,7 +37,7 @@ class ReadModel:
         description: its robots.
         model: compiled.
         links: root and link that bodies became, by the bodies' numbers.
-        losses: kind, message and place of everything that is not built.
+        losses: kind, message and place of everything that is not built from the file.
     """
 
     description: RobotDescription
