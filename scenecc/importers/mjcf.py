@@ -30,6 +30,8 @@ _KINDS: Final = {
     "texture": "material-looks",
     "equality": "loops",
     "actuator": "actuators",
+    "gravcomp": "gravity-shares",
+    "flag": "switches",
 }
 """The losses that the findings of the reader are, by what stands before a slash in their kind."""
 

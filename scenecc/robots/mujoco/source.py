@@ -9,6 +9,7 @@ that MuJoCo tells of an element leads back to the file in which it was written.
 from __future__ import annotations
 
 import math
+import os
 import posixpath
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -42,7 +43,12 @@ _REFUSED = {
     "deformable": "soft bodies are not built",
 }
 
-_FOLDER_ATTRIBUTES = frozenset({"meshdir", "texturedir", "assetdir", "strippath"})
+_UNSAID = {
+    "compiler": frozenset({"meshdir", "texturedir", "assetdir", "strippath"}),
+    # Room for a simulation, which MuJoCo does not run here.
+    "size": frozenset({"memory", "njmax", "nconmax", "nstack"}),
+}
+"""Attributes that MuJoCo does not get."""
 
 _ELSEWHERE = {
     "camera": "cameras are the scene's: declare them under `cameras`, with `mount` where they move with a link",
@@ -151,8 +157,8 @@ class SourceBuilder:
             return
         self._check_cells(element)
         attributes = dict(element.attributes)
-        if element.tag == "compiler":
-            attributes = {name: value for name, value in attributes.items() if name not in _FOLDER_ATTRIBUTES}
+        unsaid = _UNSAID.get(element.tag, frozenset())
+        attributes = {name: value for name, value in attributes.items() if name not in unsaid}
         for name in FILE_ATTRIBUTES.get(element.tag, ()):
             if name in attributes:
                 if name == "file" and element.tag in {"mesh", "hfield", "texture"} and not attributes.get("name"):
@@ -210,6 +216,9 @@ class SourceBuilder:
             written = posixpath.basename(written.replace("\\", "/"))
         own = "texturedir" if element.tag == "texture" else "meshdir"
         folder = self._folders.get(own, self._folders.get("assetdir", ""))
+        if written.startswith("/"):
+            # Whoever writes a compiled model out names files so; they must lie inside the roots all the same.
+            folder, written = "", os.path.relpath(written, self.files.named.owner.path.parent)
         found = self.files.find("" if element.tag == "model" else folder, written, place)
         if found is None:
             return ""
