@@ -65,6 +65,9 @@ NAMED = {
 """Kinds of elements of `mjModel`, and the lists of `MjSpec` that hold them."""
 
 
+MODEL_PREFIX = "model"
+"""How the names of the files begin that the model attaches."""
+
 FLAGS = ("CONTACT", "FILTERPARENT", "GRAVITY", "CONSTRAINT", "LIMIT", "EQUALITY", "ACTUATION", "SPRING", "DAMPER")
 """What `<flag>` can switch off and is given back."""
 
@@ -95,7 +98,8 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict
         assets: content of each file.
     """
     try:
-        spec = mujoco.MjSpec.from_string(xml, assets=assets)
+        models = {name: assets.pop(name) for name in list(assets) if name.startswith(MODEL_PREFIX)}
+        spec = mujoco.MjSpec.from_string(xml, include=models, assets=assets)
         model = spec.compile()
     except (ValueError, TypeError, RuntimeError, MemoryError) as error:
         return {"error": str(error)}, []

@@ -166,6 +166,41 @@ def test_a_forked_process_has_a_compiler_of_its_own(tmp_path: Path) -> None:
     assert read(tmp_path / "robot.xml")[0] is not None
 
 
+def model_of(rest: str, body: str = BALL) -> str:
+    return f"<mujoco>{rest}<worldbody>{body}</worldbody></mujoco>"
+
+
+ATTACH = '<attach model="m" prefix="{}"/>'
+
+
+@pytest.mark.parametrize(
+    ("inner", "expected"),
+    [
+        ('<mujoco>\n<asset><mesh file="/etc/hostname"/></asset></mujoco>', "2:20 SC402"),
+        ('<mujoco>\n<asset><model name="x" file="robot.xml"/></asset></mujoco>', "2:30 SC486"),
+        ('<mujoco>\n<worldbody><geom sise="1"/></worldbody></mujoco>', "2:12 SC481"),
+        ('<mujoco>\n<worldbody><geom size="-1"/></worldbody></mujoco>', "2:12 SC481"),
+        ("<mujoco>\n<extension/></mujoco>", "2:1 SC483"),
+        ("<mujoco>\n<asset></mujoco>", "SC450"),
+    ],
+)
+def test_faults_of_attached_models_stand_in_their_files(tmp_path: Path, inner: str, expected: str) -> None:
+    (tmp_path / "inner.xml").write_text(inner)
+    asset = '<asset><model name="m" file="inner.xml"/></asset>'
+    (first, *_) = errors(tmp_path, model_of(asset, BALL.replace("<geom", ATTACH.format("a_") + "<geom")))
+    assert expected in first
+
+
+def test_what_models_attach_is_counted(tmp_path: Path) -> None:
+    many = "".join(f"<body>{ATTACH.format(number)}</body>" for number in range(30))
+    for number in range(5):
+        asset = f'<asset><model name="m" file="{number + 1}.xml"/></asset>'
+        (tmp_path / f"{number}.xml").write_text(model_of(asset, many))
+    (tmp_path / "5.xml").write_text(model_of("", BALL))
+    (fault, *_) = errors(tmp_path, model_of('<asset><model name="m" file="0.xml"/></asset>', ATTACH.format("a")))
+    assert "SC452 the model is too large" in fault
+
+
 def test_room_for_a_simulation_is_not_asked_for(tmp_path: Path) -> None:
     (tmp_path / "robot.xml").write_text(f'<mujoco><size memory="6G"/><worldbody>{BALL}</worldbody></mujoco>')
     found, told = read(tmp_path / "robot.xml")
