@@ -58,6 +58,7 @@ class _Compiler:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
+        self._inherited: subprocess.Popen[bytes] | None = None
         self._lock = threading.Lock()
         self._kept: dict[bytes, tuple[dict[str, Any], list[bytes]]] = {}
 
@@ -75,6 +76,7 @@ class _Compiler:
     def _ask(self, xml: bytes, assets: dict[str, bytes]) -> tuple[dict[str, Any], list[bytes]]:
         fresh = self._process is None or self._process.poll() is not None
         if fresh:
+            self.stop()
             self._start()
         process = self._process
         assert process is not None
@@ -117,7 +119,8 @@ class _Compiler:
         """Leaves the process to the one that this one was forked from."""
         if self._process is not None:
             self._process.returncode = 0
-        self._process, self._lock = None, threading.Lock()
+        # Kept, for closing its pipe would send what another thread has begun to write.
+        self._inherited, self._process, self._lock = self._process, None, threading.Lock()
 
 
 def _send(stream: Any, xml: bytes, assets: dict[str, bytes]) -> None:

@@ -77,8 +77,14 @@ def read_message(stream: BinaryIO) -> tuple[dict[str, Any], list[bytes]] | None:
     prefix = stream.read(4)
     if len(prefix) < 4:
         return None
-    header = json.loads(stream.read(struct.unpack("<I", prefix)[0]))
-    return header, [stream.read(size) for size in header["sizes"]]
+    (length,) = struct.unpack("<I", prefix)
+    text = stream.read(length)
+    if len(text) < length:
+        return None
+    header = json.loads(text)
+    parts = [stream.read(size) for size in header["sizes"]]
+    # Who writes may end in the middle.
+    return (header, parts) if [len(part) for part in parts] == header["sizes"] else None
 
 
 def write_message(stream: BinaryIO, header: dict[str, Any], parts: list[bytes]) -> None:

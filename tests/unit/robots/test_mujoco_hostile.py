@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import time
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.robots.mujoco import compiler
+from scenecc.robots.mujoco import compiler, worker
 from scenecc.robots.mujoco.reader import read_mjcf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
@@ -150,6 +151,14 @@ def test_the_process_may_end_between_two_models(tmp_path: Path, monkeypatch: pyt
         # It looks alive still, as it does to a thread that asks at this moment.
         monkeypatch.setattr(own._process, "poll", lambda: None)
     own.stop()
+
+
+def test_half_a_message_is_none() -> None:
+    whole = io.BytesIO()
+    worker.write_message(whole, {"a": 1}, [b"one", b"", b"three"])
+    data = whole.getvalue()
+    assert worker.read_message(io.BytesIO(data)) == ({"a": 1, "sizes": [3, 0, 5]}, [b"one", b"", b"three"])
+    assert all(worker.read_message(io.BytesIO(data[:end])) is None for end in range(len(data)))
 
 
 def test_a_forked_process_has_a_compiler_of_its_own(tmp_path: Path) -> None:
