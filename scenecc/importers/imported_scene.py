@@ -79,6 +79,8 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "contact-pairs": LossKind("pairs of contacts", changes_machine=True),
     "joint-springs": LossKind("springs of joints", changes_machine=True),
     "actuators": LossKind("actuators"),
+    "gravity-shares": LossKind("bodies that a share of gravity pulls", changes_machine=True),
+    "switches": LossKind("springs, limits and the like that the file switches off", changes_machine=True),
     "camera-modes": LossKind("cameras that follow something"),
     "sites": LossKind("sites"),
     "softness": LossKind("soft contacts and limits"),

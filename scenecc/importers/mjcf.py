@@ -35,6 +35,8 @@ _KINDS: Final = {
     "custom": "settings",
     "visual": "settings",
     "statistic": "settings",
+    "gravcomp": "gravity-shares",
+    "flag": "switches",
 }
 """The losses that the findings of the reader are, by what stands before a slash in their kind."""
 

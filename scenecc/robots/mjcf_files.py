@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from scenecc.diagnostics.messages import cut
 from scenecc.robots.files import FileReport, RobotFiles, read_robot_bytes
 from scenecc.robots.xml import XmlBounds, parse_xml
+from scenecc.source.paths import ResolvedFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -228,10 +229,20 @@ class MjcfFiles:
         if chain >= self.limits.includes:
             self.report.error("SC452", f"more than {self.limits.includes} files include one another", place)
             return []
+        root = self._read(file.path, file.uri, self._findings(file, place), chain + 1, depth)
+        return [] if root is None else root.children
+
+    def _findings(self, file: DescribedFile, place: Location) -> FileReport:
         above = self.report.of(place)
         origin = None if above.origin is None else above.origin.into(place)
-        findings = self.report.included[file.uri] = FileReport(
-            above.sink, origin, above.reported_kinds, budget=above.budget
+        made = FileReport(above.sink, origin, above.reported_kinds, budget=above.budget)
+        self.report.included[file.uri] = made
+        return made
+
+    def attach(self, file: DescribedFile, place: Location) -> tuple[MjcfFiles, SourceElement | None]:
+        """What another MJCF names, which this one attaches at `place`, and the root of its tree."""
+        owner = ResolvedFile(file.path, file.uri)
+        files = MjcfFiles(
+            RobotFiles(owner, self.named.scope, found=self.named.found), file.uri, self.limits, self.report
         )
-        root = self._read(file.path, file.uri, findings, chain + 1, depth)
-        return [] if root is None else root.children
+        return files, files._read(file.path, file.uri, self._findings(file, place), 1, 1)

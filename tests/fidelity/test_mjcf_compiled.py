@@ -216,6 +216,56 @@ def test_actuators_springs_and_keyframes(tmp_path: Path) -> None:
     assert_allclose(drive(joints["a"])[:2], [1, 0], rtol=1e-6)
 
 
+def test_models_are_attached(tmp_path: Path) -> None:
+    (tmp_path / "hands/meshes").mkdir(parents=True)
+    (tmp_path / "hands/meshes/t.obj").write_text(OBJ)
+    (tmp_path / "t.obj").write_text(OBJ.replace("0.5", "5"))
+    (tmp_path / "hands/finger.xml").write_text(
+        '<mujoco model="finger"><worldbody><body name="tip"><joint name="j" axis="1 0 0" range="0 1"/>'
+        '<geom size="0.02"/></body></worldbody></mujoco>'
+    )
+    (tmp_path / "hands/hand.xml").write_text(
+        '<mujoco model="hand"><compiler angle="radian" meshdir="meshes"/><asset><mesh file="t.obj"/>'
+        '<model name="f" file="finger.xml"/></asset><worldbody><body name="palm" pos="0 0 1"><joint name="j" '
+        'axis="0 1 0" range="-0.5 2"/><geom type="mesh" mesh="t"/><attach model="f" body="tip" prefix="f_"/></body>'
+        '</worldbody><actuator><position joint="j" kp="3"/></actuator></mujoco>'
+    )
+    body = (
+        '<body name="arm"><freejoint/><geom type="mesh" mesh="t"/><replicate count="2" offset="1 0 0">'
+        '<attach model="h" body="palm" prefix="h_"/></replicate></body>'
+    )
+    assets = '<asset><mesh file="t.obj"/><model name="h" file="hands/hand.xml"/></asset>'
+    model, batch = load(tmp_path, mujoco_of(body, assets))
+    assert model.nbody == 6
+    for seed in range(3):
+        assert_same_machine(mujoco, model, batch, seed)
+    assert [joint.stiffness for joint in robot_of(batch).objs[0].active_joints].count(3) == model.nu
+
+
+def test_gravity_does_not_pull_what_the_file_exempts(tmp_path: Path) -> None:
+    text = mujoco_of(
+        '<body name="free" gravcomp="1" pos="5 0 0"><freejoint/><geom size="0.1"/></body>'
+        '<body name="a"><joint axis="0 1 0"/><geom size="0.1"/><body name="b" gravcomp="1" pos="1 0 0">'
+        '<joint axis="0 1 0"/><joint axis="1 0 0"/><geom size="0.1"/></body></body>'
+    )
+    model, batch = load(tmp_path, text)
+    assert_same_machine(mujoco, model, batch)
+    robot_of(batch).qpos = np.zeros(3)
+    floats = {link.name: link.disable_gravity for link in robot_of(batch).objs[0].links}
+    assert floats == {"dummy_root_1": False, "a": False, "b_dummy_0": True, "b": True}
+    for _ in range(100):
+        batch.step()
+    assert_allclose(robot_of(batch).qpos, 0, atol=1e-4)
+    assert_allclose(batch.entities["robot/free"].pose[0, :3], [5, 0, 0], atol=1e-6)
+
+
+def test_only_the_root_of_ours_stands_for_the_world(tmp_path: Path) -> None:
+    body = '<body name="dummy_root_7"><freejoint/><geom size="0.1"/></body>'
+    rest = '<equality><weld body1="dummy_root_7" body2="world"/></equality>'
+    _, batch = load(tmp_path, mujoco_of(body, rest))
+    assert not batch.constraints
+
+
 def test_a_drive_holds_where_mujocos_servo_does(tmp_path: Path) -> None:
     text = mujoco_of(
         '<body pos="0 0 1"><joint name="j" axis="0 1 0" damping="1"/><geom type="capsule" fromto="0 0 0 0.5 0 0" '

@@ -76,6 +76,8 @@ class LinkLowerer:
             found = values.value(layers, key, kind)
             if found is not None:
                 properties[field] = found
+        if link.floats:
+            properties.setdefault("disable_gravity", literal(True, "bool"))  # noqa: FBT003 - the value itself
         # A link's own key that has no effect is kept, for a rule to report.
         looks = nearest_override(layers, "visibility")
         if looks is not None and (visuals or looks is link.own):

@@ -88,7 +88,8 @@ class RobotDrafter:
         elif weight is not None:
             mass = literal(weight.mass)
         joint = link.joint and _joint(link.joint, origin)
-        return DraftLink(link.name, place, shaping, link.parent, joint, None, inertial, link.ignore_bits, mass)
+        bits, floats = link.ignore_bits, link.floats
+        return DraftLink(link.name, place, shaping, link.parent, joint, None, inertial, bits, mass, floats)
 
     def _collision(
         self,

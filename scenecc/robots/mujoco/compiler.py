@@ -9,7 +9,6 @@ from __future__ import annotations
 import atexit
 import contextlib
 import importlib.metadata
-import importlib.util
 import json
 import os
 import re
@@ -41,6 +40,9 @@ _MEMORY = 4 * 2**30
 _SECONDS = 60.0
 """Longest time for one model."""
 
+MAX_NUMBER = 1e12
+"""The largest number of a model: so the product of three is one of single precision."""
+
 _MOST_KEPT = 8
 """Compiled models that are kept: a scene is often validated and then built."""
 
@@ -56,7 +58,7 @@ class _Compiler:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._owner = 0
+        self._inherited: subprocess.Popen[bytes] | None = None
         self._lock = threading.Lock()
         self._kept: dict[bytes, tuple[dict[str, Any], list[bytes]]] = {}
 
@@ -72,7 +74,9 @@ class _Compiler:
             return self._kept[key]
 
     def _ask(self, xml: bytes, assets: dict[str, bytes]) -> tuple[dict[str, Any], list[bytes]]:
-        if self._process is None or self._process.poll() is not None or self._owner != os.getpid():
+        fresh = self._process is None or self._process.poll() is not None
+        if fresh:
+            self.stop()
             self._start()
         process = self._process
         assert process is not None
@@ -89,6 +93,9 @@ class _Compiler:
             raise
         if answer is None:
             self.stop()
+            if not fresh:
+                # It ends with the thread that started it, which may be another one.
+                return self._ask(xml, assets)
             raise _Died("MuJoCo's compiler ended: the model needs too much memory, or crashes it")
         return answer
 
@@ -100,14 +107,20 @@ class _Compiler:
         self._process = subprocess.Popen(  # noqa: S603 - a constant command
             command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, start_new_session=True
         )
-        self._owner = os.getpid()
 
     def stop(self) -> None:
         """Ends the process."""
         process, self._process = self._process, None
-        if process is not None and self._owner == os.getpid():
+        if process is not None:
             process.kill()
             process.communicate()
+
+    def forget(self) -> None:
+        """Leaves the process to the one that this one was forked from."""
+        if self._process is not None:
+            self._process.returncode = 0
+        # Kept, for closing its pipe would send what another thread has begun to write.
+        self._inherited, self._process, self._lock = self._process, None, threading.Lock()
 
 
 def _send(stream: Any, xml: bytes, assets: dict[str, bytes]) -> None:
@@ -142,6 +155,7 @@ class _TimedStream:
 
 _COMPILER = _Compiler()
 atexit.register(_COMPILER.stop)
+os.register_at_fork(after_in_child=_COMPILER.forget)
 
 
 def _digest(xml: bytes, assets: dict[str, bytes]) -> bytes:
@@ -156,9 +170,11 @@ def _digest(xml: bytes, assets: dict[str, bytes]) -> bytes:
 @lru_cache
 def mujoco_version() -> str | None:
     """The version of MuJoCo that is installed; None: there is none."""
-    if importlib.util.find_spec("mujoco") is None:
+    # A folder `mujoco` beside a script can be imported too, and has no version.
+    try:
+        return importlib.metadata.version("mujoco")
+    except importlib.metadata.PackageNotFoundError:
         return None
-    return importlib.metadata.version("mujoco")
 
 
 def check_mujoco(report: MjcfReport, location: Location) -> bool:
@@ -189,7 +205,28 @@ def compile_source(source: MujocoSource, report: MjcfReport) -> CompiledModel | 
         element = source.element(int(found[1])) if found else None
         report.error("SC481", _readable(message, source), element.location if element else root)
         return None
-    return CompiledModel.of(header, parts, source)
+    model = CompiledModel.of(header, parts, source)
+    return model if _is_bounded(model, report) else None
+
+
+def _is_bounded(model: CompiledModel, report: MjcfReport) -> bool:
+    """Whether the engine holds all numbers, also the products of three; otherwise that is an error (SC481)."""
+    import numpy as np  # noqa: PLC0415 - loaded where there is a model
+
+    for name, array in model.arrays.items():
+        kind, _, rest = name.partition("_")
+        if array.dtype.kind != "f" or not array.size:
+            continue
+        # A range may be without an end.
+        wrong = np.isnan(array) if rest.endswith("range") else ~(np.abs(array) <= MAX_NUMBER)
+        if wrong.any():
+            row = int(np.argwhere(wrong)[0][0])
+            kind = {"cam": "camera"}.get(kind, kind)
+            place = model.location(kind, row) if kind in worker.NAMED else model.source.elements[0].location
+            number = float(array[wrong][0])
+            report.error("SC481", f"`{name}` becomes {number:g}, and the most that is built is {MAX_NUMBER:g}", place)
+            return False
+    return True
 
 
 def _readable(message: str, source: MujocoSource) -> str:

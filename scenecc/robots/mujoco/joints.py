@@ -25,6 +25,8 @@ _TO_JOINT, _TO_JOINT_IN_PARENT = 0, 1
 _NO_DYNAMICS, _FIXED_GAIN, _AFFINE_BIAS = 0, 0, 1
 """`mjtDyn`, `mjtGain` and `mjtBias` of the actuators that are drives."""
 
+_REFLECTED = ("actuator_damping", "actuator_armature")
+
 
 class JointReader:
     """Reads the joints of a compiled model.
@@ -40,6 +42,8 @@ class JointReader:
         self._report = report
         self._keyframe = keyframe
         self._tell_friction()
+        self._tell_springs()
+        self._tell_flags()
         self._mimics = self._read_mimics()
         self._drives = self._read_drives()
 
@@ -118,6 +122,26 @@ class JointReader:
             place = self._model.location("jnt", rough[0])
             self._report.left_out("frictionloss", message, place, "`joints: {NAME: {friction: …}}` gives a ratio")
 
+    def _tell_springs(self) -> None:
+        """What springs and dampers of PhysX do not do."""
+        model, left = self._model, self._report.left_out
+        stiff, damp = model.arrays.get("jnt_stiffnesspoly"), model.arrays.get("dof_dampingpoly")
+        for joint, dof in enumerate(model["jnt_dofadr"].tolist()):
+            kind, place, stiffness = self._kind(joint), model.location("jnt", joint), model["jnt_stiffness"][joint]
+            if (stiff is not None and stiff[joint].any()) or (damp is not None and damp[dof].any()):
+                left("spring/power", "of stiffness and damping only the first number is built", place)
+            if kind == BALL and (stiffness or model["jnt_limited"][joint]):
+                left("ball/range", "limits and the spring of a ball joint are not built", place)
+            if kind == FREE and (stiffness or model["dof_damping"][dof] or model["dof_armature"][dof]):
+                message = "damping, armature and stiffness of a free joint are not built"
+                left("spring/free", message, place, "`linear_damping` and `angular_damping` are the scene's")
+
+    def _tell_flags(self) -> None:
+        for flag in ("CONSTRAINT", "LIMIT", "EQUALITY", "ACTUATION", "SPRING", "DAMPER"):
+            if flag in self._model.header["disabled"]:
+                message = f'`<flag {flag.lower()}="disable"/>` is not built: what it switches off is'
+                self._report.left_out(f"flag/{flag}", message, self._model.source.elements[0].location)
+
     def _loss(self, joint: int, dof: int) -> bool:
         count = {FREE: 6, BALL: 3}.get(self._kind(joint), 1)
         return bool(self._model["dof_frictionloss"][dof : dof + count].any())
@@ -137,7 +161,9 @@ class JointReader:
             if source < 0 or any(higher) or multiplier == 0 or {self._kind(joint), self._kind(source)} - {HINGE, SLIDE}:
                 message = "an equality of joints is built where one is a multiple of the other, plus an offset"
                 self._report.left_out("equality/joint", message, place)
-            elif joint not in found:
+            elif joint in found:
+                self._report.left_out("equality/second", "a joint follows one other joint, and no second", place)
+            else:
                 found[joint] = DescribedMimic(model.name("jnt", source), multiplier, offset, place)
         return found
 
@@ -154,6 +180,7 @@ class JointReader:
         places: dict[str, Location] = {}
         for number in range(len(model["actuator_trntype"])):
             joint = int(model["actuator_trnid"][number][0])
+            self._tell_reflected(number)
             on_joint = model["actuator_trntype"][number] in {_TO_JOINT, _TO_JOINT_IN_PARENT}
             why = self._why_no_drive(number) if on_joint else "that pull on tendons, sites or bodies"
             if why is None and self._kind(joint) in {HINGE, SLIDE}:
@@ -166,6 +193,19 @@ class JointReader:
             message = f"actuators {why} are not built (there are {count})"
             self._report.left_out(f"actuator/{why}", message, places[why], "`drives` of the scene gives joints a drive")
         return found
+
+    def _tell_reflected(self, number: int) -> None:
+        """Of MuJoCo 4: what an actuator adds to its joint by itself."""
+        if any(self._model.arrays[name][number] for name in _REFLECTED if name in self._model.arrays):
+            place = self._model.location("actuator", number)
+            self._report.left_out("actuator/reflected", "`damping` and `armature` of actuators are not built", place)
+
+    def _control(self, number: int) -> float:
+        """The control of an actuator in the keyframe. One of MuJoCo 4 may have several, and then it is no drive."""
+        if self._keyframe is None:
+            return 0.0
+        addresses = self._model.arrays.get("actuator_ctrladr")
+        return float(self._model["key_ctrl"][self._keyframe][number if addresses is None else addresses[number]])
 
     def _why_no_drive(self, number: int) -> str | None:
         model = self._model
@@ -186,8 +226,11 @@ class JointReader:
             place = model.location("actuator", number)
             self._report.left_out("actuator/sign", "an actuator that pushes away from its target is not built", place)
             return
-        control = 0.0 if self._keyframe is None else float(model["key_ctrl"][self._keyframe][number])
+        control = self._control(number)
         gain, bias = float(model["actuator_gainprm"][number][0]), float(model["actuator_biasprm"][number][0])
+        if not position and (gain * control + bias):
+            message = "a velocity actuator of which the target is not 0 brakes to 0"
+            self._report.left_out("actuator/velocity", message, model.location("actuator", number))
         target = (gain * control + bias) / (-position * gear) if position and gear else 0.0
         limit = None
         if model["actuator_forcelimited"][number]:

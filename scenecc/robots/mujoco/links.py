@@ -93,6 +93,7 @@ class ModelReader:
                 link = DescribedLink(name, place, collisions=collisions, visuals=visuals)
                 still.append((DescribedRobot((link,), "static", location=place), [WORLD]))
         made = [*moving, *still]
+        self._tell_gravity()
         robots = self._distinct(self._with_ignore_bits(made))
         for robot, (_, bodies) in zip(robots, made, strict=True):
             root = robot.links[0].name
@@ -100,7 +101,7 @@ class ModelReader:
                 if body > WORLD:
                     self.links_of_bodies[body] = root, link.name
             # A root that a fixed robot needs stands where the world does.
-            if root.startswith("dummy_root_"):
+            if bodies[0] < WORLD:
                 self.links_of_bodies.setdefault(WORLD, (root, root))
         return robots
 
@@ -121,7 +122,8 @@ class ModelReader:
             for child in model.children[body]:
                 self._add_links(child, 0, drafts)
         else:
-            drafts, pose = [_Draft(f"dummy_root_{number}", WORLD, None, None, is_body=False)], IDENTITY_POSE
+            root = model.free_name(f"dummy_root_{number}")
+            drafts, pose = [_Draft(root, WORLD, None, None, is_body=False)], IDENTITY_POSE
             self._add_links(body, 0, drafts)
         links = tuple(self._describe(draft) for draft in self._with_mimics(drafts))
         kind = "dynamic" if free and len(links) == 1 else None
@@ -142,7 +144,8 @@ class ModelReader:
                 frame = compose_poses(in_parent, joint.pose_in_child) if index == 0 else joint.pose_in_child
                 last = index == len(made) - 1
                 whole = replace(joint, pose_in_parent=frame)
-                drafts.append(_Draft(name if last else f"{name}_dummy_{index}", one, above, whole, is_body=last))
+                own = name if last else self._model.free_name(f"{name}_dummy_{index}")
+                drafts.append(_Draft(own, one, above, whole, is_body=last))
                 above = len(drafts) - 1
             pending += [(child, above) for child in reversed(self._model.children[one])]
 
@@ -171,10 +174,18 @@ class ModelReader:
         else:
             com = (*model["body_ipos"][draft.body].tolist(), *model["body_iquat"][draft.body].tolist())
             inertial = DescribedInertial(mass, com, tuple(model["body_inertia"][draft.body].tolist()), place)
+        floats = bool(model["body_gravcomp"][draft.body] == 1)
         if not draft.is_body:
-            return DescribedLink(draft.name, place, draft.parent, draft.joint, inertial=inertial)
+            return DescribedLink(draft.name, place, draft.parent, draft.joint, inertial=inertial, floats=floats)
         collisions, visuals = self._shapes.of_geoms([(geom, IDENTITY_POSE) for geom in self._geoms[draft.body]])
-        return DescribedLink(draft.name, place, draft.parent, draft.joint, collisions, visuals, inertial)
+        return DescribedLink(draft.name, place, draft.parent, draft.joint, collisions, visuals, inertial, floats=floats)
+
+    def _tell_gravity(self) -> None:
+        """`gravcomp` is a share of gravity, and PhysX has it or has it not."""
+        partly = [body for body, share in enumerate(self._model["body_gravcomp"].tolist()) if share not in {0, 1}]
+        if partly:
+            message = f"`gravcomp` other than 0 and 1 is not built (there are {len(partly)})"
+            self._report.left_out("gravcomp", message, self._model.location("body", partly[0]))
 
     def _light_inertial(self, draft: _Draft) -> DescribedInertial | None:
         """Of a link that has no mass in the model; None where it does not matter: a root that is fixed."""

@@ -77,7 +77,17 @@ class CompiledModel:
 
     def body_name(self, body: int) -> str:
         """The name of a body; `body_N` where it has none."""
-        return self.name("body", body) or f"body_{body}"
+        return self.name("body", body) or self.free_name(f"body_{body}")
+
+    def free_name(self, name: str) -> str:
+        """A name that no body of the file has."""
+        while name in self._body_names:
+            name += "_"
+        return name
+
+    @cached_property
+    def _body_names(self) -> frozenset[str]:
+        return frozenset(self.names("body"))
 
     def body_pose(self, body: int) -> Pose7:
         """Of a body in its parent."""

@@ -9,6 +9,7 @@ that MuJoCo tells of an element leads back to the file in which it was written.
 from __future__ import annotations
 
 import math
+import os
 import posixpath
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,7 @@ from xml.sax.saxutils import quoteattr
 
 from scenecc.diagnostics.messages import cut
 from scenecc.robots.files import read_robot_bytes
+from scenecc.robots.mujoco.worker import MODEL_PREFIX
 from scenecc.robots.xml import parse_number
 
 if TYPE_CHECKING:
@@ -42,7 +44,12 @@ _REFUSED = {
     "deformable": "soft bodies are not built",
 }
 
-_FOLDER_ATTRIBUTES = frozenset({"meshdir", "texturedir", "assetdir", "strippath"})
+_UNSAID = {
+    "compiler": frozenset({"meshdir", "texturedir", "assetdir", "strippath"}),
+    # Room for a simulation, which MuJoCo does not run here.
+    "size": frozenset({"memory", "njmax", "nconmax", "nstack"}),
+}
+"""Attributes that MuJoCo does not get."""
 
 _ELSEWHERE = {
     "camera": "cameras are the scene's: declare them under `cameras`, with `mount` where they move with a link",
@@ -80,20 +87,22 @@ class MujocoSource:
     """A model for MuJoCo's compiler.
 
     Attributes:
-        lines: of the text; the element of each line, for what is told of it.
+        lines: of the text, then of the texts of attached models; the element of each line, for what is told of it.
+        length: how many lines the text has.
         assets: content of each file, by the name that the text has for it.
         files: the file that stands behind each name.
     """
 
     elements: list[SourceElement] = field(default_factory=list["SourceElement"])
     lines: list[str] = field(default_factory=list[str])
+    length: int = 0
     assets: dict[str, bytes] = field(default_factory=dict[str, bytes])
     files: dict[str, DescribedFile] = field(default_factory=dict[str, "DescribedFile"])
 
     @property
     def text(self) -> str:
         """The whole model."""
-        return "\n".join(self.lines)
+        return "\n".join(self.lines[: self.length])
 
     def element(self, line: int | None) -> SourceElement | None:
         """The element on a line, counted from 1."""
@@ -112,6 +121,12 @@ class SourceBuilder:
     files: MjcfFiles
     report: MjcfReport
     source: MujocoSource = field(default_factory=MujocoSource)
+    _models: dict[Path, tuple[str, SourceBuilder, SourceElement]] = field(
+        default_factory=dict[Path, "tuple[str, SourceBuilder, SourceElement]"]
+    )
+    _above: tuple[Path, ...] = ()
+    _attached: dict[int, str] = field(default_factory=dict[int, str])
+    _largest: float = 1
     _folders: dict[str, str] = field(default_factory=dict[str, str])
     _known: dict[Path, str] = field(default_factory=dict[Path, str])
     _cells: int = 0
@@ -119,29 +134,73 @@ class SourceBuilder:
 
     def build(self, root: SourceElement) -> MujocoSource | None:
         """The model of a tree whose includes are in place; None, reported, where it may not be compiled."""
-        self._read_folders(root)
-        if (count := self._count(root)) > MAX_ELEMENTS:
-            shown = f"{count:.0f}" if count < 1e15 else f"{count:.1g}"
-            message = f"the model is too large: it makes {shown} elements, and {MAX_ELEMENTS} are built"
-            self.report.error("SC452", message, root.location, "replicate less")
+        self.read(root)
         if not self.report.failed:
-            self._write(root)
+            self.write(root)
+            self.source.length = len(self.source.lines)
+            for name, builder, model in self._models.values():
+                # Each begins below the lines before it, so that lines tell the model too.
+                start = len(self.source.lines)
+                builder.write(model)
+                self.source.assets[name] = "\n".join([""] * start + self.source.lines[start:]).encode()
             self._report_notes()
         return None if self.report.failed else self.source
 
-    def _read_folders(self, root: SourceElement) -> None:
+    def read(self, root: SourceElement) -> float:
+        """Reads the models that one attaches; how many elements it makes itself."""
         for compiler in root.all("compiler"):
             self._folders.update((name, value) for name, value in compiler.attributes.items())
+        for asset in root.all("asset"):
+            for element in asset.all("model"):
+                self._largest = max(self._largest, self._read_model(element))
+        if (count := self.count(root)) > MAX_ELEMENTS:
+            shown = f"{count:.0f}" if count < 1e15 else f"{count:.1g}"
+            message = f"the model is too large: it makes {shown} elements, and {MAX_ELEMENTS} are built"
+            self.report.error("SC452", message, root.location, "replicate or attach less")
+        return count
 
-    def _count(self, element: SourceElement) -> float:
+    def _read_model(self, element: SourceElement) -> float:
+        place, files = element.at("file"), self.files
+        found = files.find("", self._relative(element.attributes.get("file", "")), place)
+        if found is None:
+            return 0
+        above = (*self._above, files.named.owner.path)
+        if found.path in above:
+            self.report.error("SC486", f"`{cut(found.uri)}` attaches itself", place)
+            return 0
+        if found.path not in self._models:
+            if len(self._models) >= files.limits.includes:
+                self.report.error("SC452", f"more than {files.limits.includes} models are attached", place)
+                return 0
+            name = f"{MODEL_PREFIX}{len(self._models)}.xml"
+            inner, root = files.attach(found, place)
+            if root is None:
+                return 0
+            builder = SourceBuilder(
+                inner, self.report, self.source, self._models, above, _known=self._known, _unbuilt=self._unbuilt
+            )
+            self._models[found.path], self.source.files[name] = (name, builder, root), found
+            builder.read(root)
+        name, builder, root = self._models[found.path]
+        self._attached[id(element)] = name
+        return builder.count(root)
+
+    def _relative(self, written: str) -> str:
+        """Whoever writes a compiled model out names files absolutely; they must lie inside the roots all the same."""
+        return os.path.relpath(written, self.files.named.owner.path.parent) if written.startswith("/") else written
+
+    def count(self, element: SourceElement) -> float:
         """How many elements MuJoCo makes of one and of what is in it."""
-        inner = 1 + sum(map(self._count, element.children))
+        inner = 1 + sum(map(self.count, element.children))
+        if element.tag == "attach":
+            return inner + self._largest
         if element.tag not in {"replicate", "composite"}:
             return inner
         counts = map(parse_number, element.attributes.get("count", "1").split())
         return inner * math.prod(max(1.0, count) for count in counts if count is not None and math.isfinite(count))
 
-    def _write(self, element: SourceElement) -> None:
+    def write(self, element: SourceElement) -> None:
+        """Adds the lines of an element."""
         reason = _REFUSED.get(element.tag)
         if reason is not None:
             self.report.error("SC483", f"`<{element.tag}>` cannot be built: {reason}", element.location)
@@ -151,8 +210,8 @@ class SourceBuilder:
             return
         self._check_cells(element)
         attributes = dict(element.attributes)
-        if element.tag == "compiler":
-            attributes = {name: value for name, value in attributes.items() if name not in _FOLDER_ATTRIBUTES}
+        unsaid = _UNSAID.get(element.tag, frozenset())
+        attributes = {name: value for name, value in attributes.items() if name not in unsaid}
         for name in FILE_ATTRIBUTES.get(element.tag, ()):
             if name in attributes:
                 if name == "file" and element.tag in {"mesh", "hfield", "texture"} and not attributes.get("name"):
@@ -165,7 +224,7 @@ class SourceBuilder:
             return
         self.source.lines.append(f"<{element.tag}{words}>")
         for child in element.children:
-            self._write(child)
+            self.write(child)
         self.source.elements.append(element)
         self.source.lines.append(f"</{element.tag}>")
 
@@ -205,12 +264,14 @@ class SourceBuilder:
 
     def _asset(self, element: SourceElement, attribute: str) -> str:
         """The name that the compiler gets for a file."""
+        if element.tag == "model":
+            return self._attached.get(id(element), "")
         written, place = element.attributes[attribute], element.at(attribute)
         if self._folders.get("strippath") == "true":
             written = posixpath.basename(written.replace("\\", "/"))
         own = "texturedir" if element.tag == "texture" else "meshdir"
         folder = self._folders.get(own, self._folders.get("assetdir", ""))
-        found = self.files.find("" if element.tag == "model" else folder, written, place)
+        found = self.files.find("", self._relative(posixpath.join(folder, written) if written else ""), place)
         if found is None:
             return ""
         if found.path not in self._known:
@@ -219,8 +280,6 @@ class SourceBuilder:
             data = read_robot_bytes(found.path, found.uri, self.report.of(place), limit)
             if data is None:
                 return ""
-            if element.tag == "model":
-                self.report.error("SC483", f"`<model>` names `{cut(written)}`, and models are not attached yet", place)
             self._known[found.path] = name
             self.source.assets[name], self.source.files[name] = data, found
         return self._known[found.path]

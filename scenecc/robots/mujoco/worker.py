@@ -22,8 +22,8 @@ _ARRAY_NAMES = """
 body_parentid body_weldid body_pos body_quat body_ipos body_iquat body_mass body_subtreemass body_inertia
 body_gravcomp body_mocapid
 jnt_type jnt_bodyid jnt_pos jnt_axis jnt_range jnt_limited jnt_stiffness jnt_qposadr jnt_dofadr jnt_actfrcrange
-jnt_actfrclimited
-dof_damping dof_frictionloss dof_armature
+jnt_actfrclimited jnt_stiffnesspoly
+dof_damping dof_frictionloss dof_armature dof_dampingpoly
 qpos0
 qpos_spring
 geom_type geom_contype geom_conaffinity geom_condim geom_bodyid geom_dataid geom_matid geom_group geom_size
@@ -37,9 +37,9 @@ light_bodyid light_type light_active light_castshadow light_cutoff light_pos lig
 exclude_signature
 eq_type eq_obj1id eq_obj2id eq_objtype eq_active0 eq_data
 actuator_trntype actuator_trnid actuator_gaintype actuator_biastype actuator_dyntype actuator_gainprm
-actuator_biasprm actuator_gear actuator_forcerange actuator_forcelimited
+actuator_biasprm actuator_gear actuator_forcerange actuator_forcelimited actuator_ctrladr actuator_damping
+actuator_armature
 key_qpos key_ctrl
-
 """
 
 ARRAYS = _ARRAY_NAMES.split()
@@ -65,7 +65,10 @@ NAMED = {
 """Kinds of elements of `mjModel`, and the lists of `MjSpec` that hold them."""
 
 
-FLAGS = ("CONTACT", "FILTERPARENT", "GRAVITY")
+MODEL_PREFIX = "model"
+"""How the names of the files begin that the model attaches."""
+
+FLAGS = ("CONTACT", "FILTERPARENT", "GRAVITY", "CONSTRAINT", "LIMIT", "EQUALITY", "ACTUATION", "SPRING", "DAMPER")
 """What `<flag>` can switch off and is given back."""
 
 
@@ -74,8 +77,14 @@ def read_message(stream: BinaryIO) -> tuple[dict[str, Any], list[bytes]] | None:
     prefix = stream.read(4)
     if len(prefix) < 4:
         return None
-    header = json.loads(stream.read(struct.unpack("<I", prefix)[0]))
-    return header, [stream.read(size) for size in header["sizes"]]
+    (length,) = struct.unpack("<I", prefix)
+    text = stream.read(length)
+    if len(text) < length:
+        return None
+    header = json.loads(text)
+    parts = [stream.read(size) for size in header["sizes"]]
+    # Who writes may end in the middle.
+    return (header, parts) if [len(part) for part in parts] == header["sizes"] else None
 
 
 def write_message(stream: BinaryIO, header: dict[str, Any], parts: list[bytes]) -> None:
@@ -95,7 +104,8 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict
         assets: content of each file.
     """
     try:
-        spec = mujoco.MjSpec.from_string(xml, assets=assets)
+        models = {name: assets.pop(name) for name in list(assets) if name.startswith(MODEL_PREFIX)}
+        spec = mujoco.MjSpec.from_string(xml, include=models, assets=assets)
         model = spec.compile()
     except (ValueError, TypeError, RuntimeError, MemoryError) as error:
         return {"error": str(error)}, []
@@ -113,7 +123,7 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict
         "option": {"timestep": model.opt.timestep, "gravity": model.opt.gravity.tolist()},
         "ambient": model.vis.headlight.ambient.tolist() if model.vis.headlight.active else [0.0, 0.0, 0.0],
         # Their bits differ between versions.
-        "disabled": [name for name in FLAGS if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}")],
+        "disabled": [name for name in FLAGS if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}", 0)],
     }
     return header, [array.tobytes() for array in arrays.values()]
 

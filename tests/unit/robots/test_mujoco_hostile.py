@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import io
+import os
+import signal
 import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.robots.mujoco import compiler
+from scenecc.robots.mujoco import compiler, worker
 from scenecc.robots.mujoco.reader import read_mjcf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
@@ -58,6 +61,15 @@ def errors(folder: Path, text: str) -> list[str]:
             "cells",
         ),
         ('<mujoco><asset><hfield name="t" nrow="99999" ncol="99999" size="1 1 1 1"/></asset></mujoco>', "cells"),
+        ('<mujoco><worldbody><body pos="nan 0 0"><freejoint/><geom size="1"/></body></worldbody></mujoco>', "SC481"),
+        ('<mujoco><worldbody><body pos="1e300 0 0"><geom size="1"/></body></worldbody></mujoco>', "becomes 1e+300"),
+        (
+            (
+                "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody><actuator>"
+                "<position joint='j' kp='3' gear='1e200'/></actuator></mujoco>"
+            ),
+            "`actuator_gear` becomes 1e+200, and the most that is built is 1e+12",
+        ),
         ('<mujoco><worldbody><geom size="-1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
         ('<mujoco><worldbody><geom sise="1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
         ("<mujoco/>", "SC480"),
@@ -108,6 +120,8 @@ def test_warnings_stand_at_the_first_of_their_kind_with_a_count(tmp_path: Path) 
 
 def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "_SECONDS", 0.0)
+    # A new one, which does not answer before MuJoCo is imported.
+    monkeypatch.setattr(compiler, "_COMPILER", compiler._Compiler())
     (fault,) = errors(tmp_path, f'<mujoco model="slow"><worldbody>{BALL}</worldbody></mujoco>')
     assert "SC458 MuJoCo's compiler takes more than 0 s" in fault
     monkeypatch.undo()
@@ -122,6 +136,171 @@ def test_a_process_that_ends_is_an_error(tmp_path: Path, monkeypatch: pytest.Mon
     (fault,) = errors(tmp_path, f'<mujoco model="small"><worldbody>{BALL}</worldbody></mujoco>')
     own.stop()
     assert "SC458" in fault or "SC481" in fault
+
+
+def test_the_process_may_end_between_two_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernel ends it with the thread that started it, perhaps while another thread asks."""
+    own = compiler._Compiler()
+    monkeypatch.setattr(compiler, "_COMPILER", own)
+    for number in range(2):
+        (tmp_path / "robot.xml").write_text(f'<mujoco model="{number}"><worldbody>{BALL}</worldbody></mujoco>')
+        found, told = read(tmp_path / "robot.xml")
+        assert found is not None, told
+        assert own._process is not None
+        own._process.kill()
+        # It looks alive still, as it does to a thread that asks at this moment.
+        monkeypatch.setattr(own._process, "poll", lambda: None)
+    own.stop()
+
+
+def test_half_a_message_is_none() -> None:
+    whole = io.BytesIO()
+    worker.write_message(whole, {"a": 1}, [b"one", b"", b"three"])
+    data = whole.getvalue()
+    assert worker.read_message(io.BytesIO(data)) == ({"a": 1, "sizes": [3, 0, 5]}, [b"one", b"", b"three"])
+    assert all(worker.read_message(io.BytesIO(data[:end])) is None for end in range(len(data)))
+
+
+def test_a_forked_process_has_a_compiler_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "robot.xml").write_text(f'<mujoco model="before"><worldbody>{BALL}</worldbody></mujoco>')
+    assert read(tmp_path / "robot.xml")[0] is not None
+    (tmp_path / "robot.xml").write_text(f'<mujoco model="after"><worldbody>{BALL}</worldbody></mujoco>')
+    # Another thread may be compiling at this moment.
+    with compiler._COMPILER._lock:
+        child = os.fork()
+        if child == 0:
+            signal.alarm(50)
+            os._exit(0 if read(tmp_path / "robot.xml")[0] is not None else 1)
+    assert os.waitpid(child, 0)[1] == 0
+    assert read(tmp_path / "robot.xml")[0] is not None
+
+
+def model_of(rest: str, body: str = BALL) -> str:
+    return f"<mujoco>{rest}<worldbody>{body}</worldbody></mujoco>"
+
+
+ATTACH = '<attach model="m" prefix="{}"/>'
+
+
+@pytest.mark.parametrize(
+    ("inner", "expected"),
+    [
+        ('<mujoco>\n<asset><mesh file="/etc/hostname"/></asset></mujoco>', "2:20 SC402"),
+        ('<mujoco>\n<asset><model name="x" file="robot.xml"/></asset></mujoco>', "2:30 SC486"),
+        ('<mujoco>\n<worldbody><geom sise="1"/></worldbody></mujoco>', "2:12 SC481"),
+        ('<mujoco>\n<worldbody><geom size="-1"/></worldbody></mujoco>', "2:12 SC481"),
+        ("<mujoco>\n<extension/></mujoco>", "2:1 SC483"),
+        ("<mujoco>\n<asset></mujoco>", "SC450"),
+    ],
+)
+def test_faults_of_attached_models_stand_in_their_files(tmp_path: Path, inner: str, expected: str) -> None:
+    (tmp_path / "inner.xml").write_text(inner)
+    asset = '<asset><model name="m" file="inner.xml"/></asset>'
+    (first, *_) = errors(tmp_path, model_of(asset, BALL.replace("<geom", ATTACH.format("a_") + "<geom")))
+    assert expected in first
+
+
+def test_what_models_attach_is_counted(tmp_path: Path) -> None:
+    many = "".join(f"<body>{ATTACH.format(number)}</body>" for number in range(30))
+    for number in range(5):
+        asset = f'<asset><model name="m" file="{number + 1}.xml"/></asset>'
+        (tmp_path / f"{number}.xml").write_text(model_of(asset, many))
+    (tmp_path / "5.xml").write_text(model_of("", BALL))
+    (fault, *_) = errors(tmp_path, model_of('<asset><model name="m" file="0.xml"/></asset>', ATTACH.format("a")))
+    assert "SC452 the model is too large" in fault
+
+
+def test_room_for_a_simulation_is_not_asked_for(tmp_path: Path) -> None:
+    (tmp_path / "robot.xml").write_text(f'<mujoco><size memory="6G"/><worldbody>{BALL}</worldbody></mujoco>')
+    found, told = read(tmp_path / "robot.xml")
+    assert found is not None, told
+
+
+def test_absolute_paths_are_files_of_the_roots(tmp_path: Path) -> None:
+    for folder in ("models", "meshes"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "meshes/a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    asset = f'<asset><mesh name="a" file="{tmp_path}/meshes/../meshes/a.obj"/></asset>'
+    path = tmp_path / "models/robot.xml"
+    path.write_text(f'<mujoco>{asset}<worldbody><geom type="mesh" mesh="a"/></worldbody></mujoco>')
+    sink = Sink()
+    scope = AssetScope(path.parent, (tmp_path,))
+    assert read_mjcf(ResolvedFile(path, path.name), scope=scope, sink=sink) is not None, sink.diagnostics()
+    assert read(path)[0] is None
+
+
+def test_a_folder_called_mujoco_is_not_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mujoco").mkdir()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(compiler.importlib.metadata, "version", _not_installed)
+    compiler.mujoco_version.cache_clear()
+    (fault,) = errors(tmp_path, f"<mujoco><worldbody>{BALL}</worldbody></mujoco>")
+    compiler.mujoco_version.cache_clear()
+    assert "SC457" in fault
+    assert "not installed" in fault
+
+
+def _not_installed(name: str) -> str:
+    raise compiler.importlib.metadata.PackageNotFoundError(name)
+
+
+HINGE = '<body name="a"><joint name="a"/><geom size="1"/>{}</body>'
+MORE = '<body pos="1 0 0"><joint name="b"/><geom size="1"/></body><body><joint name="c"/><geom size="1"/></body>'
+
+
+@pytest.mark.parametrize(
+    ("body", "rest", "expected"),
+    [
+        (HINGE.replace("<body", '<body gravcomp="0.5"', 1).format(""), "", "`gravcomp` other than 0 and 1"),
+        ('<body><joint type="ball" range="0 9"/><geom size="1"/></body>', "", "limits and the spring of a ball joint"),
+        ('<body><joint type="free" damping="1"/><geom size="1"/></body>', "", "stiffness of a free joint"),
+        (HINGE.format(""), '<option><flag limit="disable"/></option>', "`<flag limit"),
+        (
+            HINGE.format(MORE),
+            '<equality><joint joint1="a" joint2="b"/><joint joint1="a" joint2="c"/></equality>',
+            "a joint follows one other joint, and no second",
+        ),
+        (
+            HINGE.format(""),
+            '<actuator><general joint="a" biastype="affine" biasprm="3 0 -1"/></actuator>',
+            "a velocity actuator of which the target is not 0",
+        ),
+    ],
+)
+def test_what_is_not_built_is_told(tmp_path: Path, body: str, rest: str, expected: str) -> None:
+    (tmp_path / "robot.xml").write_text(f"<mujoco>{rest}<worldbody>{body}</worldbody></mujoco>")
+    found, told = read(tmp_path / "robot.xml")
+    assert found is not None, told
+    assert any(one.code == "SC484" and expected in one.message for one in told), told
+
+
+def test_powers_of_springs_are_told(tmp_path: Path) -> None:
+    if int(str(compiler.mujoco_version()).partition(".")[0]) < 4:
+        pytest.skip("of MuJoCo 4")
+    body = '<body><joint stiffness="3 1" damping="1"/><geom size="1"/></body>'
+    (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+    _, told = read(tmp_path / "robot.xml")
+    assert [one.message for one in told] == ["of stiffness and damping only the first number is built"]
+
+
+@pytest.mark.parametrize(
+    ("bodies", "expected"),
+    [
+        (f'{BALL}<body name="body_2"><freejoint/><geom size="1"/></body><body><freejoint/><geom size="1"/></body>', 3),
+        (HINGE.format('<body name="body_3"/><body/>'), 4),
+        (HINGE.replace('"a"', '"dummy_root_0"', 1).format(""), 2),
+        (
+            HINGE.format('<body name="b_dummy_0"/><body name="b"><joint/><joint axis="1 0 0"/><geom size="1"/></body>'),
+            5,
+        ),
+    ],
+)
+def test_names_of_ours_give_way_to_those_of_the_file(tmp_path: Path, bodies: str, expected: int) -> None:
+    (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    found, told = read(tmp_path / "robot.xml")
+    assert found is not None, told
+    names = [link.name for robot in found.robots for link in robot.links]
+    assert len(set(names)) == len(names) == expected
 
 
 def test_one_model_is_compiled_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
