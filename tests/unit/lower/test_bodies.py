@@ -213,6 +213,8 @@ def test_a_body_without_shapes_is_built_where_that_is_written_out() -> None:
     assert found == {("SC502", "entities.lost"), ("SC501", "entities.forgotten")}
     kept = {name: body for name, body in scene["entities"].items() if name in {"mark", "mass"}}
     with scenecc.load_scene({**scene, "entities": kept}, render=False) as batch:
+        mark: Any
+        mass: Any
         mark, mass = (batch.entities[name].objs[0] for name in ("mark", "mass"))
         assert mark.pose.p.tolist() == [1, 2, 3]
         assert mass.components[-1].mass == 2
