@@ -125,14 +125,13 @@ def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts)
 
 def _apply_bitmasks(parts: SceneParts) -> None:
     """Bitmasks as collision bits, where they keep any two bodies apart."""
-    masks = {one.mask for one in parts.bitmasks if one.mask is not None}
-    is_trivial = len(masks) <= _MAX_MASKS and all(a & b for a in masks for b in masks)
-    if is_trivial and all(one.mask is not None for one in parts.bitmasks):
+    masks = {one.mask for one in parts.bitmasks}
+    if len(masks) <= _MAX_MASKS and all(a & b for a in masks for b in masks):
         return
     apart: dict[str, int] = {}
     for one in parts.bitmasks:
         entity = parts.entities[one.entity]
-        if one.mask is None or "collision_group" in entity:
+        if "collision_group" in entity:
             what = f"the bitmask of `{one.link.path}`; it collides with everything"
             one.link.scope.file.lose("collision-bitmasks", what, one.link.element, one.link.path)
             continue

@@ -68,17 +68,17 @@ class BuiltLink:
 
 @dataclass(frozen=True, slots=True)
 class Bitmask:
-    """With what a link collides.
+    """With what a link collides, or one of its shapes, where these differ.
 
     Attributes:
         node: of the document.
-        mask: None: its shapes have several.
+        mask: its bits.
         link: the link.
         entity: the name of its entity.
     """
 
     node: Node
-    mask: int | None
+    mask: int
     link: SdfLink
     entity: str
 
@@ -247,9 +247,10 @@ class ModelReader:
         self.note(link, BuiltLink(name, world, is_moved=not body_type))
 
     def keep_bitmask(self, node: Node, link: SdfLink, entity: str) -> None:
-        """Remembers the bitmask that `link_content` left in a node."""
-        if "bitmask" in node:
-            self._parts.bitmasks.append(Bitmask(node, node.pop("bitmask"), link, entity))
+        """Remembers the bitmasks that `link_content` left in a node and in its shapes."""
+        for one in (node, *_colliding(node)):
+            if "bitmask" in one:
+                self._parts.bitmasks.append(Bitmask(one, one.pop("bitmask"), link, entity))
 
     def note(self, link: SdfLink, built: BuiltLink) -> None:
         """Remembers where a link is."""
@@ -297,10 +298,16 @@ class ModelReader:
 
 
 def _note_bitmask(content: Node) -> None:
-    """One bitmask of a link in place of those of its shapes; None where these differ."""
-    masks = {shape.pop("bitmask") for shape in (*content.get("shapes", ()), *content.get("collisions", ()))}
-    if masks:
-        content["bitmask"] = masks.pop() if len(masks) == 1 else None
+    """One bitmask of a link in place of those of its shapes, where these are equal."""
+    masks = {shape["bitmask"] for shape in _colliding(content)}
+    if len(masks) == 1:
+        (content["bitmask"],) = masks
+        for shape in _colliding(content):
+            del shape["bitmask"]
+
+
+def _colliding(content: Node) -> list[Node]:
+    return [*content.get("shapes", ()), *content.get("collisions", ())]
 
 
 def _collides(node: Node) -> bool:

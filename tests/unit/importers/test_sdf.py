@@ -244,6 +244,12 @@ def test_bitmasks_are_collision_bits(folder: Path) -> None:
     found, _ = imported(folder, world(masked("one", "0x01") + masked("two", "2")))
     assert found["entities"]["one"]["collision_bits"] == [1, 1, 0, 0]
     assert found["entities"]["two"]["collision_bits"] == [2, 2, 0, 0]
+    second = '<collision name="other"><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>'
+    both = masked("one", "0x01").replace("</link>", f"{second}</link>")
+    found, made = imported(folder, world(both + masked("two", "2")))
+    assert not [loss for loss in made.losses if loss.kind == "collision-bitmasks"]
+    bits = [shape["collision_bits"] for shape in found["entities"]["one"]["collisions"]]
+    assert bits == [[1, 1, 0, 0], [0xFFFF, 0xFFFF, 0, 0]]
 
 
 def test_a_mesh_is_copied_beside_the_scene(folder: Path) -> None:
