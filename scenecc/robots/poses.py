@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY, multiply, rotate
-from scenecc.robots.mjcf_attributes import ORIENTATION_ATTRIBUTES
+from scenecc.robots.maniskill_attributes import ORIENTATION_ATTRIBUTES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.geometry.rotations import Pose7, Quat, Vec3
-    from scenecc.robots.mjcf_attributes import CompilerSettings, MjcfAttributes
+    from scenecc.robots.maniskill_attributes import CompilerSettings, MjcfAttributes
 
     Array = NDArray[np.floating[Any]]
 

@@ -23,7 +23,7 @@ from scenecc.robots.description import (
     RobotDescription,
     SolidGeometry,
 )
-from scenecc.robots.mjcf import read_mjcf
+from scenecc.robots.maniskill_mjcf import read_mjcf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
 

@@ -10,7 +10,7 @@ from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.robots.description import MeshGeometry
-from scenecc.robots.mjcf import read_mjcf
+from scenecc.robots.maniskill_mjcf import read_mjcf
 from scenecc.robots.mujoco import reader
 from scenecc.source.paths import AssetScope, ResolvedFile
 

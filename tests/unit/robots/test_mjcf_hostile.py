@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.robots.mjcf import read_mjcf
+from scenecc.robots.maniskill_mjcf import read_mjcf
 from scenecc.source import Limits
 from scenecc.source.paths import AssetScope, ResolvedFile
 

@@ -23,7 +23,7 @@ from scenecc.robots.description import (
     MeshGeometry,
     SolidGeometry,
 )
-from scenecc.robots.mjcf_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope
+from scenecc.robots.maniskill_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope
 from scenecc.robots.poses import (
     compose_poses,
     from_axis_angle,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from scenecc.geometry.rotations import Pose7
     from scenecc.robots.description import DescribedFile
-    from scenecc.robots.mjcf_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
+    from scenecc.robots.maniskill_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
     from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
     from scenecc.robots.poses import Symmetry
     from scenecc.robots.xml import SourceElement

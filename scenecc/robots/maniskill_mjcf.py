@@ -8,13 +8,13 @@ import numpy as np
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.robots import mjcf_bodies, mjcf_geoms
+from scenecc.robots import maniskill_bodies, maniskill_geoms
 from scenecc.robots.description import DescribedRobot, RobotDescription
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
-from scenecc.robots.mjcf_attributes import ClassScope, DefaultClasses, read_compiler
-from scenecc.robots.mjcf_bodies import BodyReader, JointReader, LinkDraft
+from scenecc.robots.maniskill_attributes import ClassScope, DefaultClasses, read_compiler
+from scenecc.robots.maniskill_bodies import BodyReader, JointReader, LinkDraft
+from scenecc.robots.maniskill_geoms import GeomReader, MjcfAssets
 from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
-from scenecc.robots.mjcf_geoms import GeomReader, MjcfAssets
 from scenecc.source.limits import Limits
 
 if TYPE_CHECKING:
@@ -30,9 +30,9 @@ _DEFAULT_LIMITS = Limits()
 _SECTIONS = frozenset({"compiler", "option", "default", "asset", "worldbody"})
 
 _CLASS_ATTRIBUTES = {
-    "geom": mjcf_geoms.GEOM_ATTRIBUTES,
-    "joint": mjcf_bodies.JOINT_ATTRIBUTES,
-    **mjcf_geoms.ASSET_ATTRIBUTES,
+    "geom": maniskill_geoms.GEOM_ATTRIBUTES,
+    "joint": maniskill_bodies.JOINT_ATTRIBUTES,
+    **maniskill_geoms.ASSET_ATTRIBUTES,
 }
 
 _MAX_EXCLUDED_PAIRS = 32
@@ -111,7 +111,7 @@ class _MjcfReader:
         trees: list[tuple[list[LinkDraft], bool]] = []
         static_bodies: list[tuple[LinkDraft, Pose7]] = []
         for number, body in enumerate(body for world in worlds for body in world.all("body")):
-            if mjcf_bodies.has_joint(body):
+            if maniskill_bodies.has_joint(body):
                 trees.append(self._bodies.articulation(body, number))
             elif made := self._bodies.static_body(body):
                 static_bodies.append((made, self._bodies.pose(body)))
@@ -123,8 +123,8 @@ class _MjcfReader:
         taken = {links[0].name for links, _ in trees}
         for made, _ in static_bodies:
             made.name = _unique_name(made.name, taken)
-        return [mjcf_bodies.describe_articulation(links, fixed=fixed) for links, fixed in trees] + [
-            mjcf_bodies.describe_static_body(made, pose) for made, pose in static_bodies
+        return [maniskill_bodies.describe_articulation(links, fixed=fixed) for links, fixed in trees] + [
+            maniskill_bodies.describe_static_body(made, pose) for made, pose in static_bodies
         ]
 
     def _geoms(self, worlds: list[SourceElement]) -> list[LinkDraft]:

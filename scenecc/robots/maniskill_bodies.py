@@ -24,7 +24,7 @@ from scenecc.robots.description import (
     DescribedVisual,
     SapienJointType,
 )
-from scenecc.robots.mjcf_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope, own_attributes
+from scenecc.robots.maniskill_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope, own_attributes
 from scenecc.robots.poses import axis_pose, compose_poses, pose_numbers, read_rotation
 from scenecc.robots.xml import warn_if_degrees
 
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.geometry.rotations import Pose7
-    from scenecc.robots.mjcf_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
+    from scenecc.robots.maniskill_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
+    from scenecc.robots.maniskill_geoms import GeomReader
     from scenecc.robots.mjcf_files import MjcfReport
-    from scenecc.robots.mjcf_geoms import GeomReader
     from scenecc.robots.xml import SourceElement
 
 
