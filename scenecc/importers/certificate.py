@@ -53,13 +53,15 @@ class Certificate:
 
     def lines(self) -> list[str]:
         """The figures as text."""
-        lines = [f"built {self.bodies} bodies; those that move weigh {self.mass:.6g} kg"]
+        lines = [f"built {_bodies_in_words(self.bodies)}; those that move weigh {self.mass:.6g} kg"]
         if not self.judge:
             return [*lines, "compared with no other engine: none that reads the file is installed"]
-        lines.append(f"compared with {self.judge}: {self.compared} bodies")
+        lines.append(f"compared with {self.judge}: {_bodies_in_words(self.compared)}")
+        if not self.compared:
+            return lines
         lines.append(f"  poses differ by at most {self.position:.2g} m and {self.angle:.2g} rad")
         if self.masses:
-            lines.append(f"  {self.masses} masses differ by at most {self.relative_mass:.2g} of themselves")
+            lines.append(f"  masses ({self.masses}) differ by at most {self.relative_mass:.2g} of themselves")
         return lines
 
 
@@ -73,11 +75,14 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
         built = _bodies(measure(batch))
     judge, reference = found.judge, dict(found.reference)
     # Drake would look for models that the import was not allowed to read.
-    if not reference and not any(loss.kind == "models" for loss in found.losses):
+    if not judge and not any(loss.kind == "models" for loss in found.losses):
         judge, reference = _ask_drake(source, options)
     certificate = Certificate(len(built), math.fsum(body.mass or 0.0 for body in built.values()))
-    compared = _compare(certificate, built, found.bodies, judge, reference)
-    return compared if compared.compared else certificate
+    return _compare(certificate, built, found.bodies, judge, reference)
+
+
+def _bodies_in_words(count: int) -> str:
+    return f"{count} {'body' if count == 1 else 'bodies'}"
 
 
 def _bodies(snapshot: EngineSnapshot) -> dict[str, ReferencePose]:

@@ -213,10 +213,11 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
             return made[asset]
 
         made: dict[Asset, str] = {}
-        # What the reader found inside its own scope is named by absolute paths here.
-        outside = replace(options, allow_outside_assets=True)
+        # By absolute paths, and no more than the reader may read: what these files name is read here too.
+        root = context.scope.root or Path.cwd()
+        inside = replace(options, asset_roots=(*options.asset_roots, root, Path(folder)))
         try:
-            compiled = compile_or_raise(map_assets(found.document, name), outside, sink)
+            compiled = compile_or_raise(map_assets(found.document, name), inside, sink)
         except SceneError as error:
             told = [_placed(each, found, source) for each in error.diagnostics]
             raise SceneError([*context.sink.diagnostics(), *told]) from None

@@ -25,7 +25,7 @@ def cube(tmp_path: Path) -> Path:
 def test_a_scene_file_is_written_and_built(run, cube: Path) -> None:
     done = run("import", cube, "-o", "cube.yaml")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("built 1 bodies; those that move weigh 1 kg\n")
+    assert done.stdout.startswith("built 1 body; those that move weigh 1 kg\n")
     text = cube.with_suffix(".yaml").read_text()
     assert text.startswith("# Imported from cube.sdf by scenecc.\nscenecc: 1\n")
     assert yaml.safe_load(text)["entities"]["cube"]["inertial"] == {"mass": 1, "inertia": [1, 1, 1]}
@@ -75,7 +75,7 @@ def test_an_mjcf_stays_a_file_beside_what_an_entity_does_not_have(run, tmp_path:
     (tmp_path / "cart.xml").write_text(MJCF)
     done = run("import", "cart.xml", "-o", "cart.yaml")
     assert done.returncode == 0, done.stderr
-    assert "compared with MuJoCo: 1 bodies\n" in done.stdout
+    assert "compared with MuJoCo: 1 body\n" in done.stdout
     found = yaml.safe_load((tmp_path / "cart.yaml").read_text())
     assert found["entities"] == {"cart": {"mjcf": "cart.xml"}}
     assert found["physics"] == {"timestep": 0.005, "gravity": [0, 0, -9.81]}
