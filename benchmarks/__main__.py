@@ -23,7 +23,7 @@ BENCHMARKS = {
     "maniskill": "benchmarks.maniskill",
     "render": "benchmarks.render",
     "view": "benchmarks.view",
-    "bring_in": "benchmarks.bring_in",
+    "conversion": "benchmarks.conversion",
     "process": "benchmarks.process",
 }
 """Name → module with a function `run`."""

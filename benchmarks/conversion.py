@@ -1,4 +1,4 @@
-"""What exists already, brought in: MJCF files and live scenes."""
+"""MJCF files to live scenes, and live scenes to scene files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _read(repetitions: int) -> list[Row]:
     try:
         mujoco: Any = import_module("mujoco")
     except ImportError:
-        return [Row("bring_in", _READING, (), 2.5, note="mujoco is not installed")]
+        return [Row("conversion", _READING, (), 2.5, note="mujoco is not installed")]
     from scenecc import compile_scene, load_scene
 
     with tempfile.TemporaryDirectory() as folder:
@@ -58,7 +58,7 @@ def _read(repetitions: int) -> list[Row]:
             return compiled + timed(lambda: [load_scene(plan, render=False).close() for plan in plans])()
 
         rounds = alternating([read, compile_and_build], repetitions)
-    return [Row("bring_in", _READING, ratios(rounds, 0, 1), 2.5, note=f"{best(rounds, 0)} / {best(rounds, 1)}")]
+    return [Row("conversion", _READING, ratios(rounds, 0, 1), 2.5, note=f"{best(rounds, 0)} / {best(rounds, 1)}")]
 
 
 def arm_text(number: int) -> str:
@@ -84,4 +84,4 @@ def _decompile(repetitions: int) -> list[Row]:
             return timed(lambda: decompile(batch.scenes[0], check=False))()
 
     rounds = alternating([back, build], repetitions)
-    return [Row("bring_in", _DECOMPILING, ratios(rounds, 0, 1), 5, note=f"{best(rounds, 0)} / {best(rounds, 1)}")]
+    return [Row("conversion", _DECOMPILING, ratios(rounds, 0, 1), 5, note=f"{best(rounds, 0)} / {best(rounds, 1)}")]
