@@ -12,13 +12,14 @@ import numpy as np
 
 from scenecc.decompiler import tables
 from scenecc.decompiler.facts import Facts, Plain, plain
+from scenecc.plan.scene import SCENE_CONFIG_FIELDS
 
 
 def read_scene(scene: Any) -> Facts:
     """A `sapien.Scene`: its settings, its entities in their order, then its articulations by their root links."""
     system = scene.physx_system
     values: list[tuple[str, Plain]] = [("timestep", plain(system.timestep))]
-    values += _values(system.config, tables.SCENE_CONFIG)
+    values += _values(system.config, SCENE_CONFIG_FIELDS)
     if (renders := _system(scene, "render")) is not None:
         values.append(("ambient_light", plain(renders.ambient_light)))
     entities = [read_entity(entity) for entity in scene.entities]

@@ -138,16 +138,6 @@ VISUAL_MATERIAL = (
 )
 TEXTURES = ("base_color", "normal", "roughness", "metallic", "emission", "transmission")
 TEXTURE = ("filename", "mipmap_levels", "filter_mode", "address_mode", "is_srgb", "width", "height", "format")
-SCENE_CONFIG = (
-    "gravity",
-    "bounce_threshold",
-    "enable_pcm",
-    "enable_tgs",
-    "enable_ccd",
-    "enable_enhanced_determinism",
-    "enable_friction_every_iteration",
-)
-
 DERIVED = {
     "pose": "the entity's, which is read",
     "entity_pose": "the entity's, which is read",

@@ -204,7 +204,7 @@ class DescribedLink:
         joint: to the parent; None for the root.
         ignore_bits: bits of the third collision integer that its shapes have, so that links with a bit in common
             ignore one another.
-        floats: whether gravity does not pull it.
+        disable_gravity: whether gravity does not pull it.
     """
 
     name: str
@@ -215,7 +215,7 @@ class DescribedLink:
     visuals: tuple[DescribedVisual, ...] = ()
     inertial: DescribedInertial | None = None
     ignore_bits: int = 0
-    floats: bool = False
+    disable_gravity: bool = False
 
 
 @frozen

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.robots import maniskill_bodies, maniskill_geoms
 from scenecc.robots.description import DescribedRobot, RobotDescription
@@ -14,7 +13,7 @@ from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
 from scenecc.robots.maniskill_attributes import ClassScope, DefaultClasses, read_compiler
 from scenecc.robots.maniskill_bodies import BodyReader, JointReader, LinkDraft
 from scenecc.robots.maniskill_geoms import GeomReader, MjcfAssets
-from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
+from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport, unique_name
 from scenecc.source.limits import Limits
 
 if TYPE_CHECKING:
@@ -71,12 +70,8 @@ def read_mjcf(
     """
     report = MjcfReport(FileReport(sink, origin, budget=budget))
     files = MjcfFiles(RobotFiles(file, scope), file.uri if name is None else name, limits, report)
-    root = files.read()
-    if root is None or report.failed:
-        return None
-    if root.tag != "mujoco":
-        hint = "give a URDF with `urdf:`" if root.tag == "robot" else None
-        report.error("SC453", f"an MJCF is a <mujoco>, and this is a <{cut(root.tag)}>", root.location, hint)
+    root = files.read_model()
+    if root is None:
         return None
     # Numbers beyond single precision are checked and reported.
     with np.errstate(over="ignore"):
@@ -122,7 +117,7 @@ class _MjcfReader:
             return []
         taken = {links[0].name for links, _ in trees}
         for made, _ in static_bodies:
-            made.name = _unique_name(made.name, taken)
+            made.name = unique_name(made.name, taken)
         return [maniskill_bodies.describe_articulation(links, fixed=fixed) for links, fixed in trees] + [
             maniskill_bodies.describe_static_body(made, pose) for made, pose in static_bodies
         ]
@@ -164,13 +159,3 @@ class _MjcfReader:
         if not self._compiler.contact:
             for made in everything:
                 made.ignore_bits |= _NO_CONTACT_BIT
-
-
-def _unique_name(name: str, taken: set[str]) -> str:
-    """A unique name, which is added to `taken`."""
-    number, free = 1, name
-    while free in taken:
-        number += 1
-        free = f"{name}_{number}"
-    taken.add(free)
-    return free

@@ -177,6 +177,17 @@ class MjcfFiles:
         reference = written if written.startswith("/") or not folder else posixpath.join(folder, written)
         return self.named.find(reference if written else "", place, self.report.of(place))
 
+    def read_model(self) -> SourceElement | None:
+        """As `read`; None also after an error, SC453: the root is no `<mujoco>`."""
+        root = self.read()
+        if root is None or self.report.failed:
+            return None
+        if root.tag != "mujoco":
+            hint = "give a URDF with `urdf:`" if root.tag == "robot" else None
+            self.report.error("SC453", f"an MJCF is a <mujoco>, and this is a <{cut(root.tag)}>", root.location, hint)
+            return None
+        return root
+
     def read(self) -> SourceElement | None:
         """The root of the MJCF's tree, with everything that it includes in place of each `include`."""
         owner = self.named.owner
@@ -246,3 +257,13 @@ class MjcfFiles:
             RobotFiles(owner, self.named.scope, found=self.named.found), file.uri, self.limits, self.report
         )
         return files, files._read(file.path, file.uri, self._findings(file, place), 1, 1)
+
+
+def unique_name(name: str, taken: set[str]) -> str:
+    """A unique name, which is added to `taken`."""
+    number, free = 1, name
+    while free in taken:
+        number += 1
+        free = f"{name}_{number}"
+    taken.add(free)
+    return free

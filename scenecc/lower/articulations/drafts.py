@@ -120,7 +120,7 @@ class DraftLink:
         own: its own keys, which go before what patterns say; None: it has none.
         inertial: mass properties from its file.
         mass: from its file, without an inertia: the inertia of the shapes is scaled to it.
-        ignore_bits, floats: as `DescribedLink` has them.
+        ignore_bits, disable_gravity: as `DescribedLink` has them.
     """
 
     name: str
@@ -132,7 +132,7 @@ class DraftLink:
     inertial: Inertial | None = None
     ignore_bits: int = 0
     mass: Value | None = None
-    floats: bool = False
+    disable_gravity: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -76,7 +76,7 @@ class LinkLowerer:
             found = values.value(layers, key, kind)
             if found is not None:
                 properties[field] = found
-        if link.floats:
+        if link.disable_gravity:
             properties.setdefault("disable_gravity", literal(True, "bool"))  # noqa: FBT003 - the value itself
         # A link's own key that has no effect is kept, for a rule to report.
         looks = nearest_override(layers, "visibility")

@@ -88,8 +88,8 @@ class RobotDrafter:
         elif weight is not None:
             mass = literal(weight.mass)
         joint = link.joint and _joint(link.joint, origin)
-        bits, floats = link.ignore_bits, link.floats
-        return DraftLink(link.name, place, shaping, link.parent, joint, None, inertial, bits, mass, floats)
+        bits, disable_gravity = link.ignore_bits, link.disable_gravity
+        return DraftLink(link.name, place, shaping, link.parent, joint, None, inertial, bits, mass, disable_gravity)
 
     def _collision(
         self,

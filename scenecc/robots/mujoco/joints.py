@@ -41,9 +41,9 @@ class JointReader:
         self._model = model
         self._report = report
         self._keyframe = keyframe
-        self._tell_friction()
-        self._tell_springs()
-        self._tell_flags()
+        self._report_friction()
+        self._report_springs()
+        self._report_flags()
         self._mimics = self._read_mimics()
         self._drives = self._read_drives()
 
@@ -115,14 +115,14 @@ class JointReader:
         count = 4 if self._model["jnt_type"][joint] == BALL else 1
         return self._model["key_qpos"][self._keyframe][first : first + count].tolist()
 
-    def _tell_friction(self) -> None:
+    def _report_friction(self) -> None:
         rough = [joint for joint, dof in enumerate(self._model["jnt_dofadr"].tolist()) if self._loss(joint, dof)]
         if rough:
             message = f"`frictionloss` is not built (there are {len(rough)}): it is a force, and PhysX has a ratio"
             place = self._model.location("jnt", rough[0])
             self._report.left_out("frictionloss", message, place, "`joints: {NAME: {friction: …}}` gives a ratio")
 
-    def _tell_springs(self) -> None:
+    def _report_springs(self) -> None:
         """What springs and dampers of PhysX do not do."""
         model, left = self._model, self._report.left_out
         stiff, damp = model.arrays.get("jnt_stiffnesspoly"), model.arrays.get("dof_dampingpoly")
@@ -136,7 +136,7 @@ class JointReader:
                 message = "damping, armature and stiffness of a free joint are not built"
                 left("spring/free", message, place, "`linear_damping` and `angular_damping` are the scene's")
 
-    def _tell_flags(self) -> None:
+    def _report_flags(self) -> None:
         for flag in ("CONSTRAINT", "LIMIT", "EQUALITY", "ACTUATION", "SPRING", "DAMPER"):
             if flag in self._model.header["disabled"]:
                 message = f'`<flag {flag.lower()}="disable"/>` is not built: what it switches off is'
@@ -180,7 +180,7 @@ class JointReader:
         places: dict[str, Location] = {}
         for number in range(len(model["actuator_trntype"])):
             joint = int(model["actuator_trnid"][number][0])
-            self._tell_reflected(number)
+            self._report_reflected(number)
             on_joint = model["actuator_trntype"][number] in {_TO_JOINT, _TO_JOINT_IN_PARENT}
             why = self._why_no_drive(number) if on_joint else "that pull on tendons, sites or bodies"
             if why is None and self._kind(joint) in {HINGE, SLIDE}:
@@ -194,7 +194,7 @@ class JointReader:
             self._report.left_out(f"actuator/{why}", message, places[why], "`drives` of the scene gives joints a drive")
         return found
 
-    def _tell_reflected(self, number: int) -> None:
+    def _report_reflected(self, number: int) -> None:
         """Of MuJoCo 4: what an actuator adds to its joint by itself."""
         if any(self._model.arrays[name][number] for name in _REFLECTED if name in self._model.arrays):
             place = self._model.location("actuator", number)

@@ -18,6 +18,7 @@ from scenecc.robots.description import (
     DescribedRobot,
     ball_moment,
 )
+from scenecc.robots.mjcf_files import unique_name
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
 from scenecc.robots.mujoco.joints import JointReader
 from scenecc.robots.mujoco.model import FREE, WORLD, CompiledModel
@@ -93,7 +94,7 @@ class ModelReader:
                 link = DescribedLink(name, place, collisions=collisions, visuals=visuals)
                 still.append((DescribedRobot((link,), "static", location=place), [WORLD]))
         made = [*moving, *still]
-        self._tell_gravity()
+        self._report_gravity()
         robots = self._distinct(self._with_ignore_bits(made))
         for robot, (_, bodies) in zip(robots, made, strict=True):
             root = robot.links[0].name
@@ -174,13 +175,17 @@ class ModelReader:
         else:
             com = (*model["body_ipos"][draft.body].tolist(), *model["body_iquat"][draft.body].tolist())
             inertial = DescribedInertial(mass, com, tuple(model["body_inertia"][draft.body].tolist()), place)
-        floats = bool(model["body_gravcomp"][draft.body] == 1)
+        disable_gravity = bool(model["body_gravcomp"][draft.body] == 1)
         if not draft.is_body:
-            return DescribedLink(draft.name, place, draft.parent, draft.joint, inertial=inertial, floats=floats)
+            return DescribedLink(
+                draft.name, place, draft.parent, draft.joint, inertial=inertial, disable_gravity=disable_gravity
+            )
         collisions, visuals = self._shapes.of_geoms([(geom, IDENTITY_POSE) for geom in self._geoms[draft.body]])
-        return DescribedLink(draft.name, place, draft.parent, draft.joint, collisions, visuals, inertial, floats=floats)
+        return DescribedLink(
+            draft.name, place, draft.parent, draft.joint, collisions, visuals, inertial, disable_gravity=disable_gravity
+        )
 
-    def _tell_gravity(self) -> None:
+    def _report_gravity(self) -> None:
         """`gravcomp` is a share of gravity, and PhysX has it or has it not."""
         partly = [body for body, share in enumerate(self._model["body_gravcomp"].tolist()) if share not in {0, 1}]
         if partly:
@@ -251,12 +256,7 @@ class ModelReader:
         made: list[DescribedRobot] = []
         for robot in robots:
             root, *others = robot.links
-            name, number = root.name, 1
-            while name in taken:
-                number += 1
-                name = f"{root.name}_{number}"
-            taken.add(name)
-            made.append(replace(robot, links=(replace(root, name=name), *others)))
+            made.append(replace(robot, links=(replace(root, name=unique_name(root.name, taken)), *others)))
         return made
 
 

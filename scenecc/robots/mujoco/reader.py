@@ -81,14 +81,8 @@ def read_model(
     """
     report = MjcfReport(FileReport(sink, origin, budget=budget))
     files = MjcfFiles(RobotFiles(file, scope), file.uri, limits, report)
-    root = files.read()
-    if root is None or report.failed:
-        return None
-    if root.tag != "mujoco":
-        hint = "give a URDF with `urdf:`" if root.tag == "robot" else None
-        report.error("SC453", f"an MJCF is a <mujoco>, and this is a <{cut(root.tag)}>", root.location, hint)
-        return None
-    if not check_mujoco(report, root.location):
+    root = files.read_model()
+    if root is None or not check_mujoco(report, root.location):
         return None
     source = SourceBuilder(files, report).build(root)
     model = None if source is None else compile_source(source, report)

@@ -44,7 +44,7 @@ _REFUSED = {
     "deformable": "soft bodies are not built",
 }
 
-_UNSAID = {
+_DROPPED_ATTRIBUTES = {
     "compiler": frozenset({"meshdir", "texturedir", "assetdir", "strippath"}),
     # Room for a simulation, which MuJoCo does not run here.
     "size": frozenset({"memory", "njmax", "nconmax", "nstack"}),
@@ -210,8 +210,8 @@ class SourceBuilder:
             return
         self._check_cells(element)
         attributes = dict(element.attributes)
-        unsaid = _UNSAID.get(element.tag, frozenset())
-        attributes = {name: value for name, value in attributes.items() if name not in unsaid}
+        dropped = _DROPPED_ATTRIBUTES.get(element.tag, frozenset())
+        attributes = {name: value for name, value in attributes.items() if name not in dropped}
         for name in FILE_ATTRIBUTES.get(element.tag, ()):
             if name in attributes:
                 if name == "file" and element.tag in {"mesh", "hfield", "texture"} and not attributes.get("name"):

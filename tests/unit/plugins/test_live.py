@@ -19,6 +19,7 @@ from scenecc.decompiler.differing import differences
 from scenecc.decompiler.facts import plain, renamed
 from scenecc.decompiler.reading import articulations, read_scene
 from scenecc.decompiler.trajectory import first_difference, trajectory
+from scenecc.plan.scene import SCENE_CONFIG_FIELDS
 
 TURNED = [0.7071068, 0, 0, 0.7071068]
 
@@ -187,7 +188,7 @@ def test_what_only_a_builder_can_change_is_told_too(told: str, other: dict[str, 
     ],
 )
 def test_settings_of_the_scene_are_told(name: str, value: Any):
-    before = {key: getattr(physx.get_scene_config(), key) for key in tables.SCENE_CONFIG}
+    before = {key: getattr(physx.get_scene_config(), key) for key in SCENE_CONFIG_FIELDS}
     usual = read_scene(built().scene)
     try:
         physx.set_scene_config(**{**before, name: value})
@@ -328,7 +329,7 @@ CLASSES = {
     "PhysxArticulation": (physx.PhysxArticulation, tables.ARTICULATION),
     "PhysxArticulationJoint": (physx.PhysxArticulationJoint, tables.JOINT + tables.AXIS),
     "PhysxMaterial": (physx.PhysxMaterial, tables.PHYSICAL_MATERIAL),
-    "PhysxSceneConfig": (physx.PhysxSceneConfig, tables.SCENE_CONFIG),
+    "PhysxSceneConfig": (physx.PhysxSceneConfig, SCENE_CONFIG_FIELDS),
     "RenderMaterial": (
         sapien.render.RenderMaterial,
         (*tables.VISUAL_MATERIAL, *(f"{name}_texture" for name in tables.TEXTURES)),
