@@ -172,6 +172,7 @@ _TYPE_WORDS: Mapping[Any, str] = {
     Mapping: "a mapping from names to values",
     tuple[int, int]: "two integers",
     Iterable[int]: "integers, as in [0, 2] or range(4)",
+    Iterable[str]: 'names, as in ["a", "b"]',
     Iterable: "folders, as paths",
 }
 

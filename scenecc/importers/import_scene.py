@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -18,14 +19,14 @@ from scenecc.importers import FORMATS
 from scenecc.importers.assets import AssetNames, map_assets
 from scenecc.importers.imported_scene import LOSSES, REPAIRED, ImportContext, ImportedScene, Loss
 from scenecc.interrupt import undoing
-from scenecc.options import Options
+from scenecc.options import Options, check_types, path_argument
 from scenecc.pipeline import compile_or_raise
 from scenecc.scene_file.layout import scene_text
 from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
     from os import PathLike
 
     from scenecc.diagnostics import Diagnostic
@@ -64,7 +65,7 @@ def import_scene(
     file: str | PathLike[str],
     output: str | PathLike[str],
     *,
-    allow: Collection[str] = (),
+    allow: Iterable[str] = (),
     asset_roots: Iterable[str | PathLike[str]] = (),
     allow_outside_assets: bool = False,
     limits: Mapping[str, int] | None = None,
@@ -83,13 +84,17 @@ def import_scene(
     Raises:
         SceneError: the file cannot be imported, or not without a loss that is not allowed. Nothing is written.
         OSError: the output cannot be written.
+        TypeError: an argument is of another type.
         ValueError: there is no such loss or limit.
     """
+    check_types(import_scene, {"allow": allow}, {"allow": Iterable[str]})
+    allow = {allow} if isinstance(allow, str) else {*allow}
+    source, target = (path_argument(import_scene, key, path) for key, path in (("file", file), ("output", output)))
     unknown = next((kind for kind in allow if kind not in LOSSES), None)
     if unknown is not None:
         raise ValueError(f"there is no loss `{unknown}`; the losses are {', '.join(LOSSES)}")
     options = Options.of(asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
-    sink, source, target = Sink(), Path(file), Path(output).absolute()
+    sink, target = Sink(), target.absolute()
     scope = AssetScope(_root_of(source), options.asset_roots, options.allow_outside_assets)
     context = ImportContext(sink, scope, options.limits, frozenset(allow))
     found = _read(source, context)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -43,3 +43,19 @@ def test_a_file_without_a_moving_body_is_compared_all_the_same(folder: Path) -> 
     (folder / "in/rock.xml").write_text(ROCK)
     made = import_scene(folder / "in/rock.xml", folder / "out/rock.yaml")
     assert made.certificate.lines() == ["built 1 body; those that move weigh 0 kg", "compared with MuJoCo: 0 bodies"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"file": 3}, "import_scene(): file must be a string or a path, not 3"),
+        ({"output": None}, "import_scene(): output must be a string or a path, not None"),
+        ({"allow": 3}, "import_scene(): allow must be names"),
+        ({"allow": [3]}, "import_scene(): allow must be names"),
+    ],
+)
+def test_a_wrong_argument_is_one_error_that_names_it(folder: Path, arguments: dict[str, Any], words: str) -> None:
+    whole = {"file": folder / "in/rock.xml", "output": folder / "out/rock.yaml", **arguments}
+    with pytest.raises(TypeError) as caught:
+        import_scene(**whole)
+    assert words in str(caught.value)
