@@ -45,7 +45,7 @@ class ReadBudget:
         left: remaining estimated memory [bytes].
     """
 
-    left: int = MAX_READ_MEMORY
+    left: int = field(default_factory=lambda: MAX_READ_MEMORY)
 
     def take(self, data: bytes) -> bool:
         """Counts a text that was read, and returns whether the budget sufficed."""

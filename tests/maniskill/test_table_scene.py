@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plugins.maniskill_tasks import Captured, LeftOut, capture_tasks
+from plugins.maniskill_tasks import Captured, LeftOut, references
 
 from scenecc import SceneError, load_scene
 from scenecc.decompiler.differing import differences
@@ -54,7 +54,7 @@ def scene(robot: str, **given: Any) -> dict[str, Any]:
 
 @pytest.fixture(scope="session")
 def tasks(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Captured | LeftOut]:
-    return capture_tasks(tmp_path_factory.mktemp("table-scenes"), tuple(PLACED.values()))
+    return references(tmp_path_factory, "table-scenes", tuple(PLACED.values()))
 
 
 def without_objects(facts: Facts) -> Facts:

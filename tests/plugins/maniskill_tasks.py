@@ -123,10 +123,18 @@ class LeftOut:
     lacking: str
 
 
-def references(factory: pytest.TempPathFactory) -> dict[str, Captured | LeftOut]:
-    """All tasks of ManiSkill's registry, captured once for all processes that run the tests of a session."""
+def references(
+    factory: pytest.TempPathFactory, folder: str = "maniskill-references", tasks: tuple[str, ...] = ()
+) -> dict[str, Captured | LeftOut]:
+    """Some tasks, or all of ManiSkill's registry, captured once for all processes that run the tests of a session.
+
+    Args:
+        factory: of the session.
+        folder: a name of its own for each choice of tasks.
+        tasks: all if empty.
+    """
     base = factory.getbasetemp()
-    return capture_tasks((base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "maniskill-references")
+    return capture_tasks((base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / folder, tasks)
 
 
 def capture_tasks(folder: Path, tasks: tuple[str, ...] = ()) -> dict[str, Captured | LeftOut]:

@@ -79,8 +79,8 @@ def plans(draw: st.DrawFn, *, recipes: bool = False, full: bool = False) -> Scen
     sizes = {table: draw(st.integers(1, 2)) for table in TABLES}
     scope = _Scope(draw(st.integers(1, 4)), sizes, shapes, recipes=recipes, full=full)
     made: dict[str, Any] = {"num_scenes": scope.num_scenes, "draws": shared}
-    names = draw(st.lists(_NAMES, max_size=_MOST["entities"] + 1, unique=True))
-    cut = draw(st.integers(0, len(names)))
+    names = draw(st.lists(_NAMES, min_size=3 * full, max_size=_MOST["entities"] + 1, unique=True))
+    cut = draw(st.integers(2 * full, len(names)))
     for slot in plan_fields(ScenePlan):
         if slot.name in TABLES and isinstance(slot.kind, ListKind):
             size = scope.sizes[slot.name]
@@ -88,7 +88,11 @@ def plans(draw: st.DrawFn, *, recipes: bool = False, full: bool = False) -> Scen
         elif slot.name == "entities":
             made[slot.name] = tuple(_entity(draw, name, scope) for name in names[:cut])
         elif slot.name in _HELD:
-            of = names[cut:] if slot.name == "cameras" else draw(st.lists(_NAMES, max_size=1, unique=True))
+            of = (
+                names[cut:]
+                if slot.name == "cameras"
+                else draw(st.lists(_NAMES, min_size=int(full), max_size=1, unique=True))
+            )
             held = [_held(draw, _HELD[slot.name], name, made["entities"], scope) for name in of]
             made[slot.name] = tuple(one for one in held if one is not None)
         elif slot.name == "environment":
@@ -131,7 +135,7 @@ def _bodies(scope: _Scope, *, link: bool = False) -> st.SearchStrategy[BodyStruc
 
 @st.composite
 def _articulations(draw: st.DrawFn, scope: _Scope) -> ArticulationStructure:
-    names = draw(st.lists(_NAMES, min_size=1, max_size=3, unique=True))
+    names = draw(st.lists(_NAMES, min_size=3 if scope.full else 1, max_size=3, unique=True))
     links = [_link(draw, index, name, scope) for index, name in enumerate(names)]
     joints = [link.joint.name for link in links if link.joint is not None and link.joint.type != "fixed"]
     named = [name for name in joints if name]
@@ -192,7 +196,7 @@ def _of(kind: FieldKind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any
         case VectorKind():
             return st.tuples(*[_floats(kind.bounds)] * kind.count)
         case ListKind():
-            return st.lists(_of(kind.item, scope), max_size=_MOST.get(name, 2)).map(tuple)
+            return st.lists(_of(kind.item, scope), min_size=int(scope.full), max_size=_MOST.get(name, 2)).map(tuple)
         case ObjectKind():
             return _nodes(kind.cls, scope)
         case UnionKind():

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import scenecc
+from scenecc.robots import files
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,12 +29,12 @@ def validated(folder: Path, entities: str, limits: dict[str, int] | None = None)
 
 @pytest.mark.parametrize("key", ["urdf", "mjcf"])
 def test_robots_are_counted_before_they_are_lowered(key: str, tmp_path: Path) -> None:
-    body = f'<robot name="r"><link name="a">{SHAPE * 20_000}</link></robot>'
+    body = f'<robot name="r"><link name="a">{SHAPE * 4_000}</link></robot>'
     if key == "mjcf":
-        body = "<mujoco><worldbody><body>" + '<geom size="1"/>' * 20_000 + "</body></worldbody></mujoco>"
+        body = "<mujoco><worldbody><body>" + '<geom size="1"/>' * 4_000 + "</body></worldbody></mujoco>"
     (tmp_path / "r.xml").write_text(body)
     start = time.process_time()
-    (found,) = validated(tmp_path, f"r: {{{key}: r.xml, repeat: {{i: {{count: 20000}}}}}}", {"objects": 250_000})
+    (found,) = validated(tmp_path, f"r: {{{key}: r.xml, repeat: {{i: {{count: 20000}}}}}}", {"objects": 50_000})
     assert (found.code, found.line) == ("SC604", 3)
     assert found.hint is not None
     assert "--limit objects=" in found.hint
@@ -49,19 +50,30 @@ def test_files_that_a_robot_may_be_count_each(tmp_path: Path) -> None:
 
 
 FILES = {
-    "bytes": SHAPE + "</link><!--" + "x" * (15 * 2**20) + "-->",
-    "elements": SHAPE + "</link>" + "<a/>" * 99_000,
+    "bytes": SHAPE + "</link><!--" + "x" * (4 * 2**20) + "-->",
+    "elements": SHAPE + "</link>" + "<a/>" * 25_000,
     "mistakes": "<collision/>" * 99_000 + "</link>",
 }
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_large_file_at_many_scales_has_an_end(name: str, tmp_path: Path) -> None:
+def test_a_large_file_at_many_scales_has_an_end(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "MAX_READ_MEMORY", files.MAX_READ_MEMORY // 8)
     (tmp_path / "r.urdf").write_text(f'<robot name="r"><link name="a">{FILES[name]}</robot>')
     start = time.process_time()
     found = validated(tmp_path, "r: {urdf: r.urdf, scale: '${1 + i / 1000}', repeat: {i: {count: 2000}}}")
     assert found[-1].code == ("SC016" if name == "mistakes" else "SC452")
     assert time.process_time() - start < 60
+
+
+LESS_MEMORY = """
+from scenecc.robots import files
+files.MAX_READ_MEMORY //= 8
+import sys
+from scenecc.cli import main
+sys.argv[1:] = ["validate", "s.yaml"]
+main()
+"""
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="bounds the memory of a process as Linux does")
@@ -73,7 +85,7 @@ def test_a_large_file_that_many_include_has_an_end(tmp_path: Path) -> None:
         )
     (tmp_path / "s.yaml").write_text("scenecc: 1\nentities:\n  r: {mjcf: '${i}.xml', repeat: {i: {count: 100}}}\n")
     answer = subprocess.run(
-        [sys.executable, "-m", "scenecc", "validate", "s.yaml"],
+        [sys.executable, "-c", LESS_MEMORY],
         cwd=tmp_path,
         capture_output=True,
         text=True,

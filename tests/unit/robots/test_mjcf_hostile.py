@@ -81,10 +81,10 @@ def test_a_link_to_elsewhere_is_not_followed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "<mujoco><worldbody>" + '<geom name="g" size=".1"/>' * 50_000 + "</worldbody></mujoco>",
-        "<mujoco><worldbody>" + '<body><joint axis="0 0 1"/><geom size=".1"/></body>' * 5_000 + "</worldbody></mujoco>",
-        "<mujoco><worldbody><geom " + " ".join(f'a{i}="1"' for i in range(50_000)) + ' size="1"/></worldbody></mujoco>',
-        "<mujoco><worldbody>" + '<geom size="x" class="y"/>' * 50_000 + "</worldbody></mujoco>",
+        "<mujoco><worldbody>" + '<geom name="g" size=".1"/>' * 20_000 + "</worldbody></mujoco>",
+        "<mujoco><worldbody>" + '<body><joint axis="0 0 1"/><geom size=".1"/></body>' * 2_000 + "</worldbody></mujoco>",
+        "<mujoco><worldbody><geom " + " ".join(f'a{i}="1"' for i in range(20_000)) + ' size="1"/></worldbody></mujoco>',
+        "<mujoco><worldbody>" + '<geom size="x" class="y"/>' * 20_000 + "</worldbody></mujoco>",
         "<mujoco>"
         + "".join(f'<default class="c{i}">' for i in range(80))
         + "".join(f'<geom size="{i + 1}"/>' for i in range(20_000))
@@ -100,7 +100,7 @@ def test_a_large_file_takes_no_long_time(text: str, tmp_path: Path) -> None:
     path.write_text(text)
     start = time.process_time()
     read(path)
-    assert time.process_time() - start < 20
+    assert time.process_time() - start < 8
 
 
 TAGS = [
