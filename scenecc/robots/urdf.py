@@ -31,13 +31,11 @@ from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_
 from scenecc.robots.urdf_joints import (
     LinkTree,
     build_link_trees,
-    check_mimics,
     read_joint,
     read_joint_element,
-    resolve_fixed_mimics,
-    scale_mimics,
 )
 from scenecc.robots.urdf_links import UrdfMaterials, read_geometry, read_inertial, read_origin
+from scenecc.robots.urdf_mimics import check_mimics, move_over_fixed_joints, resolve_fixed_mimics, scale_mimics
 from scenecc.robots.xml import XmlBounds, parse_xml, read_text
 
 if TYPE_CHECKING:
@@ -488,16 +486,19 @@ class _UrdfReader:
                 hint="join links that are fixed to one another",
             )
         numbers = {name: index for index, name in enumerate(branch.links)}
-        below = list(zip(branch.links, branch.joints, strict=True))[1:]
-        parents = [None, *(numbers[row.parent] for _, row in below if row is not None)]
+        below = [row for row in branch.joints[1:] if row is not None]
+        tree = move_over_fixed_joints(branch, joints, findings)
+        joints = dict(tree.joints)
+        parents = [None, *(numbers[tree.parents[row.child]] for row in below)]
+        # A link does not collide with its parent: nor with that of the file.
+        own = (IgnoredPair(name, parent, described[name].location) for name, parent in tree.moved.items())
+        pairs = (*pairs, *own)
         bits, ignored = assign_ignore_bits(branch.links, parents, pairs, self._pairing)
-        check_mimics([joints[row.name] for _, row in below if row is not None], findings)
+        check_mimics([joints[row.name] for row in below], findings)
         return DescribedRobot(
             links=tuple(
                 replace(described[name], parent=parent, joint=row and joints[row.name], ignore_bits=own_bits)
-                for name, parent, row, own_bits in zip(
-                    branch.links, parents, [None, *(row for _, row in below)], bits, strict=True
-                )
+                for name, parent, row, own_bits in zip(branch.links, parents, [None, *below], bits, strict=True)
             ),
             body_type="dynamic" if len(branch.links) == 1 else None,
             fixed=None if is_first else False,
