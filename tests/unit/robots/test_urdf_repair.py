@@ -94,6 +94,58 @@ def test_an_inertial_without_mass_is_left_out(tmp_path: Path) -> None:
     assert (links, told) == (None, ["SC455 <inertial> has no <mass>"])
 
 
+def shape(tag: str, what: str) -> str:
+    return f"<{tag}><geometry><{what}/></geometry></{tag}>"
+
+
+UNSEEN = ['sphere radius="0"', 'cylinder radius="0" length="1"', 'capsule radius="-0.0" length="0"', 'box size="0 1 0"']
+SEEN_ONLY = ['cylinder radius="1" length="0"', 'box size="1 0 1"']
+
+
+@pytest.mark.parametrize("what", UNSEEN)
+def test_a_visual_of_which_nothing_is_seen_is_left_out(tmp_path: Path, what: str) -> None:
+    seen = BOX.replace("collision", "visual")
+    content = f'<link name="foot">{shape("visual", what)}{seen}{BOX}</link>'
+    links, told = read(tmp_path, content)
+    assert links is not None
+    assert len(links[0].visuals) == 1
+    assert [line[:5] for line in told] == ["SC491"]
+    assert f"a <{what.split(maxsplit=1)[0]}> of `foot` has the size" in told[0]
+
+
+@pytest.mark.parametrize("what", SEEN_ONLY)
+def test_a_visual_of_which_something_is_seen_is_an_error(tmp_path: Path, what: str) -> None:
+    links, told = read(tmp_path, f'<link name="a">{shape("visual", what)}{BOX}</link>', "shapes")
+    assert (links, [line[:5] for line in told]) == (None, ["SC466"])
+
+
+@pytest.mark.parametrize("what", [*UNSEEN, *SEEN_ONLY])
+def test_a_collision_without_volume_is_left_out_if_the_scene_says_so(tmp_path: Path, what: str) -> None:
+    inertial = '<inertial><mass value="3"/></inertial>'
+    content = f'<link name="foot">{shape("collision", what)}{BOX}{inertial}</link>'
+    links, told = read(tmp_path, content, "inertia", "shapes")
+    assert links is not None
+    assert len(links[0].collisions) == 1
+    assert told[0].endswith("with which nothing collides: the <collision> is left out")
+    assert "that of its 1 colliding shape," in told[1]
+    alone, told = read(tmp_path, content.replace(BOX, ""), "inertia", "shapes")
+    assert alone is not None
+    assert "that of a ball of water" in told[1]
+    write(tmp_path, content)
+    (tmp_path / "scene.yaml").write_text(
+        "scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [inertia, limits, files]}}\n", encoding="utf-8"
+    )
+    found = [each for each in scenecc.validate(tmp_path / "scene.yaml") if each.severity == "error"]
+    assert {each.code for each in found} == {"SC466"}
+    assert all("let the scene say `repair: [shapes]`" in (each.hint or "") for each in found)
+
+
+@pytest.mark.parametrize("what", ['sphere radius="-1"', 'box size="0 -1 1"', 'capsule radius="1" length="0"'])
+def test_other_sizes_stay_errors(tmp_path: Path, what: str) -> None:
+    links, told = read(tmp_path, f'<link name="a">{shape("collision", what)}{BOX}</link>', "shapes")
+    assert (links, {line[:5] for line in told}) == (None, {"SC466"})
+
+
 def test_a_pair_of_links_that_are_not_there_is_left_out(tmp_path: Path) -> None:
     content = "".join(f'<link name="{name}">{BOX}</link>' for name in "abc")
     content += joint("fixed") + joint("continuous", name="c", ends="bc")
