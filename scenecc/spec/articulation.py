@@ -254,9 +254,9 @@ def _check_distinct(repairs: list[str]) -> list[str]:
 
 
 Repairs = Annotated[
-    list[Literal["inertia", "limits", "files"]],
+    list[Literal["inertia", "limits", "files", "shapes"]],
     AfterValidator(_check_distinct),
-    WithJsonSchema({"type": "array", "items": {"enum": ["inertia", "limits", "files"]}, "uniqueItems": True}),
+    WithJsonSchema({"type": "array", "items": {"enum": ["inertia", "limits", "files", "shapes"]}, "uniqueItems": True}),
 ]
 
 
@@ -277,8 +277,8 @@ class Urdf(ArticulationKeys):
     package_dir: Maybe[Leaf[Text]] = key("Folder that resolves `package://` in the file.")
     repair: Maybe[Fixed[Repairs]] = key(
         "What to repair in the file: `inertia` (impossible moments become those of the collision shapes), `limits` "
-        "(missing limits are infinite), `files` (missing textures, .mtl and visual meshes are left out). Each repair "
-        "is a note.",
+        "(missing limits are infinite), `files` (missing textures, .mtl and visual meshes are left out), `shapes` "
+        "(collisions of size 0 are left out). Each repair is a note.",
         examples=[["inertia", "limits", "files"]],
     )
     scale: Maybe[Leaf[Positive]] = key("Scale of all lengths.", default=1)

@@ -94,6 +94,58 @@ def test_an_inertial_without_mass_is_left_out(tmp_path: Path) -> None:
     assert (links, told) == (None, ["SC455 <inertial> has no <mass>"])
 
 
+def shape(tag: str, what: str) -> str:
+    return f"<{tag}><geometry><{what}/></geometry></{tag}>"
+
+
+UNSEEN = ['sphere radius="0"', 'cylinder radius="0" length="1"', 'capsule radius="-0.0" length="0"', 'box size="0 1 0"']
+SEEN_ONLY = ['cylinder radius="1" length="0"', 'box size="1 0 1"']
+
+
+@pytest.mark.parametrize("what", UNSEEN)
+def test_a_visual_of_which_nothing_is_seen_is_left_out(tmp_path: Path, what: str) -> None:
+    seen = BOX.replace("collision", "visual")
+    content = f'<link name="foot">{shape("visual", what)}{seen}{BOX}</link>'
+    links, told = read(tmp_path, content)
+    assert links is not None
+    assert len(links[0].visuals) == 1
+    assert [line[:5] for line in told] == ["SC491"]
+    assert f"a <{what.split(maxsplit=1)[0]}> of `foot` has the size" in told[0]
+
+
+@pytest.mark.parametrize("what", SEEN_ONLY)
+def test_a_visual_of_which_something_is_seen_is_an_error(tmp_path: Path, what: str) -> None:
+    links, told = read(tmp_path, f'<link name="a">{shape("visual", what)}{BOX}</link>', "shapes")
+    assert (links, [line[:5] for line in told]) == (None, ["SC466"])
+
+
+@pytest.mark.parametrize("what", [*UNSEEN, *SEEN_ONLY])
+def test_a_collision_without_volume_is_left_out_if_the_scene_says_so(tmp_path: Path, what: str) -> None:
+    inertial = '<inertial><mass value="3"/></inertial>'
+    content = f'<link name="foot">{shape("collision", what)}{BOX}{inertial}</link>'
+    links, told = read(tmp_path, content, "inertia", "shapes")
+    assert links is not None
+    assert len(links[0].collisions) == 1
+    assert told[0].endswith("with which nothing collides: the <collision> is left out")
+    assert "that of its 1 colliding shape," in told[1]
+    alone, told = read(tmp_path, content.replace(BOX, ""), "inertia", "shapes")
+    assert alone is not None
+    assert "that of a ball of water" in told[1]
+    write(tmp_path, content)
+    (tmp_path / "scene.yaml").write_text(
+        "scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [inertia, limits, files]}}\n", encoding="utf-8"
+    )
+    found = [each for each in scenecc.validate(tmp_path / "scene.yaml") if each.severity == "error"]
+    assert {each.code for each in found} == {"SC466"}
+    assert all("let the scene say `repair: [shapes]`" in (each.hint or "") for each in found)
+
+
+@pytest.mark.parametrize("what", ['sphere radius="-1"', 'box size="0 -1 1"', 'capsule radius="1" length="0"'])
+def test_other_sizes_stay_errors(tmp_path: Path, what: str) -> None:
+    links, told = read(tmp_path, f'<link name="a">{shape("collision", what)}{BOX}</link>', "shapes")
+    assert (links, {line[:5] for line in told}) == (None, {"SC466"})
+
+
 def test_a_pair_of_links_that_are_not_there_is_left_out(tmp_path: Path) -> None:
     content = "".join(f'<link name="{name}">{BOX}</link>' for name in "abc")
     content += joint("fixed") + joint("continuous", name="c", ends="bc")
@@ -222,3 +274,49 @@ def test_a_fixed_joint_follows_nothing(tmp_path: Path) -> None:
     assert links[2].joint is not None
     assert links[2].joint.mimic is None
     assert told == ["SC489 the joint `j` is fixed and follows nothing"]
+
+
+ARM = '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.04 0.04"/></geometry></collision>'
+SMALL = f'<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" {ZEROS}/>'
+
+
+def test_a_joint_follows_over_a_fixed_joint(tmp_path: Path) -> None:
+    axis, far = '<axis xyz="0 1 0"/>', '<origin xyz="0.4 0 0.1" rpy="0.2 0.3 0.4"/>'
+    content = "".join(f'<link name="{name}">{ARM}</link>' for name in "abcd")
+    content += joint("continuous", axis + '<dynamics damping="5"/>', name="s")
+    content += joint("fixed", '<axis xyz="0 0 1"/>' + far, name="f", ends="bc")
+    content += joint("continuous", f'<mimic joint="s" multiplier="-2"/>{axis}{far}', ends="cd")
+    links, told = read(tmp_path, content)
+    assert links is not None
+    message = (
+        "SC489 a fixed joint lies between `j` and `s`, which it follows: the link `d` hangs on `b` in place of `c`, "
+        "at the same pose"
+    )
+    assert told == [message]
+    assert [link.parent for link in links] == [None, 0, 1, 1]
+    assert [link.ignore_bits for link in links] == [0, 0, 1, 1], "what the file connects does not collide"
+    poses: list[list[float]] = []
+    for written in (content, content.replace('<mimic joint="s" multiplier="-2"/>', "")):
+        robot = build(tmp_path, written)
+        robot.qpos = np.array([0.3, -0.6], np.float32)
+        poses.append([number for link in robot.links for number in (*link.entity_pose.p, *link.entity_pose.q)])
+    assert poses[0] == pytest.approx(poses[1], abs=1e-6)
+
+
+def test_two_joints_of_fixed_links_follow_one_another(tmp_path: Path) -> None:
+    """The tendon hangs on the link that both are fixed to. One arm falls, and the other one with it."""
+    content = "".join(f'<link name="{name}"/>' for name in "abc")
+    content += f'<link name="d">{ARM}</link><link name="e"><inertial><mass value="0.01"/>{SMALL}</inertial></link>'
+    content += joint("fixed", name="f", ends="ab") + joint("fixed", name="g", ends="ac")
+    for mimic, name, ends in (("", "s", "bd"), ('<mimic joint="s" multiplier="0.5"/>', "j", "ce")):
+        content += joint("continuous", f'<axis xyz="0 1 0"/>{mimic}', name, ends)
+    write(tmp_path, content)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, fix_root_link: true}}\n", encoding="utf-8")
+    with scenecc.load_scene(scene, render=False) as built:
+        robot = built.articulations["r"].objs[0]
+        assert [link.parent and link.parent.name for link in robot.links] == [None, "a", "a", "a", "a"]
+        built.step(20)
+        turned, followed = robot.qpos
+    assert turned > 0.1
+    assert followed == pytest.approx(turned / 2, abs=2e-3)
