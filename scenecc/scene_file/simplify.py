@@ -248,6 +248,7 @@ def _referred_to(document: Node) -> frozenset[str]:
     found: set[str] = set()
 
     def visit(node: Any) -> None:
+        """Adds what a node and all below it refer to."""
         if is_list(node):
             for item in node:
                 visit(item)

@@ -39,7 +39,7 @@ eq_type eq_obj1id eq_obj2id eq_objtype eq_active0 eq_data
 actuator_trntype actuator_trnid actuator_gaintype actuator_biastype actuator_dyntype actuator_gainprm
 actuator_biasprm actuator_gear actuator_forcerange actuator_forcelimited actuator_ctrladr actuator_damping
 actuator_armature
-key_qpos key_ctrl
+key_qpos key_qvel key_ctrl
 """
 
 ARRAYS = _ARRAY_NAMES.split()
