@@ -26,6 +26,13 @@ _KINDS: Final = {
     "pair": "contact-pairs",
     "spring": "joint-springs",
     "skin": "visuals",
+    "contact": "contact-forces",
+    "friction": "surface-friction",
+    "fluid": "fluids",
+    "mocap": "kinematic-links",
+    "hull": "hulls",
+    "sleep": "settings",
+    "look": "material-looks",
     "texture": "material-looks",
     "equality": "loops",
     "actuator": "actuators",
@@ -43,7 +50,7 @@ _KINDS: Final = {
 _BUILT: Final = frozenset({"camera", "light", "option"})
 """Findings of the reader that are about what is imported here."""
 
-_READ_OPTIONS: Final = frozenset({"timestep", "gravity"})
+_READ_OPTIONS: Final = frozenset({"timestep", "gravity", "density", "viscosity"})
 
 _LIGHT_TYPES: Final = {0: "spot", 1: "directional", 2: "point"}
 """`mjtLightType`; the fourth is a picture of the surroundings."""
