@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.geometry.rotations import IDENTITY_POSE, compose, from_matrix, rotate
+from scenecc.geometry.rotations import compose, from_matrix, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss, ReferencePose
 from scenecc.importers.numbers import Names, plain_number, plain_numbers, plain_pose
 from scenecc.robots.mujoco.model import WORLD
@@ -137,8 +137,7 @@ class _Importer:
     def _mount(self, body: int) -> str:
         """ENTITY or ENTITY/LINK."""
         root, link = self._links[body]
-        alone = len(self._robots) == 1 and self._robots[0].pose == IDENTITY_POSE
-        entity = self._name if alone else f"{self._name}/{root}"
+        entity = self._name if len(self._robots) == 1 else f"{self._name}/{root}"
         robot = next(robot for robot in self._robots if robot.links[0].name == root)
         return entity if robot.body_type is not None else f"{entity}/{link}"
 
