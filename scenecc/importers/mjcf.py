@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY_POSE, compose, from_matrix, rotate
+from scenecc.geometry.rotations import compose, from_matrix, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss, ReferencePose
 from scenecc.importers.numbers import Names, plain_number, plain_numbers, plain_pose
 from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
@@ -30,6 +30,13 @@ _KINDS: Final = {
     "pair": "contact-pairs",
     "spring": "joint-springs",
     "skin": "visuals",
+    "contact": "contact-forces",
+    "friction": "surface-friction",
+    "fluid": "fluids",
+    "mocap": "kinematic-links",
+    "hull": "hulls",
+    "sleep": "settings",
+    "look": "material-looks",
     "texture": "material-looks",
     "equality": "loops",
     "actuator": "actuators",
@@ -47,7 +54,7 @@ _KINDS: Final = {
 _BUILT: Final = frozenset({"camera", "light", "option"})
 """Findings of the reader that are about what is imported here."""
 
-_READ_OPTIONS: Final = frozenset({"timestep", "gravity"})
+_READ_OPTIONS: Final = frozenset({"timestep", "gravity", "density", "viscosity"})
 
 _LIGHT_TYPES: Final = {0: "spot", 1: "directional", 2: "point"}
 """`mjtLightType`; the fourth is a picture of the surroundings."""
@@ -175,8 +182,7 @@ class _Importer:
     def _mount(self, body: int) -> str:
         """ENTITY or ENTITY/LINK."""
         root, link = self._links[body]
-        alone = len(self._robots) == 1 and self._robots[0].pose == IDENTITY_POSE
-        entity = self._name if alone else f"{self._name}/{root}"
+        entity = self._name if len(self._robots) == 1 else f"{self._name}/{root}"
         robot = next(robot for robot in self._robots if robot.links[0].name == root)
         return entity if robot.body_type is not None else f"{entity}/{link}"
 

@@ -128,6 +128,9 @@ class ModelReader:
             self._add_links(body, 0, drafts)
         links = tuple(self._describe(draft) for draft in self._with_mimics(drafts))
         kind = "dynamic" if free and len(links) == 1 else None
+        if model["body_mocapid"][body] >= 0:
+            message = "a mocap body with joints in it is the fixed root of a robot, which stands still"
+            self._report.left_out("mocap", message, model.location("body", body))
         robot = DescribedRobot(links, kind, not free, pose, model.location("body", body))
         return robot, [draft.body if draft.is_body else -1 for draft in drafts]
 
