@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, Pose7, rotate
+from scenecc.geometry.rotations import IDENTITY, Pose7, from_matrix, rotate
+from scenecc.names import UniqueNames
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
 _NOISE = 1e-9
 """Numbers of poses and directions below this are rounding noise [m, or of a quaternion]."""
+
+LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
+"""SAPIEN's x (forward), y (left) and z (up) in the frame of a camera of MuJoCo or USD, which looks along -z, y up."""
 
 _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 
@@ -75,21 +79,10 @@ def turned_axis(pose: Pose7, axis: Vec3) -> Vec3:
     return axis if pose[3:] == IDENTITY else rotate(pose[3:], axis)
 
 
-class Names:
+class Names(UniqueNames):
     """Names that the language takes, each once."""
-
-    def __init__(self, *taken: str) -> None:
-        self._taken = set(taken)
-        self._counts: dict[str, int] = {}
 
     def new(self, wish: str) -> str:
         """The nearest free name: what a name cannot hold becomes `_`."""
         name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish.replace("::", "."))
-        name = name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
-        free, count = name, self._counts.get(name, 1)
-        while free in self._taken:
-            count += 1
-            free = f"{name}_{count}"
-        self._counts[name] = count
-        self._taken.add(free)
-        return free
+        return super().new(name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}")

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.geometry.rotations import IDENTITY, Pose7, compose, invert, rotate, shortest_from_x
+from scenecc.geometry.rotations import IDENTITY, Pose7, compose, relative_pose, rotate, shortest_from_x
 from scenecc.importers.numbers import is_identity, plain_axis, plain_number, plain_numbers, plain_pose, pose_key
 from scenecc.importers.sdf_files import SMALLEST, find
 
@@ -140,7 +140,7 @@ def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
         around = joint.turn
     else:
         return xyz
-    local = compose(invert(joint.pose), around)
+    local = relative_pose(joint.pose, around)
     if max(abs(a - b) for a, b in zip(local[3:], IDENTITY, strict=True)) < 1e-12:
         return xyz
     return rotate(local[3:], xyz)
@@ -173,10 +173,10 @@ def tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7]
         is_reversed: whether the tree's parent is the joint's child.
     """
     parent, child, joint = poses
-    in_parent, in_child = compose(invert(parent), joint), compose(invert(child), joint)
+    in_parent, in_child = relative_pose(parent, joint), relative_pose(child, joint)
     made: Node = {"name": name, "type": "fixed" if hinge is None else hinge.type}
     if hinge is None:
-        return {**made, **pose_key(compose(invert(parent), child), "origin")}
+        return {**made, **pose_key(relative_pose(parent, child), "origin")}
     axis = hinge.axis if not is_reversed else (-hinge.axis[0], -hinge.axis[1], -hinge.axis[2])
     if not is_identity(in_child):
         turn = (0.0, 0.0, 0.0, *_from_x(axis))
@@ -200,7 +200,7 @@ def constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7
     """
     turn = (0.0, 0.0, 0.0, *_from_x(hinges[0].axis)) if len(hinges) == 1 else None
     frame = joint.pose if turn is None else compose(joint.pose, turn)
-    in_parent, in_child = (plain_pose(compose(invert(pose), frame)) for pose in poses)
+    in_parent, in_child = (plain_pose(relative_pose(pose, frame)) for pose in poses)
     made: Node = {"parent": ends[0], "child": ends[1], "pose_in_parent": in_parent, "pose_in_child": in_child}
     locked = {"x": [0, 0], "y": [0, 0], "z": [0, 0]}
     if not hinges:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert, relative_pose
 from scenecc.importers.numbers import Names, plain_number, pose_key
 from scenecc.importers.sdf_files import find, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
@@ -256,7 +256,7 @@ class ModelReader:
         """Remembers where a link is."""
         path = f"{self._model.name}{SEPARATOR}{link.path}"
         self._parts.links[path] = built
-        place = LinkPlace(link.scope, link.path, compose(invert(link.turn), link.pose), built.is_moved)
+        place = LinkPlace(link.scope, link.path, relative_pose(link.turn, link.pose), built.is_moved)
         self._parts.places[path] = (link.element, place)
         if built.name:
             self._parts.bodies[built.name] = path
@@ -281,7 +281,7 @@ class ModelReader:
     def link_content(self, link: SdfLink, *, moves: bool, joints: bool = False) -> Node:
         """Shapes, mass and motion of a link."""
         file, element = link.scope.file, link.element
-        place = LinkPlace(link.scope, link.path, compose(invert(link.turn), link.pose), moves)
+        place = LinkPlace(link.scope, link.path, relative_pose(link.turn, link.pose), moves)
         content: Node = {**read_shapes(element, place)}
         _note_bitmask(content)
         if not moves:

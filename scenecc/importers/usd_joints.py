@@ -13,11 +13,11 @@ from scenecc.geometry.rotations import (
     compose,
     from_axis_angle,
     invert,
+    relative_pose,
     rotate,
     shortest_from_x,
 )
 from scenecc.importers.numbers import is_identity, plain_axis, plain_number, plain_numbers, plain_pose, pose_key
-from scenecc.importers.usd_stage import relative
 
 if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7, Vec3
@@ -160,7 +160,7 @@ class UsdJoint:
                 along = sum(a * b for a, b in zip(point, freedom.axis, strict=True))
                 positions[k] = -along if first_turns else along
             reached = compose(reached, freedom.motion(positions[k]))
-        off = relative(reached, rest)
+        off = relative_pose(reached, rest)
         angle = 2 * math.atan2(math.hypot(*off[4:]), abs(off[3]))
         return positions, math.hypot(*off[:3]), angle
 
@@ -217,13 +217,13 @@ class JointReader:
             self._stage.lose("joint-breaks", "the force at which a joint breaks", prim)
         elif math.isfinite(parsed.breakTorque) and parsed.breakTorque < _NO_FORCE_LIMIT:
             self._stage.lose("joint-breaks", "the torque at which a joint breaks", prim)
-        frames = [relative(self._poses[body], world) if body else world for body, world in ends]
+        frames = [relative_pose(self._poses[body], world) if body else world for body, world in ends]
         return UsdJoint(
             prim,
             prim.GetName(),
             bodies,
             (frames[0], frames[1]),
-            relative(ends[0][1], ends[1][1]),
+            relative_pose(ends[0][1], ends[1][1]),
             freedoms,
             distance,
             bool(parsed.collisionEnabled),
