@@ -11,7 +11,7 @@ import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY_POSE, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss, ReferencePose
-from scenecc.importers.numbers import LOOK, Names, plain_number, plain_numbers, plain_pose
+from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose
 from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import read_model
@@ -213,10 +213,8 @@ class _Importer:
                 self._losses.append(Loss("lights", f"that the light `{label}` moves with a body", place))
             if keys["type"] != "directional":
                 self._losses.append(Loss("light-falloff", f"the falloff of the light `{label}`", place))
-                keys["position"] = plain_numbers(pose[:3])
-            if keys["type"] != "point":
-                keys["direction"] = plain_numbers(rotate(self._world_pose(body)[3:], tuple(direction)))
-            made[names.new(label)] = keys
+            shines = rotate(self._world_pose(body)[3:], tuple(direction))
+            made[names.new(label)] = {**keys, **light_place(keys["type"], pose[:3], shines)}
         return made
 
     def _cameras(self) -> dict[str, Any]:

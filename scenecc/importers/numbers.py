@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, Pose7, from_matrix, rotate
+from scenecc.geometry.rotations import IDENTITY, Pose7, from_matrix
 from scenecc.names import UniqueNames
 
 if TYPE_CHECKING:
@@ -74,9 +74,14 @@ def plain_axis(axis: Vec3) -> Any:
     return _AXES.get((unit[0], unit[1], unit[2]), unit)
 
 
-def turned_axis(pose: Pose7, axis: Vec3) -> Vec3:
-    """A direction of a pose's own frame, in the frame around it. No noise where nothing turns."""
-    return axis if pose[3:] == IDENTITY else rotate(pose[3:], axis)
+def light_place(kind: str, position: Iterable[float], direction: Iterable[float]) -> dict[str, Any]:
+    """Where a light is and where it shines [m], as far as a light of its kind has that."""
+    keys: dict[str, Any] = {}
+    if kind != "directional":
+        keys["position"] = plain_numbers(position, _NOISE)
+    if kind != "point":
+        keys["direction"] = plain_numbers(direction, _NOISE)
+    return keys
 
 
 class Names(UniqueNames):

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import compose, relative_pose, rotate
-from scenecc.importers.numbers import LOOK, Names, plain_number, plain_numbers, plain_pose
+from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -71,7 +71,6 @@ class RenderingReader:
         pose = stage.frames.pose(prim)
         body = self._owner(prim)
         mounted = body is not None and str(body.prim.GetPath()) in self._where
-        forward = rotate(pose[3:], (0.0, 0.0, -1.0))
         if prim.IsA(lux.DistantLight):
             kind, color = "directional", self._color(prim)
         elif prim.IsA(lux.SphereLight):
@@ -93,11 +92,7 @@ class RenderingReader:
         if mounted and body is not None:
             local = relative_pose(body.pose, compose(pose, LOOK))
             return {**keys, "mount": self._where[str(body.prim.GetPath())], "pose": plain_pose(local)}
-        if keys["type"] != "directional":
-            keys["position"] = plain_numbers(pose[:3], 1e-9)
-        if keys["type"] != "point":
-            keys["direction"] = plain_numbers(forward, 1e-9)
-        return keys
+        return {**keys, **light_place(keys["type"], pose[:3], rotate(pose[3:], (0.0, 0.0, -1.0)))}
 
     def _dome(self, prim: Prim) -> dict[str, Any]:
         self._stage.lose("light-units", "the unit of a light: 1000 nits become a brightness of 1", prim)

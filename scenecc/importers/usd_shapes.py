@@ -11,8 +11,9 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.geometry.rotations import IDENTITY, compose
 from scenecc.importers.imported_scene import Asset
+from scenecc.importers.meshes import MeshError
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_meshes import MeshFault, TriangleMesh, solid_mesh
+from scenecc.importers.usd_meshes import TriangleMesh, solid_mesh
 from scenecc.importers.usd_stage import scale_of, split_matrix
 
 if TYPE_CHECKING:
@@ -91,22 +92,14 @@ class ShapeReader:
             return [] if found is None else [found]
         if kind == "Points":
             return self._points(prim, body)
-        found = self._solid(prim, body, kind)
+        found = self.solid(prim, body)
         return [] if found is None else [found]
-
-    def visual(self, prim: Prim, body: Pose7) -> UsdShape | None:
-        """The shape that is seen of a prim, with the whole mesh."""
-        kind = str(prim.GetTypeName())
-        if kind != "Mesh":
-            return self._solid(prim, body, kind)
-        mesh = self.read_mesh(prim)
-        return None if mesh is None else self.mesh_shape(prim, mesh, body, "mesh")
 
     def read_mesh(self, prim: Prim) -> TriangleMesh | None:
         """The triangles of a mesh; None where its data is none, which is told."""
         try:
             return self._stage.meshes.read(prim)
-        except MeshFault as fault:
+        except MeshError as fault:
             self._stage.lose("visuals", f"a mesh: {fault}", prim)
             return None
 
@@ -137,8 +130,9 @@ class ShapeReader:
         """Pose of a prim in its body and its `stretch`; see `split_matrix`."""
         return split_matrix(np.linalg.inv(pose_matrix(body)) @ self._stage.frames.world(prim))
 
-    def _solid(self, prim: Prim, body: Pose7, kind: str) -> UsdShape | None:
+    def solid(self, prim: Prim, body: Pose7) -> UsdShape | None:
         """A prim that is no mesh. None where nothing can be built of it, which is told."""
+        kind = str(prim.GetTypeName())
         pose, stretch = self._local(prim, body)
         value = self._stage.value
         sizes = [value(prim, name) for name in _SIZES if prim.HasAttribute(name)]
