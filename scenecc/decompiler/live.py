@@ -11,6 +11,7 @@ from scenecc.decompiler.bodies import BodyReader, SceneDefaults, friction_of, pl
 from scenecc.decompiler.constraints import COMPONENTS, constraint
 from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
 from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single, to_numbers
+from scenecc.names import UniqueNames
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ class SceneReader:
         self._rename = rename
         self._hidden = frozenset(hidden)
         self.problems: list[str] = []
-        self._taken: set[str] = set()
+        self._names = UniqueNames()
         self._mounts: dict[int, tuple[Any, str]] = {}
         self._many_robots = False
 
@@ -129,12 +130,7 @@ class SceneReader:
         plain = plain_name(self._rename(given)) or otherwise
         if plain != (self._rename(given) or otherwise):
             self.problems.append(f"`{given}` is called `{plain}`: a name in a scene file has no other characters")
-        name, number = plain, 1
-        while name in self._taken:
-            number += 1
-            name = f"{plain}_{number}"
-        self._taken.add(name)
-        return name
+        return self._names.new(plain)
 
 
 def _ignoring_articulations(components: list[Any]) -> int:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import compose, from_matrix, rotate
+from scenecc.geometry.rotations import compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss, ReferencePose
-from scenecc.importers.numbers import Names, plain_number, plain_numbers, plain_pose
+from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose
 from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import read_model
@@ -58,9 +58,6 @@ _READ_OPTIONS: Final = frozenset({"timestep", "gravity", "density", "viscosity"}
 
 _LIGHT_TYPES: Final = {0: "spot", 1: "directional", 2: "point"}
 """`mjtLightType`; the fourth is a picture of the surroundings."""
-
-_LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
-"""SAPIEN's x (forward), y (left) and z (up) in the frame of a camera of MuJoCo, which looks along -z with y up."""
 
 _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
@@ -222,10 +219,8 @@ class _Importer:
                 self._losses.append(Loss("lights", f"that the light `{label}` moves with a body", place))
             if keys["type"] != "directional":
                 self._losses.append(Loss("light-falloff", f"the falloff of the light `{label}`", place))
-                keys["position"] = plain_numbers(pose[:3])
-            if keys["type"] != "point":
-                keys["direction"] = plain_numbers(rotate(self._world_pose(body)[3:], tuple(direction)))
-            made[names.new(label)] = keys
+            shines = rotate(self._world_pose(body)[3:], tuple(direction))
+            made[names.new(label)] = {**keys, **light_place(keys["type"], pose[:3], shines)}
         return made
 
     def _cameras(self) -> dict[str, Any]:
@@ -237,7 +232,7 @@ class _Importer:
                 words = f"that the camera `{label}` follows something"
                 self._losses.append(Loss("camera-modes", words, model.location("camera", number)))
             own: Pose7 = (*model["cam_pos"][number].tolist(), *model["cam_quat"][number].tolist())
-            mount, pose = self._placed(body, compose(own, _LOOK))
+            mount, pose = self._placed(body, compose(own, LOOK))
             keys: dict[str, Any] = {
                 **mount,
                 "pose": plain_pose(pose),

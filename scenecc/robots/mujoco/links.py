@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.names import UniqueNames
 from scenecc.robots.description import (
     DescribedInertial,
     DescribedJoint,
@@ -18,7 +19,6 @@ from scenecc.robots.description import (
     DescribedRobot,
     ball_moment,
 )
-from scenecc.robots.mjcf_files import unique_name
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
 from scenecc.robots.mujoco.joints import JointReader
 from scenecc.robots.mujoco.model import FREE, WORLD, CompiledModel
@@ -255,11 +255,11 @@ class ModelReader:
     @staticmethod
     def _distinct(robots: list[DescribedRobot]) -> list[DescribedRobot]:
         """The robots, of which no two have a root of the same name."""
-        taken: set[str] = set()
+        names = UniqueNames()
         made: list[DescribedRobot] = []
         for robot in robots:
             root, *others = robot.links
-            made.append(replace(robot, links=(replace(root, name=unique_name(root.name, taken)), *others)))
+            made.append(replace(robot, links=(replace(root, name=names.new(root.name)), *others)))
         return made
 
 
