@@ -33,6 +33,10 @@ IMPOSSIBLE = {
 }
 
 
+BUILT: list[Any] = []
+"""Scenes whose robots are looked at: without its scene a robot has no numbers."""
+
+
 def joint(kind: str, inner: str = "", name: str = "j", ends: str = "ab") -> str:
     return f'<joint name="{name}" type="{kind}"><parent link="{ends[0]}"/><child link="{ends[1]}"/>{inner}</joint>'
 
@@ -55,7 +59,9 @@ def build(folder: Path, content: str, *repair: str) -> Any:
     entity = {"urdf": "robot.urdf", "repair": list(repair)}
     scene = folder / "scene.yaml"
     scene.write_text(f"scenecc: 1\nentities: {{r: {entity}}}\n", encoding="utf-8")
-    return scenecc.load_scene(scene, render=False).articulations["r"].objs[0]
+    built = scenecc.load_scene(scene, render=False)
+    BUILT.append(built)
+    return built.articulations["r"].objs[0]
 
 
 @pytest.mark.parametrize("inertia", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
@@ -219,6 +225,20 @@ def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> 
     plan = tmp_path / "plan.json"
     plan.write_text(scenecc.emit_scene(tmp_path / "scene.yaml", "json"), encoding="utf-8")
     assert len(scenecc.load_scene(plan, render=False).articulations["r"].objs[0].links) == 2
+
+
+def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -> None:
+    mesh = shape("visual", 'mesh filename="file:///usr/arm.obj"')
+    content = f'<link name="a">{mesh}{BOX}</link>'
+    links, told = read(tmp_path, content, "files")
+    assert links is not None
+    assert told == ["SC488 `file://` is not read, in `file:///usr/arm.obj`: the <visual> is left out"]
+    assert read(tmp_path, content)[1] == ["SC403 `file://` is not read, in `file:///usr/arm.obj`"]
+    links, told = read(tmp_path, content.replace("visual", "collision"), "files")
+    assert (links, [line[:5] for line in told]) == (None, ["SC403"])
+    # What is there and may not be read stays an error.
+    links, told = read(tmp_path, content.replace("file:///usr/arm.obj", "../arm.obj"), "files")
+    assert (links, [line[:5] for line in told]) == (None, ["SC402"])
 
 
 def test_so_many_missing_files_are_looked_for(tmp_path: Path) -> None:
