@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import scenecc
+from scenecc.backends.sapien.assets import visual_file
 from scenecc.diagnostics import Sink
 from scenecc.robots.files import MAX_MISSING
 from scenecc.robots.urdf import read_urdf
@@ -29,6 +31,10 @@ IMPOSSIBLE = {
     "all zero": f'<inertia ixx="0" iyy="0" izz="0" {ZEROS}/>',
     "none": "",
 }
+
+
+BUILT: list[Any] = []
+"""Scenes whose robots are looked at: without its scene a robot has no numbers."""
 
 
 def joint(kind: str, inner: str = "", name: str = "j", ends: str = "ab") -> str:
@@ -53,7 +59,9 @@ def build(folder: Path, content: str, *repair: str) -> Any:
     entity = {"urdf": "robot.urdf", "repair": list(repair)}
     scene = folder / "scene.yaml"
     scene.write_text(f"scenecc: 1\nentities: {{r: {entity}}}\n", encoding="utf-8")
-    return scenecc.load_scene(scene, render=False).articulations["r"].objs[0]
+    built = scenecc.load_scene(scene, render=False)
+    BUILT.append(built)
+    return built.articulations["r"].objs[0]
 
 
 @pytest.mark.parametrize("inertia", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
@@ -219,6 +227,20 @@ def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> 
     assert len(scenecc.load_scene(plan, render=False).articulations["r"].objs[0].links) == 2
 
 
+def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -> None:
+    mesh = shape("visual", 'mesh filename="file:///usr/arm.obj"')
+    content = f'<link name="a">{mesh}{BOX}</link>'
+    links, told = read(tmp_path, content, "files")
+    assert links is not None
+    assert told == ["SC488 `file://` is not read, in `file:///usr/arm.obj`: the <visual> is left out"]
+    assert read(tmp_path, content)[1] == ["SC403 `file://` is not read, in `file:///usr/arm.obj`"]
+    links, told = read(tmp_path, content.replace("visual", "collision"), "files")
+    assert (links, [line[:5] for line in told]) == (None, ["SC403"])
+    # What is there and may not be read stays an error.
+    links, told = read(tmp_path, content.replace("file:///usr/arm.obj", "../arm.obj"), "files")
+    assert (links, [line[:5] for line in told]) == (None, ["SC402"])
+
+
 def test_so_many_missing_files_are_looked_for(tmp_path: Path) -> None:
     names = [f"gone{number}.obj" for number in range(MAX_MISSING + 1)]
     visuals = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in [*names[:-1], names[0]]]
@@ -320,3 +342,63 @@ def test_two_joints_of_fixed_links_follow_one_another(tmp_path: Path) -> None:
         turned, followed = robot.qpos
     assert turned > 0.1
     assert followed == pytest.approx(turned / 2, abs=2e-3)
+
+
+PNG = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
+)
+TRIANGLE = "mtllib {0}.mtl\nusemtl m\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"
+
+
+@pytest.fixture
+def pictured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A robot with two meshes: the materials of one name an image that is no image, and one that is missing."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "moving.gif").write_bytes(b"GIF89a")
+    for name in ("whole", "part"):
+        (tmp_path / f"{name}.obj").write_text(TRIANGLE.format(name), encoding="utf-8")
+    (tmp_path / "whole.mtl").write_text("newmtl m\nKd 0 0 1\n", encoding="utf-8")
+    lines = "newmtl m\nKd 0 1 0\nmap_Kd moving.gif\nmap_Ks -s 1 1 1 gone.png\n"
+    (tmp_path / "part.mtl").write_text(lines, encoding="utf-8")
+    meshes = "".join(shape("visual", f'mesh filename="{name}.obj"') for name in ("whole", "part"))
+    return f'<link name="a">{BOX}{meshes}</link><link name="b"/>{joint("fixed")}'
+
+
+def test_an_image_that_cannot_be_read_is_left_out(tmp_path: Path, pictured: str) -> None:
+    assert len(build(tmp_path, pictured, "files").links) == 2
+    found = {each.message for each in scenecc.validate(tmp_path / "scene.yaml") if each.code == "SC488"}
+    why = "cannot be used (`.gif` is no image format that is read, in moving.gif)"
+    assert found == {
+        f"part.obj names `moving.gif`, which {why}: it is left out",
+        "part.obj names `gone.png`, which is missing: it is left out",
+    }
+    (tmp_path / "scene.yaml").write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf}}\n", encoding="utf-8")
+    errors = [each for each in scenecc.validate(tmp_path / "scene.yaml") if each.severity == "error"]
+    assert [each.code for each in errors] == ["SC410", "SC418"]
+    assert all("with `repair: [files]` in the scene it is left out" in (each.hint or "") for each in errors)
+
+
+def test_a_copy_without_the_image_is_seen(tmp_path: Path, pictured: str) -> None:
+    write(tmp_path, pictured)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [files]}}\n", encoding="utf-8")
+    (tmp_path / "picture.png").write_bytes(PNG)
+    (tmp_path / "part.mtl").write_text("map_Ks -s 1 1 1 gone.png\n map_Kd -o 0 0 0 picture.png\r\n", encoding="utf-8")
+    whole, part = (visual_file(file) for file in scenecc.compile_scene(scene).files if file.path.suffix == ".obj")
+    assert whole == tmp_path / "whole.obj"
+    first, *rest = part.read_text(encoding="utf-8").splitlines()
+    assert rest == ["", *TRIANGLE.splitlines()[1:]]
+    material = part.parent / first.removeprefix("mtllib ")
+    assert material.read_text(encoding="utf-8") == f" map_Kd -o 0 0 0 {tmp_path / 'picture.png'}\n"
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("held_renderer")
+def test_what_is_left_out_does_not_end_a_picture(tmp_path: Path, pictured: str) -> None:
+    write(tmp_path, pictured)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [files]}}\n", encoding="utf-8")
+    with scenecc.load_scene(scene, render=True, audit="full") as built:
+        link = built.articulations["r"].objs[0].links[0]
+        seen: Any = link.entity.components[1]
+        assert [each.parts[0].material.base_color[:3] for each in seen.render_shapes] == [[0, 0, 1], [0, 1, 0]]
