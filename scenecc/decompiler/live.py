@@ -46,7 +46,7 @@ class SceneReader:
     def document(self, scene: Any) -> Node:
         """A `sapien.Scene` as a document of one scene."""
         components = [component for entity in scene.entities for component in entity.components]
-        defaults = _defaults_of([c for c in components if isinstance(c, physx.PhysxRigidBaseComponent)])
+        defaults = self._defaults([c for c in components if isinstance(c, physx.PhysxRigidBaseComponent)])
         bodies = BodyReader(self._recording, self._files, defaults)
         document: Node = {"scenecc": 1}
         physics = _physics(scene, defaults)
@@ -66,6 +66,31 @@ class SceneReader:
         document |= self._seen(components)
         self.problems += bodies.problems
         return document
+
+    def _defaults(self, bodies: list[Any]) -> SceneDefaults:
+        """What most shapes and bodies have, which then is said once."""
+        shapes = [shape for body in bodies for shape in body.collision_shapes]
+        # Of a robot's MJCF, friction is the file's own.
+        rubbing = [shape for body in bodies if not self._has_mjcf(body) for shape in body.collision_shapes]
+        fresh = untouched()
+        friction = _most_common([friction_of(shape.physical_material) for shape in rubbing], SceneDefaults.friction)
+        moved = [body for body in bodies if isinstance(body, physx.PhysxRigidDynamicComponent)]
+        moved += [body.articulation for body in bodies if isinstance(body, physx.PhysxArticulationLinkComponent)]
+
+        def common(owners: list[Any], kind: str, names: tuple[str, ...]) -> Node:
+            return {name: _most_common([getattr(each, name) for each in owners], fresh[kind][name]) for name in names}
+
+        return SceneDefaults(
+            friction=tuple(friction),
+            shape=common(shapes, "shape", _SHAPE_DEFAULTS),
+            body=common(moved, "body", _BODY_DEFAULTS),
+        )
+
+    def _has_mjcf(self, body: Any) -> bool:
+        if self._recording is None or not isinstance(body, physx.PhysxArticulationLinkComponent):
+            return False
+        source = self._recording.robot_of(body.articulation.links[0])
+        return source is not None and source.format == "mjcf"
 
     def _entity(self, entity: Any, bodies: BodyReader, robots: ArticulationReader, entities: Node) -> None:
         body: Any = None
@@ -158,25 +183,6 @@ def _render_system(scene: Any) -> Any:
 
 def _most_common(values: list[Any], otherwise: Any) -> Any:
     return Counter(values).most_common(1)[0][0] if values else otherwise
-
-
-def _defaults_of(bodies: list[Any]) -> SceneDefaults:
-    """What most shapes and bodies have, which then is said once."""
-    shapes = [shape for body in bodies for shape in body.collision_shapes]
-    fresh = untouched()
-    friction = _most_common([friction_of(shape.physical_material) for shape in shapes], SceneDefaults.friction)
-    moved = [body for body in bodies if isinstance(body, physx.PhysxRigidDynamicComponent)]
-    moved += [body.articulation for body in bodies if isinstance(body, physx.PhysxArticulationLinkComponent)]
-    return SceneDefaults(
-        friction=tuple(friction),
-        shape={
-            name: _most_common([getattr(shape, name) for shape in shapes], fresh["shape"][name])
-            for name in _SHAPE_DEFAULTS
-        },
-        body={
-            name: _most_common([getattr(body, name) for body in moved], fresh["body"][name]) for name in _BODY_DEFAULTS
-        },
-    )
 
 
 def _physics(scene: Any, defaults: SceneDefaults) -> Node:
