@@ -12,6 +12,7 @@ from scenecc.backends.sapien.audit.reference import PHYSICAL_MATERIAL_FIELDS, RE
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES
 from scenecc.backends.sapien.properties import BODY_PROPERTIES, COLLISION_GROUPS, LINK_FIELDS, RENDER_PROPERTIES
+from scenecc.decompiler.tables import TEXTURES
 from scenecc.decompiler.values import (
     Files,
     Node,
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scenecc.decompiler.record import Recording
-
-TEXTURES: Final = ("base_color", "normal", "roughness", "metallic", "emission", "transmission")
 
 _AXES: Final = {"y": shortest_from_x((0.0, 1.0, 0.0)), "z": shortest_from_x((0.0, 0.0, 1.0))}
 
@@ -109,6 +108,11 @@ def is_equal(first: Any, second: Any) -> bool:
 def friction_of(material: Any) -> tuple[float, ...]:
     """The numbers of a `PhysxMaterial`."""
     return tuple(getattr(material, name) for name in PHYSICAL_MATERIAL_FIELDS)
+
+
+def physical_material(friction: Iterable[float]) -> Node:
+    """A material of the numbers that `friction_of` gives."""
+    return {"physical": dict(zip(PHYSICAL_MATERIAL_FIELDS, to_numbers(friction), strict=True))}
 
 
 class BodyReader:
@@ -233,7 +237,7 @@ class BodyReader:
                 node[key] = plain_value(value)
         friction = friction_of(shape.physical_material)
         if not same_single(friction, self._defaults.friction):
-            node["material"] = {"physical": dict(zip(PHYSICAL_MATERIAL_FIELDS, to_numbers(friction), strict=True))}
+            node["material"] = physical_material(friction)
         return node
 
     def _geometry(self, name: str, shape: Any, source: Any) -> Node:

@@ -145,9 +145,9 @@ def _maniskill_scene(source: Any) -> Any:
 
 def _maniskill_names(scenes: list[Any]) -> Callable[[int, str], str]:
     """ManiSkill's names without the scene's index, and links' and joints' without their robot's name."""
-    from scenecc.decompiler.live import articulations_of  # noqa: PLC0415 - loads the engine
+    from scenecc.decompiler.reading import articulations  # noqa: PLC0415 - loads the engine
 
-    prefixes = [_link_prefixes(articulation.name for articulation in articulations_of(scene)) for scene in scenes]
+    prefixes = [_link_prefixes(articulation.name for articulation in articulations(scene)) for scene in scenes]
 
     def rename(index: int, name: str) -> str:
         for prefix in prefixes[index]:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.decompiler.articulations import ArticulationReader
-from scenecc.decompiler.bodies import BodyReader, SceneDefaults, friction_of, plain_value, untouched
+from scenecc.decompiler.bodies import BodyReader, SceneDefaults, friction_of, physical_material, plain_value, untouched
 from scenecc.decompiler.constraints import COMPONENTS, constraint
 from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
-from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single, to_numbers
+from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS
 
 if TYPE_CHECKING:
@@ -195,16 +195,8 @@ def _physics(scene: Any, defaults: SceneDefaults) -> Node:
         if value != plain_value(getattr(fresh, name)):
             node[name] = value
     if not same_single(defaults.friction, SceneDefaults.friction):
-        names = ("static_friction", "dynamic_friction", "restitution")
-        node["default_material"] = dict(zip(names, to_numbers(defaults.friction), strict=True))
+        node["default_material"] = physical_material(defaults.friction)["physical"]
     own = untouched()
     for part, given in (("shape", defaults.shape), ("body", defaults.body)):
         node |= {name: plain_value(value) for name, value in given.items() if value != own[part][name]}
     return node
-
-
-def articulations_of(scene: Any) -> list[Any]:
-    """The articulations of a scene, in the order of their first links."""
-    components = [component for entity in scene.entities for component in entity.components]
-    links = [each for each in components if isinstance(each, physx.PhysxArticulationLinkComponent)]
-    return [link.articulation for link in links if link.is_root]

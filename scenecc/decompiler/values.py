@@ -154,7 +154,6 @@ class Files:
     def __init__(self, base: Path) -> None:
         """`base`: the folder of the scene file."""
         self._base = base.resolve()
-        self._packages: dict[str, Path] = {}
 
     def name(self, path: str | Path) -> str:
         """`pkg://PACKAGE/PATH` where a package has the file, else relative to the scene file, else absolute."""
