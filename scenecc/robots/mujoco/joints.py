@@ -117,7 +117,7 @@ class JointReader:
             limits=limits,
             # SAPIEN's own is 0.05, and MuJoCo's joints slide freely.
             friction=0.0,
-            damping=float(self._model["dof_damping"][dof]),
+            damping=max(0.0, float(self._model["dof_damping"][dof])),
             armature=float(self._model["dof_armature"][dof]) or None,
             qpos=qpos,
         )
@@ -149,6 +149,11 @@ class JointReader:
             kind, place, stiffness = self._kind(joint), model.location("jnt", joint), model["jnt_stiffness"][joint]
             if (stiff is not None and stiff[joint].any()) or (damp is not None and damp[dof].any()):
                 left("spring/power", "of stiffness and damping only the first number is built", place)
+            if stiffness < 0 or model["dof_damping"][dof] < 0:
+                left("spring/sign", "`stiffness` and `damping` below 0 are not built", place)
+            if model["dof_armature"][dof] < 0:
+                message = f"`armature` is {model['dof_armature'][dof]:g}, and an inertia may not be negative"
+                self._report.error("SC481", message, place)
             if kind == BALL and (stiffness or model["jnt_limited"][joint]):
                 left("ball/range", "limits and the spring of a ball joint are not built", place)
             if kind == FREE and (stiffness or model["dof_damping"][dof] or model["dof_armature"][dof]):

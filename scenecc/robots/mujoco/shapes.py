@@ -100,7 +100,8 @@ class ShapeReader:
             geometry, pose = made[0], compose_poses(frame, made[1])
             place = model.location("geom", geom)
             if collides:
-                slide = float(model["geom_friction"][geom][0]) if model["geom_condim"][geom] > _FRICTIONLESS else 0.0
+                slide = max(0.0, float(model["geom_friction"][geom][0]))
+                slide = slide if model["geom_condim"][geom] > _FRICTIONLESS else 0.0
                 friction = (slide, slide, 0.0)
                 collisions.append(DescribedCollision(geometry, pose, place, friction, 0.0, self._bits(geom)))
             look = self._look(geom)
@@ -197,6 +198,7 @@ class ShapeReader:
         rgba, material = tuple(model["geom_rgba"][geom].tolist()), int(model["geom_matid"][geom])
         if material >= 0 and rgba == _DEFAULT_RGBA:
             rgba = tuple(model["mat_rgba"][material].tolist())
+        rgba = tuple(min(max(part, 0.0), 1.0) for part in rgba)
         if rgba[3] <= 0:
             return None
         known = self._looks.get((material, rgba))

@@ -75,6 +75,10 @@ def errors(folder: Path, text: str) -> list[str]:
         ),
         ('<mujoco><worldbody><geom size="-1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
         ('<mujoco><worldbody><geom sise="1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
+        (
+            '<mujoco><worldbody><body><joint armature="-1"/><geom size="1"/></body></worldbody></mujoco>',
+            "SC481 `armature` is -1, and an inertia may not be negative",
+        ),
         ("<mujoco/>", "SC480"),
     ],
 )
@@ -339,6 +343,8 @@ MORE = '<body pos="1 0 0"><joint name="b"/><geom size="1"/></body><body><joint n
         ('<body><joint type="ball" range="0 9"/><geom size="1"/></body>', "", "limits and the spring of a ball joint"),
         ('<body><joint type="free" damping="1"/><geom size="1"/></body>', "", "stiffness of a free joint"),
         (HINGE.format(""), '<option><flag limit="disable"/></option>', "`<flag limit"),
+        (HINGE.replace("<joint", '<joint stiffness="-3"').format(""), "", "`stiffness` and `damping` below 0"),
+        (HINGE.replace("<joint", '<joint damping="-3"').format(""), "", "`stiffness` and `damping` below 0"),
         (
             HINGE.format(MORE),
             '<equality><joint joint1="a" joint2="b"/><joint joint1="a" joint2="c"/></equality>',
@@ -356,6 +362,16 @@ def test_what_is_not_built_is_told(tmp_path: Path, body: str, rest: str, expecte
     found, told = read(tmp_path / "robot.xml")
     assert found is not None, told
     assert any(one.code == "SC484" and expected in one.message for one in told), told
+
+
+def test_frictions_and_colours_are_within_their_ranges(tmp_path: Path) -> None:
+    geom = '<body><joint damping="-3"/><geom size="1" friction="-2 0 0" rgba="-3 1e11 0.5 9"/></body>'
+    (tmp_path / "robot.xml").write_text(model_of("", geom))
+    found, told = read(tmp_path / "robot.xml")
+    assert found is not None, told
+    link = found.robots[0].links[1]
+    assert (link.collisions[0].friction, link.joint.damping) == ((0, 0, 0), 0)
+    assert link.visuals[0].look.base_color == (0, 1, 0.5, 1)
 
 
 def test_powers_of_springs_are_told(tmp_path: Path) -> None:
