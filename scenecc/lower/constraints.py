@@ -281,7 +281,8 @@ class ConstraintLowerer:
         scenes = fields.scenes
         if written.pose_in_parent is not None:
             value = local_pose(written.pose_in_parent, origin, ("pose_in_parent",), _FRAME, fields)
-            anchor = self._names.anchors.get(fields.scope) if parent is None else None
+            scope = self._names.worlds.get(qualified_name("constraints", str(origin.path[-1])), fields.scope)
+            anchor = self._names.anchors.get(scope) if parent is None else None
             if anchor is None:
                 return value
             # The world of a prefab is the frame of its instance.

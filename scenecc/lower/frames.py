@@ -289,12 +289,15 @@ class FrameGraph:
         whole = parent.rpartition("/")[0]
         if whole in self.unread:
             return None
+        shown = str(written).removeprefix("/")
         hint = "no pose is relative to a link; a light or a camera is fastened to one by `mount`"
         if not self._is_one_robot(whole):
-            hint = suggest_name(str(written), self._names.seen_by(name, self._placed), self._sink)
+            outside = (other for other in self._placed if not self._names.scopes.get(other))
+            seen = self._names.seen_by(name, self._placed) if shown == written else outside
+            hint = suggest_name(shown, seen, self._sink)
         self._sink.report(
             "SC303",
-            f"there is no entity, frame or camera `{cut(str(written))}` that stands in the world",
+            f"there is no entity, frame or camera `{cut(shown)}` that stands in the world",
             origin.child("pose", "relative_to"),
             hint=hint,
         )

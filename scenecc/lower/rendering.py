@@ -88,6 +88,8 @@ class MountLookup:
             place: of the name.
         """
         prefix = self._names.prefixes.get(scope, "")
+        if written.startswith("/"):
+            prefix, scope, written = "", "", written[1:]
         entity, rest = self._split(prefix + written, len(prefix))
         if entity is None:
             if any(name in self._unread for name in _prefixes(prefix + written, len(prefix))):

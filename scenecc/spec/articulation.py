@@ -14,6 +14,7 @@ from scenecc.spec.base import (
     Maybe,
     Name,
     NonNegative,
+    OuterName,
     Positive,
     SpecModel,
     Text,
@@ -86,7 +87,7 @@ class LinkKeys(MotionKeys):
     density: Maybe[Leaf[NonNegative]] = key("Of its shapes [kg/m³].")
     patch_radius: Maybe[Leaf[NonNegative]] = key("Torsional patch radius of its shapes [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest torsional patch radius of its shapes [m].", default=0)
-    collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")
+    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
         "SAPIEN's four integers, as they are; not with `collision_group`.", default=[1, 1, 0, 0]
     )
@@ -221,7 +222,7 @@ class ArticulationKeys(EntityKeys, RepeatKeys):
     density: Maybe[Leaf[NonNegative]] = key("Density of its links [kg/m³].", default=DEFAULT_DENSITY)
     patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
-    collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`, for its links.")
+    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`, for its links.")
     disable_self_collisions: Maybe[Fixed[bool]] = key("true: its links do not collide with one another.", default=False)
     sapien_bits: Maybe[Fixed[bool]] = key(
         "true: what ignores one another among its links ignores the same of others that have it, as SAPIEN's loader "

@@ -268,8 +268,11 @@ NewName = Annotated[Name, ScopedName(), MAPPING_KEY]
 Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]
 """What names an entity or a frame, which may be inside an instance."""
 
-MaterialName = Annotated[Name, ScopedName(whole=True)]
-"""What names something that a prefab may be given by the file that uses it."""
+OuterName = Annotated[Name, ScopedName(whole=True)]
+"""What names a material or group that a prefab may be given by the file that uses it."""
+
+OuterReference = Annotated[Reference, ScopedName(whole=True)]
+"""Likewise an entity or a frame."""
 
 AnyText = Annotated[str, AfterValidator(_check_literal)]
 
