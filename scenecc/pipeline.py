@@ -339,7 +339,9 @@ def _lower(
         origin=Origin(document.name),
         resolve=resolver(scope, sink, expansion),
         robots=_robots(scope, limits, sink, expansion),
-        bounds=LoweringLimits(limits.scenes, limits.objects, limits.objects_times_scenes, limits.computed),
+        bounds=LoweringLimits(
+            limits.scenes, limits.objects, limits.objects_times_scenes, limits.computed, limits.includes
+        ),
         sink=sink,
         names=NameScopes() if expansion is None else expansion.names,
         selections=None if expansion is None else expansion.selections,

@@ -223,13 +223,20 @@ def count_objects(node: Any) -> int:
     """For how many objects something counts that has a name: for each of its shapes, and more where it is long."""
     if not is_mapping(node):
         return max(1, count_values(node) // VALUES_PER_OBJECT)
-    robot = OBJECTS_PER_ROBOT if not ROBOT_KEYS.isdisjoint(node) else 0
+    robot = OBJECTS_PER_ROBOT * _count_robots(node)
     return max(1, count_values(node) // VALUES_PER_OBJECT, _count_shapes(node)) + robot
 
 
 def count_added_objects(made: Any) -> int:
     """For how many objects a text or list counts that an expression gave, beside the object that it is part of."""
     return len(made) // CHARACTERS_PER_OBJECT if made.__class__ is str else count_values(made) // VALUES_PER_OBJECT
+
+
+def _count_robots(node: dict[str, Any]) -> int:
+    """How many files and trees an entity is made of: one, and those of its parts."""
+    attached = node.get("attach")
+    parts = filter(is_mapping, attached.values()) if is_mapping(attached) else ()
+    return (not ROBOT_KEYS.isdisjoint(node)) + sum(map(_count_robots, parts))
 
 
 def _count_shapes(node: dict[str, Any]) -> int:
@@ -245,9 +252,10 @@ def _shape_lists(entity: dict[str, Any]) -> Iterator[Sequence[Any]]:
         for key in SHAPE_LISTS:
             if is_sequence(shapes := body.get(key)):
                 yield shapes
-        # Variants, or the links that hang on one.
-        parts = body.get("variants", body.get("children"))
+        # Variants, or the links that hang on one; and what is attached.
+        parts, attached = body.get("variants", body.get("children")), body.get("attach")
         waiting += filter(is_mapping, (body.get("root"), *(parts if is_sequence(parts) else ())))
+        waiting += filter(is_mapping, attached.values() if is_mapping(attached) else ())
 
 
 def iterate_texts(node: Any) -> Iterator[str]:

@@ -48,6 +48,7 @@ class LoweringLimits:
     objects: int
     objects_times_scenes: int
     computed: int
+    includes: int
 
 
 def check_limits(
@@ -60,6 +61,12 @@ def check_limits(
 ) -> bool:
     """Whether a document asks for no more than it may; otherwise that is reported."""
     if not _check_limit("SC605", "scenes", num_scenes, bounds.scenes, origin.child("num_scenes"), sink):
+        return False
+    if not all(
+        _check_parts(entity, bounds, origin.child("entities", name), sink)
+        for name, entity in scene.entities.items()
+        if getattr(entity, "attach", None)
+    ):
         return False
     shapes = {name: _entity_size(entity) for name, entity in scene.entities.items()}
     others = [*scene.constraints.values(), *scene.lights.values(), *scene.cameras.values()]
@@ -146,9 +153,34 @@ def _entity_size(entity: Any) -> int:
     if "variants" in entity.__class__.model_fields:
         # The largest is in every scene at worst.
         return max(1, *(_shape_count(entity) + _shape_count(variant) for variant in entity.variants))
-    root = getattr(entity, "root", None)
-    # How much a robot's file holds is seen once it is read.
-    return 1 if root is None else _tree_size(root)
+    found, waiting = 0, [entity]
+    while waiting:
+        keys = waiting.pop()
+        root = getattr(keys, "root", None)
+        # How much a robot's file holds is seen once it is read.
+        found += 1 if root is None else _tree_size(root)
+        waiting += getattr(keys, "attach", {}).values()
+    return found
+
+
+def _check_parts(entity: Any, bounds: LoweringLimits, origin: Origin, sink: Sink) -> bool:
+    """Whether the parts of an articulation are no deeper, and no more, than may be; otherwise that is reported."""
+    from scenecc.plan.articulation import MAX_LINKS  # noqa: PLC0415 - loaded where there are articulations
+    from scenecc.spec.articulation import iterate_parts  # noqa: PLC0415 - likewise
+
+    waiting: list[tuple[Any, Origin, int]] = [(entity, origin, 0)]
+    for keys, place, depth in waiting:
+        if depth > bounds.includes:
+            message = f"parts are attached {depth} deep, more than the limit of {bounds.includes}"
+            hint = f"raise it with --limit includes={depth} or limits={{'includes': {depth}}}"
+            sink.report("SC608", message, place, at="key", hint=hint)
+            return False
+        if len(waiting) > MAX_LINKS:
+            message = f"at least {len(waiting)} parts are more than the {MAX_LINKS} links of an articulation"
+            sink.report("SC519", message, origin, at="key", hint="join parts, or leave some out")
+            return False
+        waiting += [(part, place.child("attach", name), depth + 1) for name, part in iterate_parts(keys)]
+    return True
 
 
 def _tree_size(root: Any) -> int:

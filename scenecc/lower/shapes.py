@@ -170,7 +170,7 @@ def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Ori
     links = draft.links
     common = links[first].ignore_bits & links[second].ignore_bits
     bit = (common & -common).bit_length() - 1
-    return draft.ignored[bit] if bit < len(draft.ignored) else links[second].origin
+    return draft.ignored.get(bit, links[second].origin)
 
 
 GeometryLowerer = Callable[[Any, "PlanTables", "FieldLowerer", "Origin"], Any]

@@ -9,6 +9,7 @@ from typing_extensions import TypeAliasType
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
     MAPPING_KEY,
+    NOTE_PREFIX,
     Finite,
     Iterations,
     Maybe,
@@ -33,6 +34,8 @@ from scenecc.spec.shapes import CollisionBits, CollisionSpec, MaterialRef, Shape
 from scenecc.spec.values import Fixed, Leaf
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scenecc.spec.mesh_shapes import CoacdKeys
     from scenecc.spec.physics import InertialSpec
 else:
@@ -196,7 +199,29 @@ def _empty_dict() -> dict[str, Any]:
     return {}
 
 
-class ArticulationKeys(EntityKeys, RepeatKeys):
+class JointPatterns(SpecModel):
+    """Patterns of names of links and joints, and what is said of these."""
+
+    links: dict[Pattern, LinkKeys] = Field(
+        default_factory=_empty_dict, description="Pattern of names → properties of the matching links."
+    )
+    joints: dict[Pattern, JointKeys] = Field(
+        default_factory=_empty_dict, description="Pattern of names → properties of the matching joints."
+    )
+    drives: dict[Pattern, DriveKeys] = Field(
+        default_factory=_empty_dict,
+        description="Pattern of names → drives of the matching joints.",
+        examples=[{"panda_joint.*": {"stiffness": 1000, "damping": 100, "force_limit": 100}}],
+    )
+
+
+if TYPE_CHECKING:
+    Part = Any
+else:
+    Part = Annotated[Any, LazyType("scenecc.spec.attachments", "Part")]
+
+
+class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     """Keys of any articulation."""
 
     fix_root_link: Maybe[Leaf[bool]] = key(
@@ -233,16 +258,8 @@ class ArticulationKeys(EntityKeys, RepeatKeys):
     solver_velocity_iterations: Maybe[Leaf[VelocityIterations]] = key("0 to 255.", default=1)
     sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
     visibility: Maybe[Leaf[Unit]] = key("Visibility of its links, 0 to 1.", default=1)
-    links: dict[Pattern, LinkKeys] = Field(
-        default_factory=_empty_dict, description="Pattern of names → properties of the matching links."
-    )
-    joints: dict[Pattern, JointKeys] = Field(
-        default_factory=_empty_dict, description="Pattern of names → properties of the matching joints."
-    )
-    drives: dict[Pattern, DriveKeys] = Field(
-        default_factory=_empty_dict,
-        description="Pattern of names → drives of the matching joints.",
-        examples=[{"panda_joint.*": {"stiffness": 1000, "damping": 100, "force_limit": 100}}],
+    attach: dict[Annotated[Name, MAPPING_KEY], Part] = Field(
+        default_factory=_empty_dict, description="Parts from other files, by name: one articulation is built."
     )
 
 
@@ -268,8 +285,8 @@ VisualGroups = Annotated[
 """MuJoCo's groups of geoms are 0 to 5."""
 
 
-class Urdf(ArticulationKeys):
-    """An articulation that a URDF describes."""
+class UrdfKeys(SpecModel):
+    """A URDF, and how it is read."""
 
     urdf: Leaf[Text] = Field(description="The file.", examples=["robots/arm.urdf"])
     srdf: Maybe[Leaf[Text]] = key(
@@ -293,8 +310,12 @@ class Urdf(ArticulationKeys):
     decomposition_params: Maybe[CoacdKeys] = key("CoACD's arguments.")
 
 
-class Mjcf(ArticulationKeys):
-    """An articulation that an MJCF describes."""
+class Urdf(UrdfKeys, ArticulationKeys):
+    """An articulation that a URDF describes."""
+
+
+class MjcfKeys(SpecModel):
+    """An MJCF, and how it is read."""
 
     mjcf: Leaf[Text] = Field(description="The file.", examples=["robots/ant.xml"])
     loader: Maybe[Fixed[Literal["mujoco", "maniskill"]]] = key(
@@ -305,7 +326,20 @@ class Mjcf(ArticulationKeys):
     visual_groups: Maybe[Fixed[VisualGroups]] = key("The groups of geoms that are seen.", default=[0, 1, 2])
 
 
-class Tree(ArticulationKeys):
-    """An articulation that is written as a tree of links."""
+class Mjcf(MjcfKeys, ArticulationKeys):
+    """An articulation that an MJCF describes."""
+
+
+class TreeKeys(SpecModel):
+    """A tree of links."""
 
     root: RootLink = Field(description="The root link with its descendants.")
+
+
+class Tree(TreeKeys, ArticulationKeys):
+    """An articulation that is written as a tree of links."""
+
+
+def iterate_parts(keys: Any) -> "Iterator[tuple[str, Any]]":
+    """The parts that are attached to an articulation or a part as written, by name."""
+    return ((name, part) for name, part in keys.attach.items() if not name.startswith(NOTE_PREFIX))

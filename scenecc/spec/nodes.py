@@ -71,6 +71,9 @@ ENTITY_LABELS: dict[str, str] = {
 }
 """Key of an entity that is no plain body → the entity's label."""
 
+PART_LABELS: dict[str, str] = {key: f"{RESERVED_CHARACTER}{key}_part" for key in ("urdf", "mjcf", "root")}
+"""Key of a part that is attached to an articulation → the part's label."""
+
 _REPETITION_KEYS = frozenset(("repeat", "if", "name"))
 
 _NODE_KINDS: dict[type, str] = {
@@ -96,7 +99,7 @@ def node_kind(value: object) -> str | None:
     return _NODE_KINDS.get(type(value))
 
 
-_ALWAYS_MEANT = frozenset((OTHERWISE, TAGGED, COPIES, *ENTITY_LABELS.values()))
+_ALWAYS_MEANT = frozenset((OTHERWISE, TAGGED, COPIES, *ENTITY_LABELS.values(), *PART_LABELS.values()))
 """Labels that only errors have that were meant."""
 
 

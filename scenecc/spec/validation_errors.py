@@ -41,6 +41,7 @@ from scenecc.spec.nodes import (
     KEY,
     NOT_MEANT,
     OTHERWISE,
+    PART_LABELS,
     SHAPE,
     TAGGED,
     VALUE,
@@ -140,8 +141,8 @@ def _descend(annotation: Any, segment: PathKey) -> Any:
     """One segment of `loc` down: a field, an item, a mapping's value or a branch of a union."""
     if segment in _TRANSPARENT_LABELS:
         return annotation
-    if segment in ENTITY_TYPES:
-        return entity_model(str(segment))
+    if segment in ENTITY_TYPES or segment in PART_LABELS.values():
+        return _labelled_model(str(segment))
     if isinstance(annotation, LazyUnion):
         return Repeat if segment == "repeat" else annotation.model(str(segment))
     if _is_union(annotation):
@@ -152,6 +153,15 @@ def _descend(annotation: Any, segment: PathKey) -> Any:
     args = typing.get_args(annotation)
     # Of a mapping the values, of a list or tuple the items.
     return args[-1 if typing.get_origin(annotation) is dict else 0] if args else Any
+
+
+def _labelled_model(label: str) -> Any:
+    """The model of an entity, or of a part that is attached to one."""
+    if label in ENTITY_TYPES:
+        return entity_model(label)
+    from scenecc.spec.attachments import PART_TYPES
+
+    return PART_TYPES[label].type
 
 
 def _member_tag(branch: Any) -> str | None:

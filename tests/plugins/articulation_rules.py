@@ -18,7 +18,10 @@ from plugins.scene_nodes import (
     keep_one,
     links,
     shapes,
+    units,
 )
+
+from scenecc.spec.references import MAX_PATTERN_LENGTH
 
 LINK_NAMES = ("base", "l.1", "L-2", "_tip", "arm_3")
 JOINT_NAMES = ("j0", "j.1", "J-2", "_wrist", "hinge_4")
@@ -55,7 +58,30 @@ FILES: dict[str, Robot] = {
 
 
 def robot_of(entity: Node) -> Robot:
-    """What may be named of an articulation whose tree is mended."""
+    """What may be named of an articulation or a part whose tree is mended, with all that is attached to it."""
+    robot = _alone(entity)
+    for name, part in entity.get("attach", {}).items():
+        prefix, inner = part.get("prefix", f"{name}/"), robot_of(part)
+        held = [_limited(joint, part) for joint in inner.joints]
+        joints = [joint._replace(name=joint.name and prefix + joint.name) for joint in held]
+        robot = Robot(
+            (*robot.links, *(prefix + link for link in inner.links)),
+            (*robot.joints, *joints),
+            (*robot.hinged, *(prefix + link for link in inner.hinged)),
+        )
+    return robot
+
+
+def _alone(entity: Node) -> Robot:
+    """The same without what is attached to it, but with the joint by which it is attached itself."""
+    robot, joint = _file_or_tree(entity), entity.get("joint")
+    if joint is None or joint["type"] == "fixed":
+        return robot
+    hinged = (robot.links[0], *robot.hinged) if joint_turns(joint) else robot.hinged
+    return Robot(robot.links, (_joint_of(joint), *robot.joints), hinged)
+
+
+def _file_or_tree(entity: Node) -> Robot:
     file = entity.get("urdf", entity.get("mjcf"))
     if file is not None:
         return FILES[file]
@@ -66,13 +92,16 @@ def robot_of(entity: Node) -> Robot:
         depths[id(link)] = depths[id(parent)] + 1
         joint = link["joint"]
         if joint["type"] != "fixed":
-            degrees = joint.get("limits_deg", (-math.inf, math.inf))
-            limits = joint.get("limits", [math.radians(side) for side in degrees])
-            one = Joint(joint.get("name", ""), tuple(limits), joint["type"] != "prismatic")
-            deep.append((depths[id(link)], one))
+            deep.append((depths[id(link)], _joint_of(joint)))
     deep.sort(key=lambda one: one[0])
     hinged = tuple(link["name"] for link, parent in tree if parent is not None and joint_turns(link["joint"]))
     return Robot(tuple(link["name"] for link, _ in tree), tuple(joint for _, joint in deep), hinged)
+
+
+def _joint_of(joint: Node) -> Joint:
+    degrees = joint.get("limits_deg", (-math.inf, math.inf))
+    limits = joint.get("limits", [math.radians(side) for side in degrees])
+    return Joint(joint.get("name", ""), tuple(limits), joint["type"] != "prismatic")
 
 
 def joint_turns(joint: Node) -> bool:
@@ -81,7 +110,12 @@ def joint_turns(joint: Node) -> bool:
 
 def tree_links(document: Node, random: Random) -> None:
     """Links and joints of a tree are called otherwise, each; a joint may have no name."""
-    for entity in articulations(document):
+    for entity in units(document):
+        if "joint" in entity:
+            _one_joint(entity["joint"], random)
+            entity["joint"]["name"] = "mount"
+            drop(entity, "pose")
+            drop(entity["joint"], "mimic")
         for number, (link, parent) in enumerate(links(entity)):
             link["name"] = LINK_NAMES[number]
             if parent is None:
@@ -133,9 +167,23 @@ def _followers(entity: Node, random: Random) -> None:
             mimic["multiplier"] = -0.5
 
 
+def attachments(document: Node, random: Random) -> None:
+    """Parts are attached to links that there are, of the whole or of parts before them; no two names are the same."""
+    for entity in units(document):
+        parts = entity.pop("attach", {})
+        for name, part in parts.items():
+            known = robot_of(entity).links
+            part["to"] = random.choice(known)
+            if "ignore" in part:
+                part["ignore"] = random.sample(known, 1)
+            if "prefix" in part:
+                part["prefix"] = random.choice([f"{name}_", f"{name}/x/", f"{name}.{name}-"])
+            entity.setdefault("attach", {})[name] = part
+
+
 def files(document: Node, random: Random) -> None:
     """What is said of a file does something: the meshes, the keyframes and groups of MuJoCo's."""
-    for entity in articulations(document):
+    for entity in units(document):
         if entity.get("loader") == "maniskill":
             drop(entity, "keyframe", "visual_groups")
         if "decomposition_params" in entity or entity.get("decomposition") == "coacd":
@@ -144,7 +192,7 @@ def files(document: Node, random: Random) -> None:
 
 def link_bodies(document: Node, random: Random) -> None:
     """No plane moves, what moves weighs something, and no key of a link means nothing."""
-    for entity in articulations(document):
+    for entity in units(document):
         tree = links(entity)
         for link, _ in tree:
             for shape in colliding(link):
@@ -153,7 +201,11 @@ def link_bodies(document: Node, random: Random) -> None:
                     shape.update(FALLBACK)
         weighs = {id(link): bool(colliding(link)) or "inertial" in link for link, _ in tree}
         for link, parent in reversed(tree):
-            moves = not entity.get("fix_root_link") if parent is None else link["joint"]["type"] != "fixed"
+            moves = (
+                "to" in entity or not entity.get("fix_root_link")
+                if parent is None
+                else link["joint"]["type"] != "fixed"
+            )
             if moves and not weighs[id(link)]:
                 link["shapes"] = [dict(FALLBACK)]
                 weighs[id(link)] = True
@@ -176,12 +228,13 @@ def _link_keys(link: Node) -> None:
 
 def whole(document: Node, random: Random) -> None:
     """No key of the whole means nothing: where no joint moves, where the root is fixed, where nothing collides."""
+    for entity in units(document):
+        if not robot_of(entity).joints:
+            drop(entity, "qpos", "qvel")
     for entity in articulations(document):
         tree = [link for link, _ in links(entity)]
         if entity.get("fix_root_link", "root" not in entity):
             drop(entity, "linear_velocity", "angular_velocity")
-        if not robot_of(entity).joints:
-            drop(entity, "qpos", "qvel")
         if "qpos" not in entity:
             drop(entity, "beyond_limits")
         if tree and not any(shapes(link, "shapes", "visuals") for link in tree):
@@ -202,14 +255,14 @@ _OF_COLLIDING = ("density", "patch_radius", "min_patch_radius", "collision_group
 
 def patterns(document: Node, random: Random) -> None:
     """Patterns match something that there is."""
-    for entity in articulations(document):
+    for entity in units(document):
         robot = robot_of(entity)
         joints = [joint.name for joint in robot.joints if joint.name]
         for section, names in (("links", list(robot.links)), ("joints", joints), ("drives", joints)):
             said = entity.pop(section, {})
             if said and names:
                 entity[section] = {_pattern(names, random): keys for keys in said.values()}
-        heavy = {link["name"] for link, _ in links(entity) if _weighs(link)}  # of a file's links it is not known
+        heavy = _heavy(entity)
         for pattern, keys in entity.get("links", {}).items():
             if any(re.fullmatch(pattern, name) and name not in heavy for name in robot.links):
                 drop(keys, "mass")
@@ -218,19 +271,30 @@ def patterns(document: Node, random: Random) -> None:
             slide = any(not joint.is_hinge and re.fullmatch(pattern, joint.name) for joint in robot.joints)
             if slide:
                 drop(keys, "limits_deg")
+            if "attach" in entity:  # the positions that a part gives are within the limits that it gives
+                drop(keys, "limits", "limits_deg")
             for key in {"limits", "limits_deg"} & set(keys):
                 keys[key] = ascending(keys[key], random)
+
+
+def _heavy(entity: Node) -> set[str]:
+    """The links that weigh something; of a file's it is not known."""
+    found = {link["name"] for link, _ in links(entity) if _weighs(link)}
+    for name, part in entity.get("attach", {}).items():
+        found |= {part.get("prefix", f"{name}/") + link for link in _heavy(part)}
+    return found
 
 
 def _pattern(names: list[str], random: Random) -> str:
     name = random.choice(names)
     forms = [".*", name, f"{name[:2]}.*", "|".join(names), f"({name})?", f"[^x]{{{len(name)}}}"]
-    return random.choice([form for form in forms if any(re.fullmatch(form, one) for one in names)])
+    short = [form for form in forms if len(form) <= MAX_PATTERN_LENGTH]
+    return random.choice([form for form in short if any(re.fullmatch(form, one) for one in names)])
 
 
 def joint_numbers(document: Node, random: Random) -> None:
     """As many numbers as there are joints that move, or some by name; positions within the limits that hold."""
-    for entity in articulations(document):
+    for entity in units(document):
         joints = [_limited(joint, entity) for joint in robot_of(entity).joints]
         for key in ("qpos", "qvel"):
             if key not in entity:
@@ -239,7 +303,8 @@ def joint_numbers(document: Node, random: Random) -> None:
             numbers = [_number(joint, random, bound=bound) for joint in joints]
             named = {joint.name: number for joint, number in zip(joints, numbers, strict=True) if joint.name}
             some = random.sample(list(named), random.randint(0, len(named)))
-            entity[key] = numbers if random.random() < 0.5 else {name: named[name] for name in some}
+            listed = random.random() < 0.5 and "attach" not in entity
+            entity[key] = numbers if listed else {name: named[name] for name in some}
 
 
 def _limited(joint: Joint, entity: Node) -> Joint:

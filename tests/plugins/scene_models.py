@@ -12,9 +12,20 @@ from pydantic.fields import FieldInfo
 from typing_extensions import TypeAliasType
 
 from scenecc.spec.articulation import Mjcf, Tree, Urdf
+from scenecc.spec.attachments import PART_TYPES, PartAnnotation, PartKeys
 from scenecc.spec.body import BodySpec
 from scenecc.spec.entities import entity_model
-from scenecc.spec.nodes import BODY, COMPONENTS, LIST, LazyType, LazyUnion, any_varying, entity_kind, node_kind
+from scenecc.spec.nodes import (
+    BODY,
+    COMPONENTS,
+    LIST,
+    PART_LABELS,
+    LazyType,
+    LazyUnion,
+    any_varying,
+    entity_kind,
+    node_kind,
+)
 from scenecc.spec.values import VaryingAnnotation
 
 Key = tuple[type[BaseModel], str]
@@ -22,6 +33,9 @@ Key = tuple[type[BaseModel], str]
 
 ARTICULATIONS: tuple[type[BaseModel], ...] = (Tree, Urdf, Mjcf)
 """Models of entities that no annotation leads to, for they are found by a key that the entity has."""
+
+PARTS: tuple[type[BaseModel], ...] = tuple(later.type for later in PART_TYPES.values())
+"""Models of what is attached to an articulation, likewise; `PartKeys` stands for any of them."""
 
 
 def parts(annotation: Any) -> tuple[Any, list[Any]]:
@@ -37,6 +51,8 @@ def parts(annotation: Any) -> tuple[Any, list[Any]]:
                     annotation = item.type
                 elif isinstance(item, LazyUnion):
                     annotation = item
+                elif isinstance(item, PartAnnotation):
+                    annotation = PartKeys
                 said += item.metadata if isinstance(item, FieldInfo) else [item]
         else:
             return annotation, said
@@ -56,6 +72,13 @@ def is_model(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
+def annotation_of(model: type[BaseModel], name: str) -> Any:
+    """The annotation of a field; pydantic keeps a type that stands for another one beside it."""
+    field = model.model_fields[name]
+    later = next((item for item in field.metadata if isinstance(item, LazyType)), None)
+    return field.annotation if later is None else later.type
+
+
 def field_of(model: type[BaseModel], key: str) -> str:
     """The name of the field that a key fills."""
     return next(name for name, field in model.model_fields.items() if key == (field.alias or name))
@@ -67,11 +90,13 @@ def all_keys(*annotations: Any) -> set[Key]:
     todo = list(annotations)
     while todo:
         bare, _ = parts(todo.pop())
-        if is_model(bare):
+        if bare is PartKeys:
+            todo += PARTS if (PARTS[0], "to") not in found else ()
+        elif is_model(bare):
             fields = bare.model_fields
             new = {(bare, name) for name in fields} - found
             found |= new
-            todo += [fields[name].annotation for _, name in new]
+            todo += [annotation_of(bare, name) for _, name in new]
         elif isinstance(bare, LazyUnion):
             todo += branches(bare)
         else:
@@ -83,7 +108,7 @@ def choices(*annotations: Any) -> set[tuple[Key, Any]]:
     """Every word of every key below some types that takes one of a few."""
     found: set[tuple[Key, Any]] = set()
     for model, name in all_keys(*annotations):
-        todo = [model.model_fields[name].annotation]
+        todo = [annotation_of(model, name)]
         while todo:
             bare, _ = parts(todo.pop())
             if typing.get_origin(bare) is typing.Literal:
@@ -104,7 +129,7 @@ def written(annotation: Any, node: Any) -> Iterator[tuple[Key, Any]]:
         for key, value in node.items():
             name = field_of(bare, key)
             yield (bare, name), value
-            yield from written(bare.model_fields[name].annotation, value)
+            yield from written(annotation_of(bare, name), value)
     elif not typing.get_args(bare):
         return
     elif isinstance(node, (list, tuple)):
@@ -139,6 +164,8 @@ def leaves(annotation: Any, node: Any) -> Iterator[tuple[Any, Any, bool]]:
 
 def _meant(model: type[BaseModel], node: Any) -> type[BaseModel]:
     """The model that a node is read by: an entity is what its keys make of it."""
+    if model is PartKeys:
+        return next(PART_TYPES[label].type for key, label in PART_LABELS.items() if key in node)
     label = entity_kind(node) if model is BodySpec else BODY
     return model if label == BODY else entity_model(label)
 

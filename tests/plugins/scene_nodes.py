@@ -34,6 +34,17 @@ def articulations(document: Node) -> list[Node]:
     return [entity for entity in document.get("entities", {}).values() if any(key in entity for key in KINDS)]
 
 
+def units(document: Node) -> list[Node]:
+    """The articulations and the parts that are attached to them, each part before what it is attached to."""
+    return [unit for entity in articulations(document) for unit in _units(entity)]
+
+
+def _units(node: Node) -> Iterator[Node]:
+    for part in node.get("attach", {}).values():
+        yield from _units(part)
+    yield node
+
+
 def links(entity: Node) -> list[tuple[Node, Node | None]]:
     """The links of a tree, each with the one that it hangs on, before those that hang on it; none of a file."""
     found: list[tuple[Node, Node | None]] = []

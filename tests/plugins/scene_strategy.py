@@ -20,7 +20,7 @@ import annotated_types
 from hypothesis import strategies as st
 from plugins import articulation_rules, held_rules
 from plugins.expectations import GOOD
-from plugins.scene_models import ARTICULATIONS, Key, branches, is_model, leaves, parts
+from plugins.scene_models import ARTICULATIONS, PARTS, Key, branches, is_model, leaves, parts
 from plugins.scene_nodes import (
     COPIES,
     FALLBACK,
@@ -33,11 +33,13 @@ from plugins.scene_nodes import (
     links,
     nodes,
     shapes,
+    units,
 )
 from pydantic import StringConstraints
 
 from scenecc.checks.physics import DYNAMIC_FIELDS, LANGUAGE_KEYS, VISUAL_FIELDS
-from scenecc.spec.articulation import Mjcf, Tree, TreeJoint, TreeLink, Urdf
+from scenecc.spec.articulation import ArticulationKeys, MjcfKeys, TreeJoint, TreeKeys, TreeLink, UrdfKeys
+from scenecc.spec.attachments import PartKeys
 from scenecc.spec.base import NAME_PATTERN, REFERENCE_PATTERN
 from scenecc.spec.body import BodySpec
 from scenecc.spec.document import SceneFile
@@ -111,6 +113,12 @@ def _tree(random: Random) -> dict[str, Any]:
     return made[0]
 
 
+def _parts(random: Random, most: int) -> dict[str, Any]:
+    """Some parts of an articulation; the rules give them their links."""
+    names = random.sample(ENTITIES, random.randint(0, most))
+    return {name: _model(random, random.choice(PARTS)) for name in names}
+
+
 NARROWER: dict[Key, Make] = {
     (SceneFile, "scenecc"): _one_of(1),
     (SceneFile, "num_scenes"): _one_of(1, 2, 3, 4),
@@ -140,17 +148,22 @@ NARROWER: dict[Key, Make] = {
     (CoacdKeys, "seed"): _one_of(0, 9),
     (RepeatKeys, "repeat"): _one_of({"i": {"count": 2}}, {"i": [-1, 1]}, {"j": [0], "i": {"count": 3}}),
     (RepeatKeys, "if_"): _one_of(True, False),
-    (Tree, "root"): _tree,
+    (TreeKeys, "root"): _tree,
     (TreeLink, "children"): _one_of([]),
     **{(TreeLink, shapes): lambda random, of=shapes: _shape_list(random, of) for shapes in SHAPE_LISTS},
     (TreeJoint, "axis"): lambda random: random.choice(["x", "y", "z", _direction(random)]),
-    (Urdf, "urdf"): _one_of(*(file for file in articulation_rules.FILES if file.endswith("urdf"))),
-    (Urdf, "scale"): _between(0.5, 3),
-    (Urdf, "srdf"): _one_of("none"),
-    (Urdf, "package_dir"): _one_of("articulations"),
-    (Mjcf, "mjcf"): _one_of(*(file for file in articulation_rules.FILES if file.endswith("xml"))),
-    (Mjcf, "keyframe"): _one_of("up"),
-    (Mjcf, "visual_groups"): _one_of([0], [0, 1, 2], [0, 5]),
+    (UrdfKeys, "urdf"): _one_of(*(file for file in articulation_rules.FILES if file.endswith("urdf"))),
+    (UrdfKeys, "scale"): _between(0.5, 3),
+    (UrdfKeys, "srdf"): _one_of("none"),
+    (UrdfKeys, "package_dir"): _one_of("articulations"),
+    (MjcfKeys, "mjcf"): _one_of(*(file for file in articulation_rules.FILES if file.endswith("xml"))),
+    (MjcfKeys, "keyframe"): _one_of("up"),
+    (MjcfKeys, "visual_groups"): _one_of([0], [0, 1, 2], [0, 5]),
+    (ArticulationKeys, "attach"): lambda random: _parts(random, 2),
+    (PartKeys, "attach"): lambda random: _parts(random, random.randint(0, 1)),
+    (PartKeys, "to"): _one_of(""),
+    (PartKeys, "prefix"): _one_of(""),
+    (PartKeys, "ignore"): _one_of([]),
     (EnvironmentSpec, "map"): lambda random: random.choice(["assets/sky.png", _model(random, CubeMapKeys)]),
     **{(CubeMapKeys, face): _one_of(*IMAGES) for face in CubeMapKeys.model_fields},
 }
@@ -424,7 +437,7 @@ def _moving_shapes(document: dict[str, Any], random: Random) -> None:
 def _moving(document: dict[str, Any]) -> list[dict[str, Any]]:
     """The bodies that forces move, links among them."""
     free = [body for body in bodies(document) if body.get("body_type", "dynamic") == "dynamic"]
-    return [*free, *(link for entity in articulations(document) for link, _ in links(entity))]
+    return [*free, *(link for entity in units(document) for link, _ in links(entity))]
 
 
 def _masses(document: dict[str, Any], random: Random) -> None:
@@ -472,6 +485,7 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     _copies,
     _selections,
     articulation_rules.tree_links,
+    articulation_rules.attachments,
     articulation_rules.files,
     held_rules.mounts,
     _relations,

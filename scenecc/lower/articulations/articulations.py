@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.lower.articulations.attachments import ArticulationAssembler
 from scenecc.lower.articulations.drafts import LinkTreeDrafter, read_alternatives
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers
 from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
@@ -29,7 +30,9 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.geometry.rotations import Pose7
-    from scenecc.lower.articulations.drafts import Alternative, ArticulationDraft, DraftJoint
+    from scenecc.lower.articulations.attachments import Assembly
+    from scenecc.lower.articulations.drafts import Alternative, Alternatives, ArticulationDraft, DraftJoint, Layer
+    from scenecc.lower.articulations.initial_state import JointValue
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import MaterialLowerer
     from scenecc.lower.references import PlanTables, RobotReader
@@ -158,12 +161,21 @@ class LoweredArticulation:
 
 
 @dataclass(frozen=True, slots=True)
+class _PartContext:
+    """The overrides of a part, and the names of all its joints that move, as it has them."""
+
+    overrides: PatternOverrides
+    joints: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
 class _ArticulationContext:
     """One articulation as written.
 
     Attributes:
         entity, origin, fields: the model, its node, and its field lowerer.
         still: the model, as it is of bodies that do not move: without what does nothing to them.
+        parts: of what is attached to it, by the ids of the models.
         joints: the names of all its joints that move.
         one_id: whether all that it is has one number among articulations whose links ignore one another.
     """
@@ -173,10 +185,26 @@ class _ArticulationContext:
     origin: Origin
     fields: FieldLowerer
     maps: PatternOverrides
+    parts: Mapping[int, _PartContext]
     values: OverrideValues
     targets: DriveTargetCheck
     joints: frozenset[str]
     one_id: bool
+
+    def layers(self, section: str, name: str, link: int, draft: ArticulationDraft) -> tuple[Layer, ...]:
+        """The overrides of a link or its joint, those of parts first; later ones take precedence.
+
+        Args:
+            section: `links`, `joints` or `drives`.
+            name: of the link or the joint.
+            link: number of the link.
+            draft: that has it.
+        """
+        found: list[Layer] = []
+        for part in reversed(draft.parts):
+            if link in part:
+                found += self.parts[id(part.keys)].overrides.layers(section, name[len(part.prefix) :])
+        return (*found, *self.maps.layers(section, name))
 
 
 class ArticulationLowerer:
@@ -227,6 +255,8 @@ class ArticulationLowerer:
         found = read_alternatives(entity, origin, fields)
         if found is None:
             return []
+        if entity.attach:
+            return self._assembled(entity, origin, found, fields)
         if "root" in entity.model_fields_set:
             draft = self._trees.draft(entity.root, origin.child("root"), fields)
             work = self._work(entity, origin, fields, [draft], one_id=True)
@@ -260,6 +290,64 @@ class ArticulationLowerer:
             ]
         constraints = files[0][1].constraints if files[0] is not None else ()
         return [replace(made[0], constraints=constraints), *made[1:]]
+
+    def _assembled(
+        self, entity: Any, origin: Origin, found: Alternatives, fields: FieldLowerer
+    ) -> list[LoweredArticulation]:
+        """The articulation of an entity with parts."""
+
+        def draft(keys: Any, place: Origin, one: Alternative) -> Assembly | None:
+            return self._only(keys, place, one, fields)
+
+        assembler = ArticulationAssembler(self._trees, draft, fields, self._sink)
+        made = [assembler.assemble(entity, origin, one) for one in found.each]
+        whole = [one for one in made if one is not None]
+        if len(whole) < len(made):
+            return []
+        if found.pick is not None and any(constraints for _, constraints in whole):
+            message = "where files differ from scene to scene, they must have no welds and connections"
+            hint = "declare an entity for each file, with `scene_idxs` of its own"
+            self._sink.report("SC327", message, origin, at="key", hint=hint)
+            return []
+        fixed = "root" not in entity.model_fields_set
+        drafts = [
+            replace(draft, fixed=bool(one.values.get("fix_root_link", fixed if draft.fixed is None else draft.fixed)))
+            for (draft, _), one in zip(whole, found.each, strict=True)
+        ]
+        work = self._work(entity, origin, fields, drafts, one_id=True)
+        structures = tuple(self._structure(draft, work) for draft in drafts)
+        return [LoweredArticulation("", None, structures, found.pick, constraints=whole[0][1])]
+
+    def _only(self, keys: Any, origin: Origin, one: Alternative, fields: FieldLowerer) -> Assembly | None:
+        """The only articulation in the file of an articulation or a part; None where it was reported."""
+        self._meshes(keys, origin)
+        key = "urdf" if "urdf" in keys.model_fields_set else "mjcf"
+        file = self._file(key, keys, one)
+        if file is None:
+            return None
+        robot, *others = file[1].robots
+        place = one.places[key]
+        if others or robot.body_type in {"static", "kinematic"}:
+            what = f"{len(others) + 1} robots or bodies" if others else "a body that does not move"
+            hint = "write what is attached into a file of its own, with a joint or a `<freejoint/>` in it"
+            self._sink.report("SC336", f"this file holds {what}, and `attach` joins articulations", place, hint=hint)
+            return None
+        if "to" in keys.model_fields_set:
+            self._drop_root_motion(robot, place)
+        constraints = tuple(
+            replace(one, parent=("", one.parent[1]), child=("", one.child[1])) for one in file[1].constraints
+        )
+        return self._draft(robot, file[0], keys, one, key, fields), constraints
+
+    def _drop_root_motion(self, robot: DescribedRobot, place: Origin) -> None:
+        """Notes what the file of a part says of its root."""
+        where = place if robot.location is None else place.into(robot.location)
+        if robot.fixed is False:
+            message = "the free joint of this root is left out: the root is attached to `to`"
+            self._sink.report("SC337", message, where)
+        if robot.pose != IDENTITY_POSE:
+            message = "the pose of this root is left out: `pose` or `joint` of the part says where it is attached"
+            self._sink.report("SC337", message, where)
 
     def _file(
         self, key: Literal["urdf", "mjcf"], entity: Any, one: Alternative
@@ -311,20 +399,34 @@ class ArticulationLowerer:
         draft = self._robots.draft(robot, entity, index, origin, fields)
         pairing = one.places.get("srdf", origin)
         fixed = one.values.get("fix_root_link", draft.fixed)
-        return replace(draft, fixed=fixed is None or fixed, ignored=tuple(map(pairing.into, robot.ignored)))
+        return replace(draft, fixed=fixed is None or fixed, ignored=dict(enumerate(map(pairing.into, robot.ignored))))
 
     def _work(
         self, entity: Any, origin: Origin, fields: FieldLowerer, drafts: list[ArticulationDraft], *, one_id: bool
     ) -> _ArticulationContext:
         maps = PatternOverrides(entity, origin, self._matching, self._sink)
         maps.check(drafts)
-        joints = (link.joint for draft in drafts for link in draft.links)
-        names = frozenset(joint.name for joint in joints if joint is not None and joint.moves)
+        parts: dict[int, _PartContext] = {}
+        for part in (part for draft in drafts for part in draft.parts):
+            if id(part.keys) not in parts:
+                alone = [other.draft for draft in drafts for other in draft.parts if other.keys is part.keys]
+                overrides = PatternOverrides(part.keys, part.origin, self._matching, self._sink)
+                overrides.check(alone)
+                parts[id(part.keys)] = _PartContext(overrides, _moving_names(alone))
         targets = DriveTargetCheck(fields, self._sink, beyond_limits=bool(entity.beyond_limits))
         # Once: a value is known by the model that has it.
         still = entity.model_copy(update={"gravity": None})
         return _ArticulationContext(
-            entity, still, origin, fields, maps, OverrideValues(self._materials, fields), targets, names, one_id
+            entity,
+            still,
+            origin,
+            fields,
+            maps,
+            parts,
+            OverrideValues(self._materials, fields),
+            targets,
+            _moving_names(drafts),
+            one_id,
         )
 
     def _meshes(self, entity: Any, origin: Origin) -> None:
@@ -362,10 +464,10 @@ class ArticulationLowerer:
         return replace(body, body_type=body_type, **self._of_the_whole(work, fixed=False))
 
     def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> ArticulationStructure:
-        entity, origin, maps, values = work.entity, work.origin, work.maps, work.values
+        entity, origin, values = work.entity, work.origin, work.values
         joints: list[DraftJoint | None] = [
-            link.joint and with_overrides(link.joint, maps.layers("joints", link.joint.name), values)
-            for link in draft.links
+            link.joint and with_overrides(link.joint, work.layers("joints", link.joint.name, number, draft), values)
+            for number, link in enumerate(draft.links)
         ]
         starts = self._starts(draft, joints, work)
         whole = (entity, origin)
@@ -374,7 +476,8 @@ class ArticulationLowerer:
         links: list[Link] = []
         bits: dict[int, Origin] = {}
         for index, (link, joint) in enumerate(zip(draft.links, joints, strict=True)):
-            layers = (whole, *maps.layers("links", link.name), *(() if link.own is None else (link.own,)))
+            patterns = work.layers("links", link.name, index, draft)
+            layers = (whole, *patterns, *(() if link.own is None else (link.own,)))
             body = self._links.body(link, layers, own, ignored, values)
             grouped = nearest_override(layers, "collision_bits", "collision_group")
             if grouped is not None and getattr(grouped[0], "collision_bits", None) is not None:
@@ -383,7 +486,7 @@ class ArticulationLowerer:
                 bits[index] = place
             made = None
             if joint is not None:
-                drives = maps.layers("drives", joint.name) if joint.moves else ()
+                drives = work.layers("drives", joint.name, index, draft) if joint.moves else ()
                 made = lower_joint(joint, drives, starts.get(index, (None, None)), values, work.targets)
             links.append(Link(link.name, body, link.parent, made))
         if bits:
@@ -407,11 +510,26 @@ class ArticulationLowerer:
         moving = [joint for i in order if (joint := joints[i]) is not None]
         numbers = JointNumbers([joint.name for joint in moving], work.joints, origin, fields, self._sink)
         starts = InitialStateLowerer(moving, fields, origin, self._sink, beyond_limits=bool(entity.beyond_limits))
-        found = numbers.of(entity.qpos, "qpos")
-        quiet = entity.qpos is not None and not found
-        positions = starts.positions(found, all_of_them=bool(entity.drives), quiet=quiet)
+        found = self._starts_of_parts(draft, order, work) | numbers.of(entity.qpos, "qpos")
+        written = [entity, *(part.keys for part in draft.parts)]
+        quiet = not found and any(keys.qpos is not None for keys in written)
+        positions = starts.positions(found, all_of_them=any(keys.drives for keys in written), quiet=quiet)
         velocities = starts.velocities(numbers.of(entity.qvel, "qvel"))
         return dict(zip(order, zip(positions, velocities, strict=True), strict=True))
+
+    def _starts_of_parts(
+        self, draft: ArticulationDraft, order: list[int], work: _ArticulationContext
+    ) -> dict[int, JointValue]:
+        """What parts say of the positions of their joints, by the number of the joint in the whole."""
+        found: dict[int, JointValue] = {}
+        places = {link: number for number, link in enumerate(order)}
+        for part in reversed(draft.parts):
+            own = part.draft.moving()
+            names = [joint.name for link in own if (joint := part.draft.links[link].joint) is not None]
+            others = work.parts[id(part.keys)].joints
+            given = JointNumbers(names, others, part.origin, work.fields, self._sink).of(part.keys.qpos, "qpos")
+            found |= {places[part.start + own[number]]: value for number, value in given.items()}
+        return found
 
     @staticmethod
     def _of_the_whole(work: _ArticulationContext, *, fixed: bool) -> dict[str, Value | None]:
@@ -438,6 +556,11 @@ class ArticulationLowerer:
         # Of those that are one too many the scene is not built.
         self._shared[id(entity)] = number if number <= COLLISION_ID_BITS else 0
         return self._shared[id(entity)]
+
+
+def _moving_names(drafts: Iterable[ArticulationDraft]) -> frozenset[str]:
+    joints = (link.joint for draft in drafts for link in draft.links)
+    return frozenset(joint.name for joint in joints if joint is not None and joint.moves)
 
 
 def _mimics(joints: list[DraftJoint | None]) -> tuple[Mimic, ...]:

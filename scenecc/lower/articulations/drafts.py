@@ -29,11 +29,12 @@ from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowe
 from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene, varying
 from scenecc.plan.articulation import breadth_first_order
 from scenecc.plan.properties import POSITIVE
+from scenecc.spec.articulation import iterate_parts
 from scenecc.spec.pose import AXES
 from scenecc.variation.nodes import Composed, Pointing, Posed, Stacked
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -121,6 +122,7 @@ class DraftLink:
         inertial: mass properties from its file.
         mass: from its file, without an inertia: the inertia of the shapes is scaled to it.
         ignore_bits, disable_gravity: as `DescribedLink` has them.
+        collides: whether it has colliding shapes.
     """
 
     name: str
@@ -133,6 +135,7 @@ class DraftLink:
     ignore_bits: int = 0
     mass: Value | None = None
     disable_gravity: bool = False
+    collides: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,20 +146,44 @@ class ArticulationDraft:
         links: the root first, each after its parent.
         fixed: whether the root is fixed to the world; None: not given, so the default applies.
         file: (·,) index of its file; None: it is the scene's own.
-        ignored: for each of the lowest bits of `ignore_bits`, where its file says that two links ignore one another;
-            of others there is no such place.
+        ignored: by bit of `ignore_bits`, where it is written that two links ignore one another; of others there is no
+            such place.
+        parts: what is attached to it, each before what is attached to that.
     """
 
     links: tuple[DraftLink, ...]
     origin: Origin
     fixed: bool | None = None
     file: Value | None = None
-    ignored: tuple[Origin, ...] = ()
+    ignored: Mapping[int, Origin] = field(default_factory=dict[int, "Origin"])
+    parts: tuple[AttachedPart, ...] = ()
 
     def moving(self) -> list[int]:
         """The links whose joints move, in SAPIEN's order of them: by distance from the root, then as they are built."""
         order = breadth_first_order(link.parent for link in self.links)
         return [number for number in order if (joint := self.links[number].joint) is not None and joint.moves]
+
+
+@dataclass(frozen=True, slots=True)
+class AttachedPart:
+    """A part of an articulation.
+
+    Attributes:
+        keys, origin: the part as written, and its node.
+        draft: the part alone, with its own names; its root has the joint to the link that it is attached to.
+        prefix: what stands before these names in the whole.
+        start: number of its root in the whole, which its other links follow.
+    """
+
+    keys: Any
+    origin: Origin
+    draft: ArticulationDraft
+    prefix: str
+    start: int
+
+    def __contains__(self, link: int) -> bool:
+        """Whether a link of the whole belongs to it."""
+        return self.start <= link < self.start + len(self.draft.links)
 
 
 _JOINT_NUMBERS = ("friction", "damping", "armature")
@@ -208,13 +235,14 @@ class LinkTreeDrafter:
         elif parent is not None and link.joint is None:
             self._sink.report("SC102", f"the link `{link.name}` lacks the key `joint`", origin, at="key")
         elif link.joint is not None:
-            joint = self._joint(link.joint, origin.child("joint"), fields)
+            joint = self.joint(link.joint, origin.child("joint"), fields)
         self._idle(link, origin)
 
         def shaping(contact: ContactDefaults) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
             return self._shaped(link, contact, origin, fields)
 
-        return DraftLink(link.name, origin, shaping, parent, joint, own=(link, origin))
+        collides = bool(link.shapes or link.collisions)
+        return DraftLink(link.name, origin, shaping, parent, joint, own=(link, origin), collides=collides)
 
     def _idle(self, link: TreeLink, origin: Origin) -> None:
         """Reports keys for shapes on a link without shapes."""
@@ -231,7 +259,8 @@ class LinkTreeDrafter:
         collisions, visuals = self._shapes.shapes(((link, origin),), contact.default, fields)
         return tuple(_with_contact_radii(shape, contact) for shape in collisions), tuple(visuals)
 
-    def _joint(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> DraftJoint:
+    def joint(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> DraftJoint:
+        """A joint as written. `origin`: of it."""
         given = joint.model_fields_set
         self._one_way(joint, origin)
         in_parent, in_child = self._poses(joint, origin, fields)
@@ -365,6 +394,10 @@ Combination = tuple[Any, ...]
 """A value of each key that is written, in their order."""
 
 
+WrittenKey = tuple[tuple[str, ...], str, Any, "Origin"]
+"""The names of the parts that lead to a key, the key, its value, and where that is written."""
+
+
 @dataclass(frozen=True, slots=True)
 class Alternative:
     """One way to put an articulation together.
@@ -372,10 +405,12 @@ class Alternative:
     Attributes:
         values: by key; what was left out is missing.
         places: where each of these is written.
+        parts: likewise of the parts that are attached to it, by name.
     """
 
     values: dict[str, Any]
     places: dict[str, Origin]
+    parts: dict[str, Alternative] = field(default_factory=dict[str, "Alternative"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -401,27 +436,54 @@ def read_alternatives(entity: Any, origin: Origin, fields: FieldLowerer) -> Alte
         origin: of it.
         fields: of it.
     """
-    written = {key: given for key in _KEY_TYPES if (given := getattr(entity, key, None)) is not None}
-    if VARYING.isdisjoint(given.__class__ for given in written.values()):
-        return Alternatives((Alternative(written, {key: origin.child(key) for key in written}),))
+    written = list(_written_keys(entity, origin, ()))
+    if VARYING.isdisjoint(given.__class__ for _, _, given, _ in written):
+        return Alternatives((_alternative(entity, written),))
     variation = VariationLowerer(fields, origin)
-    columns = [_KeyAlternatives(key, given, origin.child(key), variation) for key, given in written.items()]
+    columns = [_KeyAlternatives(path, key, given, place, variation) for path, key, given, place in written]
     fields.fix(variation)
     complete = [column.enumerate(fields) for column in columns]
     if variation.broken or not all(complete):
         return None
-    return _Combinations(columns, variation, fields).all()
+    return _Combinations(entity, columns, variation, fields).all()
+
+
+def _written_keys(keys: Any, origin: Origin, path: tuple[str, ...]) -> Iterator[WrittenKey]:
+    """What is written of an articulation, and of its parts, that decides about the structure."""
+    for key in _KEY_TYPES:
+        # A part is attached, whatever is said of its root.
+        if (given := getattr(keys, key, None)) is not None and not (path and key == "fix_root_link"):
+            yield path, key, given, origin.child(key)
+    for name, part in iterate_parts(keys):
+        yield from _written_keys(part, origin.child("attach", name), (*path, name))
+
+
+def _alternative(keys: Any, rows: Sequence[WrittenKey]) -> Alternative:
+    """An articulation with its parts, by the values of all their keys."""
+    own = [row for row in rows if not row[0]]
+    return Alternative(
+        {key: value for _, key, value, _ in own},
+        {key: place for _, key, _, place in own},
+        {
+            name: _alternative(part, [(row[0][1:], row[1], row[2], row[3]) for row in rows if row[0][:1] == (name,)])
+            for name, part in iterate_parts(keys)
+        },
+    )
 
 
 class _KeyAlternatives:
     """One key.
 
     Attributes:
+        path: names of the parts that lead to it.
         node: its value in each scene: a node, or a plain value.
         places: where each value that it can have is written, in their order.
     """
 
-    def __init__(self, key: str, given: Any, origin: Origin, variation: VariationLowerer) -> None:
+    def __init__(
+        self, path: tuple[str, ...], key: str, given: Any, origin: Origin, variation: VariationLowerer
+    ) -> None:
+        self.path = path
         self.key = key
         self.origin = origin
         self.varies = given.__class__ in VARYING
@@ -482,7 +544,10 @@ class _KeyAlternatives:
 class _Combinations:
     """The keys of one articulation, some of which vary."""
 
-    def __init__(self, columns: list[_KeyAlternatives], variation: VariationLowerer, fields: FieldLowerer) -> None:
+    def __init__(
+        self, entity: Any, columns: list[_KeyAlternatives], variation: VariationLowerer, fields: FieldLowerer
+    ) -> None:
+        self._entity = entity
         self._columns = columns
         self._variation = variation
         self._fields = fields
@@ -517,10 +582,9 @@ class _Combinations:
         return Alternatives(each, pick)
 
     def _alternative(self, row: Combination) -> Alternative:
-        pairs = list(zip(self._columns, row, strict=True))
-        return Alternative(
-            {column.key: value for column, value in pairs},
-            {column.key: column.places[value] for column, value in pairs},
+        pairs = zip(self._columns, row, strict=True)
+        return _alternative(
+            self._entity, [(column.path, column.key, value, column.places[value]) for column, value in pairs]
         )
 
     def _together(self) -> list[Combination] | None:

@@ -88,8 +88,18 @@ class RobotDrafter:
         elif weight is not None:
             mass = literal(weight.mass)
         joint = link.joint and _joint(link.joint, origin)
-        bits, disable_gravity = link.ignore_bits, link.disable_gravity
-        return DraftLink(link.name, place, shaping, link.parent, joint, None, inertial, bits, mass, disable_gravity)
+        return DraftLink(
+            link.name,
+            place,
+            shaping,
+            link.parent,
+            joint,
+            inertial=inertial,
+            ignore_bits=link.ignore_bits,
+            mass=mass,
+            disable_gravity=link.disable_gravity,
+            collides=bool(link.collisions),
+        )
 
     def _collision(
         self,

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+from scenecc.robots.ignored_sets import MAX_SETS, Pairs, cover_pairs
 from scenecc.robots.mujoco.model import WORLD, CompiledModel
 
 if TYPE_CHECKING:
@@ -18,15 +19,8 @@ if TYPE_CHECKING:
 
     from scenecc.robots.mjcf_files import MjcfReport
 
-MAX_SETS = 32
-"""Bits of the third integer."""
-
 MAX_BITS = 31
 """Bits of `contype` and `conaffinity` that SAPIEN's integers hold, shifted by one."""
-
-
-_Pairs = set[tuple[int, int]]
-"""Numbers of two links, the lower first."""
 
 
 @dataclass(slots=True)
@@ -52,14 +46,7 @@ def find_ignore_bits(links: Sequence[CollidingLink], model: CompiledModel, repor
     if "CONTACT" in model.header["disabled"]:
         return {link.key: 1 for link in links}
     wanted, free = _pairs(links, model)
-    sets: list[list[int]] = []
-    while wanted:
-        together: list[int] = [*min(wanted)]
-        for number in range(len(links)):
-            if number not in together and all((min(number, one), max(number, one)) in free for one in together):
-                together.append(number)
-        sets.append(together)
-        wanted -= {(min(pair), max(pair)) for pair in combinations(together, 2)}
+    sets = cover_pairs(wanted, free, len(links))
     if len(sets) > MAX_SETS:
         message = f"links that ignore one another need {len(sets)} bits, and SAPIEN has {MAX_SETS}"
         place = model.location("exclude", 0) if len(model["exclude_signature"]) else model.source.elements[0].location
@@ -72,13 +59,13 @@ def find_ignore_bits(links: Sequence[CollidingLink], model: CompiledModel, repor
     return bits
 
 
-def _pairs(links: Sequence[CollidingLink], model: CompiledModel) -> tuple[_Pairs, _Pairs]:
+def _pairs(links: Sequence[CollidingLink], model: CompiledModel) -> tuple[Pairs, Pairs]:
     """Pairs that need a bit, and all that never collide."""
     weld, parent = model["body_weldid"].tolist(), model["body_parentid"].tolist()
     excluded = {(one >> 16, one & 0xFFFF) for one in model["exclude_signature"].tolist()}
     filters = "FILTERPARENT" not in model.header["disabled"]
-    wanted: _Pairs = set()
-    never: _Pairs = set()
+    wanted: Pairs = set()
+    never: Pairs = set()
     for (i, a), (j, b) in combinations(enumerate(links), 2):
         first, second = weld[a.body], weld[b.body]
         above_first, above_second = weld[parent[first]], weld[parent[second]]

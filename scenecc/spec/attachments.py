@@ -1,0 +1,110 @@
+"""Parts that are attached to an articulation. Imported when a document attaches one."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, ValidationError
+from pydantic_core import PydanticCustomError, core_schema
+
+from scenecc.spec.articulation import JointNumbers, JointPatterns, MjcfKeys, TreeJoint, TreeKeys, UrdfKeys
+from scenecc.spec.base import MAPPING_KEY, ErrorCollector, Maybe, Name, Text, custom_error, key
+from scenecc.spec.instances import Prefix
+from scenecc.spec.nodes import PART_LABELS, WRONG_KIND, LazyType, is_mapping
+from scenecc.spec.pose import Pose
+from scenecc.spec.values import Fixed
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+
+
+PART_TYPES = {
+    PART_LABELS["urdf"]: LazyType("scenecc.spec.attachments", "UrdfPart"),
+    PART_LABELS["mjcf"]: LazyType("scenecc.spec.attachments", "MjcfPart"),
+    PART_LABELS["root"]: LazyType("scenecc.spec.attachments", "TreePart"),
+}
+"""The models of parts, by their labels."""
+
+
+class PartAnnotation:
+    """The annotation of a part, whose model follows from its keys."""
+
+    def __init__(self, *, nested: bool = False) -> None:
+        self._nested = nested
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: "GetCoreSchemaHandler") -> "CoreSchema":
+        return core_schema.no_info_plain_validator_function(_read_part)
+
+    def __get_pydantic_json_schema__(self, schema: "CoreSchema", handler: "GetJsonSchemaHandler") -> "JsonSchemaValue":
+        found: JsonSchemaValue = {"required": ["urdf"]}
+        for form, label in reversed(PART_LABELS.items()):
+            later = PART_TYPES[label]
+            # A part may hold parts: the schema of these is the definition that is being written.
+            then = {"x-ref": later.type.__name__} if self._nested else later.json_schema(handler)
+            found = {"if": {"required": [form]}, "then": then, "else": found}
+        return found
+
+
+def _read_part(node: Any) -> Any:
+    if not is_mapping(node):
+        raise PydanticCustomError(WRONG_KIND, "{expected}", {"expected": "a mapping with `to` and a file or a `root`"})
+    label = next((label for key, label in PART_LABELS.items() if key in node), None)
+    if label is None:
+        raise custom_error("SC102", "{this} lacks the key `urdf`, `mjcf` or `root`", at="key")
+    mistakes = ErrorCollector()
+    made: Any = None
+    try:
+        made = PART_TYPES[label].validate(node)
+    except ValidationError as problem:
+        mistakes.take(problem, label)
+    mistakes.stop()
+    return made
+
+
+Part = Annotated[Any, PartAnnotation()]
+"""What is attached to an articulation."""
+
+
+def _empty_list() -> list[Any]:
+    return []
+
+
+def _empty_dict() -> dict[str, Any]:
+    return {}
+
+
+class PartKeys(JointPatterns):
+    """Keys of any part. Links and joints have the part's own names in it."""
+
+    to: Fixed[Text] = Field(
+        description="The link that it is attached to: one of the whole, or of an earlier part (`gripper/palm`)."
+    )
+    pose: Maybe[Pose] = key("Pose of its root in the frame of `to`; a fixed joint holds it there.", default=[0, 0, 0])
+    joint: Maybe[TreeJoint] = key("The joint between `to` and its root, in place of `pose`.")
+    prefix: Maybe[Fixed[Prefix]] = key(
+        'Before the names of its links and joints; left out: the name of the part and "/".', examples=[""]
+    )
+    ignore: list[Fixed[Text]] = Field(
+        default_factory=_empty_list,
+        description="Links of the whole that never collide with it.",
+        json_schema_extra={"default": []},
+    )
+    qpos: Maybe[JointNumbers] = key(
+        "Initial positions of its joints [m or rad]; the `qpos` of the whole replaces them."
+    )
+    fix_root_link: Maybe[Fixed[bool]] = key("Not used: its root is attached to `to`.")
+    attach: dict[Annotated[Name, MAPPING_KEY], Annotated[Any, PartAnnotation(nested=True)]] = Field(
+        default_factory=_empty_dict, description="Parts that are attached to it."
+    )
+
+
+class UrdfPart(PartKeys, UrdfKeys):
+    """A part that a URDF describes."""
+
+
+class MjcfPart(PartKeys, MjcfKeys):
+    """A part that an MJCF describes."""
+
+
+class TreePart(PartKeys, TreeKeys):
+    """A part that is written as a tree of links."""
