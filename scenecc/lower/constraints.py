@@ -180,7 +180,7 @@ class ConstraintLowerer:
             from scenecc.lower.resets import check_constraint_resets  # noqa: PLC0415 - loaded where something varies
 
             left_out = tuple(one for one in made if written[one.name].pose_in_parent is None)
-            check_constraint_resets(left_out, tuple(self._built.values()), self._sampling, self._entities.frames)
+            check_constraint_resets(left_out, self._sampling, self._entities.frames)
         return made
 
     def describe(self) -> tuple[Constraint, ...]:

@@ -127,6 +127,10 @@ class EntityLowerer:
             articulations: makes what lowers its articulations.
         """
         made = self._made(bodies, articulations)
+        for one in made:
+            linked = tuple(each for each in one.structures if not isinstance(each, BodyStructure))
+            if linked:
+                self.frames.articulations[one.name] = linked, one.pick
         for name in self._scene.frames:
             self.frames.world(name, self._origin.child("frames", name), fixed=False)
         entities: list[Entity] = []

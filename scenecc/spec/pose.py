@@ -56,7 +56,9 @@ class PoseMapping(SpecModel):
         "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m]."
     )
     matrix: Maybe[ExpressionOnly[Matrix]] = key("A rigid 4×4 transformation, row by row; excludes the other keys.")
-    relative_to: Maybe[Fixed[OuterReference]] = key("The entity, frame or camera to which this pose is relative.")
+    relative_to: Maybe[Fixed[OuterReference]] = key(
+        "The entity, ENTITY/LINK, frame or camera that this pose is relative to."
+    )
 
 
 if TYPE_CHECKING:
