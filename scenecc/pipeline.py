@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from scenecc.spec.document import SceneFile
 
 
-Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], "ScenePlan", "CompiledSource"]
-"""A path, an open stream, a mapping, a plan, or a plan's JSON; or one of these that was compiled."""
+Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], Document, "ScenePlan", "CompiledSource"]
+"""A path, an open stream, a mapping, a document that was read, a plan, or a plan's JSON; or one that was compiled."""
 
 _PLAN_KEY = "scenecc_plan"
 _PLAN_TEXT = re.compile(r'\s*\{\s*"scenecc_plan"\s*:')
@@ -69,6 +69,8 @@ def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
         TypeError: the source is nothing that can hold a scene.
     """
     path: Path | None = None
+    if isinstance(source, Document):
+        return Input(source)
     if isinstance(source, Mapping):
         document = read_dict(source, sink, limits)
         return document and _input(document)

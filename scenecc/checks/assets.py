@@ -25,11 +25,12 @@ from scenecc.checks.mesh_data import (
     MeshData,
     MeshReadContext,
 )
-from scenecc.checks.mesh_obj import fallback_materials, mtl_images
+from scenecc.checks.mesh_obj import mtl_images
 from scenecc.checks.meshes import MESH_SUFFIXES, check_mesh_use, read_mesh
 from scenecc.checks.value_queries import indices, rows
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.files import open_regular, state_of
+from scenecc.geometry.obj_materials import fallback_materials
 from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
 from scenecc.plan.body import NamedFile
 from scenecc.plan.rendering import CubeMap, TexturedLight
@@ -305,7 +306,11 @@ def _check_references(
                     )
                 continue
             if visual is not None and reference.kind == "image":
-                _check_texture(checker, path)
+                try:
+                    _check_texture(checker, path)
+                except AssetError as fault:
+                    _check_optional(checker, asset, reference, fault, visual)
+                    continue
             elif reference.kind in {"material", "instead"} and any(use != "decomposed" for use in by_use):
                 # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
                 # up where it cannot; images it opens for what is seen alone. A decomposition reads none of them.
@@ -340,11 +345,18 @@ def _check_optional(
         if reference.kind == "buffer" or not unused:
             raise fault
         return
-    if reference.kind == "buffer" or not missing:
+    # A build takes images that are there out of an OBJ alone.
+    unread = reference.kind == "image" and fault.code in _UNREAD_IMAGE and Path(asset.path).suffix.lower() == ".obj"
+    if reference.kind == "buffer" or not (missing or unread):
         raise fault
     if not asset.optional_names:
         raise _with_repair(fault, visual)
-    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which is missing: it is left out", visual)
+    why = "is missing" if missing else f"cannot be used ({fault.message})"
+    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which {why}: it is left out", visual)
+
+
+_UNREAD_IMAGE = {"SC410", "SC420"}
+"""Codes of images that are there and that cannot be read."""
 
 
 def _with_repair(fault: AssetError, origin: Origin) -> AssetError:

@@ -184,8 +184,11 @@ MIN_THICKNESS = 1e-5
 _SAFE_THICKNESS = 32
 """Thickness from which PhysX's tolerance takes less than a twentieth of any hull, in that tolerance."""
 
-_MAX_CHANGE = 0.25
-"""By how much of its volume a hull may be cooked to another."""
+_MAX_CHANGE = 0.5
+"""By how much of its volume a hull may be cooked to another: thin stickers on real robots gain a quarter."""
+
+_TOLD_CHANGE = 0.1
+"""From how much on that is told."""
 
 _MIN_LENGTH = 0.01
 """Length of a mesh at which PhysX's tolerance may take a tenth of its volume and more [m]."""
@@ -296,11 +299,11 @@ def _cooking_fault(
         return None
     total.take(_HULL_COST + _CORNER_COST * min(len(cloud), MAX_CORNERS))
     ratio = cooked_volume_ratio(cloud)
-    if abs(ratio - 1) <= _MAX_CHANGE:
+    if abs(ratio - 1) <= _TOLD_CHANGE:
         return None
     enlarge = "store the mesh larger, about 1 m long, and give the shape a `scale`; or "
     return AssetError(
-        "SC423",
+        "SC423" if abs(ratio - 1) > _MAX_CHANGE else "SC416",
         f"PhysX cooks the hull{whose} to {ratio:.0%} of its volume: it is {thickness:.3g} m thick and {length:.3g} m "
         f"long, and corners within {tolerance:.2g} m are left out",
         f"{enlarge if tolerance <= PLANE_TOLERANCE else ''}use a box or another solid, or cut the mesh into shorter "

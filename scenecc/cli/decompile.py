@@ -24,6 +24,10 @@ def decompile(
         str, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")
     ] = STDOUT,
     seed: Annotated[int, typer.Option("--seed", metavar="N", parser=at_least(0), help="Seed of the task's reset.")] = 0,
+    num_envs: Annotated[
+        int,
+        typer.Option("--num-envs", metavar="N", parser=at_least(1), help="Parallel scenes, each of the next seed."),
+    ] = 1,
     check: Annotated[
         bool, typer.Option("--check/--no-check", help="Build the file and compare it with the task's scene.")
     ] = True,
@@ -32,7 +36,8 @@ def decompile(
 
     The task is built and reset, and its live scene becomes a file: bodies, robots by their file with what the task
     changes, lights and cameras. The file is then built, and what is not equal in its scene is printed. The task runs
-    its own code. The extra `maniskill` and a device that renders are needed.
+    its own code. The extra `maniskill` and a device that renders are needed. With `--num-envs`, the file has parallel
+    scenes: environments that are reset with the seeds N, N + 1, and so on.
 
     Exit status: 0 equal, 1 not equal or not everything can be said in a scene file, 2 wrong usage, 3 the task does
     not build here.
@@ -40,7 +45,7 @@ def decompile(
     \b
     Examples:
       scenecc decompile PickCube-v1 -o pick.yaml
-      scenecc decompile PegInsertionSide-v1 --seed 3
+      scenecc decompile PegInsertionSide-v1 --seed 3 --num-envs 4
     """
     if (reason := refusal(output)) is not None:
         end([usage_error("SC904", reason, file=output)])
@@ -52,7 +57,7 @@ def decompile(
         print_err(f"scenecc: {error}\n")
         raise typer.Exit(Status.machine) from None
     try:
-        found = decompile_task(task, base=base_folder(output) or Path.cwd(), seed=seed, check=check)
+        found = decompile_task(task, base=base_folder(output) or Path.cwd(), seed=seed, num_envs=num_envs, check=check)
     except TaskFailure as failure:
         print_err(f"scenecc: {failure}\n")
         raise typer.Exit(Status.machine) from None

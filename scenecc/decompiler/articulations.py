@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.backends.sapien.engine import sapien
 from scenecc.backends.sapien.properties import ARTICULATION_PROPERTIES
-from scenecc.decompiler.bodies import BodyReader, friction_of, inertial, is_equal, plain_value
+from scenecc.decompiler.bodies import BodyReader, friction_of, inertial, is_equal, physical_material, plain_value
 from scenecc.decompiler.patterns import by_pattern
 from scenecc.decompiler.values import Files, Node, pose_value, same_single, to_number, to_numbers
 from scenecc.geometry.rotations import normalized
@@ -89,8 +89,7 @@ class ArticulationReader:
         fixed = articulation.links[0].joint.type == "fixed"
         if source.format == "mjcf":
             options = {}
-            if _has_key("Mjcf", "loader"):
-                node["loader"] = "maniskill"
+            node["loader"] = "maniskill"
         node |= {key: value for key, value in options.items() if key != "fix_root_link"}
         bits = [shape.get_collision_groups() for link in articulation.links for shape in link.collision_shapes]
         if not alone and any(groups[2] for groups in bits) and not any(groups[3] for groups in bits):
@@ -170,8 +169,7 @@ class ArticulationReader:
             (numbers, *others) = {friction_of(a.physical_material) for a, _ in pairs}
             if others:
                 self._bodies.problems.append(f"`{name}/{other.name}`: shapes of different friction")
-            names = ("static_friction", "dynamic_friction", "restitution")
-            keys["material"] = {"physical": dict(zip(names, to_numbers(numbers), strict=True))}
+            keys["material"] = physical_material(numbers)
         for key in ("patch_radius", "min_patch_radius", "density"):
             if any(not is_equal(getattr(a, key), getattr(b, key)) for a, b in pairs):
                 keys[key] = plain_value(getattr(pairs[0][0], key))
@@ -330,9 +328,3 @@ def _is_near(first: Any, second: Any) -> bool:
         for name in ("p", "q")
         for a, b in zip(getattr(first, name), getattr(second, name), strict=True)
     )
-
-
-def _has_key(model: str, key: str) -> bool:
-    from scenecc.spec import articulation  # noqa: PLC0415 - models are made where they are asked for
-
-    return key in getattr(articulation, model).model_fields

@@ -12,6 +12,7 @@ from scenecc.backends.sapien.audit.reference import PHYSICAL_MATERIAL_FIELDS, RE
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES
 from scenecc.backends.sapien.properties import BODY_PROPERTIES, COLLISION_GROUPS, LINK_FIELDS, RENDER_PROPERTIES
+from scenecc.decompiler.tables import TEXTURES
 from scenecc.decompiler.values import (
     Files,
     Node,
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scenecc.decompiler.record import Recording
-
-TEXTURES: Final = ("base_color", "normal", "roughness", "metallic", "emission", "transmission")
 
 _AXES: Final = {"y": shortest_from_x((0.0, 1.0, 0.0)), "z": shortest_from_x((0.0, 0.0, 1.0))}
 
@@ -109,6 +108,11 @@ def is_equal(first: Any, second: Any) -> bool:
 def friction_of(material: Any) -> tuple[float, ...]:
     """The numbers of a `PhysxMaterial`."""
     return tuple(getattr(material, name) for name in PHYSICAL_MATERIAL_FIELDS)
+
+
+def physical_material(friction: Iterable[float]) -> Node:
+    """A material of the numbers that `friction_of` gives."""
+    return {"physical": dict(zip(PHYSICAL_MATERIAL_FIELDS, to_numbers(friction), strict=True))}
 
 
 class BodyReader:
@@ -198,7 +202,8 @@ class BodyReader:
                 break
             both.append(merged)
         lists = {"shapes": both, "collisions": collisions[len(both) :], "visuals": visuals[len(both) :]}
-        node = common_keys({key: items for key, items in lists.items() if items})
+        colored = not isinstance(component, physx.PhysxArticulationLinkComponent)
+        node = common_keys({key: items for key, items in lists.items() if items}, colored=colored)
         if look is not None:
             fresh = untouched()["look"]
             looks = {key: plain_value(getattr(look, key)) for key in RENDER_PROPERTIES.by_field}
@@ -232,7 +237,7 @@ class BodyReader:
                 node[key] = plain_value(value)
         friction = friction_of(shape.physical_material)
         if not same_single(friction, self._defaults.friction):
-            node["material"] = {"physical": dict(zip(PHYSICAL_MATERIAL_FIELDS, to_numbers(friction), strict=True))}
+            node["material"] = physical_material(friction)
         return node
 
     def _geometry(self, name: str, shape: Any, source: Any) -> Node:
@@ -402,19 +407,16 @@ def visual_material(material: Any, files: Files) -> Node:
     for name in TEXTURES:
         texture = getattr(material, f"{name}_texture")
         if texture is not None:
-            found[f"{name}_texture"] = _texture(name, texture, files)
+            found[f"{name}_texture"] = _texture(texture, files)
     return found
 
 
-def _texture(name: str, texture: Any, files: Files) -> Any:
+def _texture(texture: Any, files: Files) -> Any:
     file = files.name(texture.filename) if texture.filename else ""
-    defaults = {"mipmap_levels": 1, "filter_mode": "linear", "address_mode": "repeat", "srgb": name in _COLORS}
+    defaults = {"mipmap_levels": 1, "filter_mode": "linear", "address_mode": "repeat", "srgb": True}
     given = {key: getattr(texture, "is_srgb" if key == "srgb" else key) for key in defaults}
     changed = {key: value for key, value in given.items() if value != defaults[key]}
     return {"file": file, **changed} if changed else file
-
-
-_COLORS: Final = frozenset(("base_color", "emission"))
 
 
 @cache
@@ -470,15 +472,16 @@ _LISTS: Final = {
 }
 
 
-def common_keys(node: Node) -> Node:
-    """Puts what all shapes of a body have in common beside them."""
+def common_keys(node: Node, *, colored: bool) -> Node:
+    """Puts what all shapes of a body have in common beside them. `colored`: False for a link, which has no `color`."""
     for key, lists in _LISTS.items():
+        if key == "color" and not colored:
+            continue
         items = [item for name in lists for item in node.get(name, [])]
-        others = any(node.get(name) for name in ("shapes", "collisions", "visuals") if name not in lists)
         values = [item.get(key) for item in items]
         if not items or values[0] is None or any(value != values[0] for value in values):
             continue
-        if key != "collision_bits" and (len(items) == 1 or (others and key == "material")):
+        if key in ("color", "density") and len(items) == 1:
             continue
         for item in items:
             del item[key]

@@ -60,7 +60,8 @@ def decompile(
     Decompile right after a build or a reset: what the engine keeps of contacts once it has stepped cannot be read.
 
     Args:
-        source: a `sapien.Scene`, a sequence of parallel ones, or an environment or a scene of ManiSkill.
+        source: a `sapien.Scene`, an environment or a scene of ManiSkill, or a list of these, which are parallel scenes
+            of one file. They are scenes of PhysX on the CPU.
         recording: what `scenecc.record()` noted while the scenes were built. Without it, collision meshes, robots'
             files, fixed tendons and environment maps are unknown.
         base: folder of the file that will be written; paths of files are relative to it, or `pkg://`.
@@ -69,11 +70,11 @@ def decompile(
         check: whether to build the file, once, and to compare; it takes as long as the build.
 
     Raises:
-        TypeError: `source` is none of these.
+        TypeError: `source` is none of these, or is simulated on the GPU.
         UnlikeScenes: the scenes differ in what all scenes of a file have in common.
     """
     from scenecc.decompiler.live import SceneReader, has_render_system  # noqa: PLC0415 - loads the engine
-    from scenecc.decompiler.prefabs import use_prefabs  # noqa: PLC0415 - likewise
+    from scenecc.decompiler.prefabs import use_lights, use_prefabs  # noqa: PLC0415 - likewise
     from scenecc.decompiler.reading import read_scene  # noqa: PLC0415 - likewise
     from scenecc.decompiler.values import Files  # noqa: PLC0415 - likewise
     from scenecc.scene_file.layout import scene_text  # noqa: PLC0415
@@ -91,7 +92,7 @@ def decompile(
     render = has_render_system(live.scenes[0])
     merged = merge_scenes(documents)
     if render or live.maniskill:  # what ManiSkill builds is seen as prefabs show it
-        merged = use_prefabs(merged, facts[0], rename=_of_scene(live.rename, 0), render=render)
+        merged = use_lights(use_prefabs(merged, facts[0], rename=_of_scene(live.rename, 0), render=render))
     head = {"scenecc": 1} | ({"name": name} if name else {}) | ({"description": description} if description else {})
     document = {**head, **simplify(merged)}
     differences = None
@@ -110,8 +111,6 @@ def _differences(
         return rebuilt_differences(document, base, facts, rename=rename, render=render)
     except scenecc.SceneError as error:
         return [f"the file does not build: {line}" for line in str(error).strip().splitlines()]
-    except OSError as error:
-        return [f"no file can be built in `{base}`: {error.strerror}"]
 
 
 def _of_scene(rename: Callable[[int, str], str], index: int) -> Callable[[str], str]:
@@ -119,24 +118,36 @@ def _of_scene(rename: Callable[[int, str], str], index: int) -> Callable[[str], 
 
 
 def _live_scenes(source: Any) -> _Source:
-    environment: Any = getattr(source, "unwrapped", source)
-    owner: Any = None if hasattr(environment, "physx_system") else getattr(environment, "scene", None)
-    scene: Any = owner if hasattr(owner, "sub_scenes") else environment
-    if hasattr(scene, "sub_scenes"):
-        hidden = frozenset(actor.name for actor in getattr(environment, "_hidden_objects", ()))
-        scenes = list(scene.sub_scenes)
-        return _Source(scenes, _maniskill_names(scenes), hidden, maniskill=True)
-    scenes: list[Any] = [*source] if isinstance(source, list | tuple) else [source]
+    sources: list[Any] = [*source] if isinstance(source, list | tuple) else [source]
+    owners = [_maniskill_scene(each) for each in sources]
+    maniskill = bool(owners) and all(owner is not None for owner in owners)
+    scenes = [scene for owner in owners for scene in owner.sub_scenes] if maniskill else sources
     if not scenes or not all(hasattr(each, "physx_system") and hasattr(each, "entities") for each in scenes):
-        raise TypeError("decompile takes a sapien.Scene, a list of them, or an environment or a scene of ManiSkill")
-    return _Source(scenes, lambda _, name: name)
+        raise TypeError("decompile takes a sapien.Scene, an environment or a scene of ManiSkill, or a list of these")
+    if any(type(scene.physx_system).__name__ == "PhysxGpuSystem" for scene in scenes):
+        raise TypeError('decompile reads scenes of the CPU: build it with `sim_backend="cpu"`, or a PhysxCpuSystem')
+    if not maniskill:
+        return _Source(scenes, lambda _, name: name)
+    hidden = {actor.name for each in sources for actor in getattr(_environment(each), "_hidden_objects", ())}
+    return _Source(scenes, _maniskill_names(scenes), frozenset(hidden), maniskill=True)
+
+
+def _environment(source: Any) -> Any:
+    return getattr(source, "unwrapped", source)
+
+
+def _maniskill_scene(source: Any) -> Any:
+    """The scene of an environment of ManiSkill, or the source if it is one; None of anything else."""
+    environment = _environment(source)
+    owner = None if hasattr(environment, "physx_system") else getattr(environment, "scene", None)
+    return next((each for each in (owner, environment) if hasattr(each, "sub_scenes")), None)
 
 
 def _maniskill_names(scenes: list[Any]) -> Callable[[int, str], str]:
     """ManiSkill's names without the scene's index, and links' and joints' without their robot's name."""
-    from scenecc.decompiler.live import articulations_of  # noqa: PLC0415 - loads the engine
+    from scenecc.decompiler.reading import articulations  # noqa: PLC0415 - loads the engine
 
-    prefixes = [_link_prefixes(articulation.name for articulation in articulations_of(scene)) for scene in scenes]
+    prefixes = [_link_prefixes(articulation.name for articulation in articulations(scene)) for scene in scenes]
 
     def rename(index: int, name: str) -> str:
         for prefix in prefixes[index]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from itertools import zip_longest
 
 import numpy as np
@@ -10,7 +10,9 @@ import numpy as np
 from scenecc.decompiler.facts import Facts, Numbers, Plain
 
 
-def differences(a: Facts, b: Facts, *, without: Collection[str] = ()) -> list[str]:
+def differences(
+    a: Facts, b: Facts, *, without: Collection[str] = (), tolerance: Callable[[Facts], float] = lambda _: 0.0
+) -> list[str]:
     """One line a difference, with the path of the object, the property and both values; empty if all is equal.
 
     Numbers are compared by their bits, but for the sign of a zero. Objects are compared in their order; an object that
@@ -20,11 +22,14 @@ def differences(a: Facts, b: Facts, *, without: Collection[str] = ()) -> list[st
         a: a scene, an entity or anything in it.
         b: what it should equal.
         without: properties that are not compared, by `PROPERTY` or `KIND.PROPERTY`; `name` is one.
+        tolerance: how far apart two numbers of an object may be that are equal.
     """
-    return list(_differing(_label(a), a, b, frozenset(without)))
+    return list(_differing(_label(a), a, b, frozenset(without), tolerance))
 
 
-def _differing(where: str, a: Facts, b: Facts, without: frozenset[str]) -> Iterator[str]:
+def _differing(
+    where: str, a: Facts, b: Facts, without: frozenset[str], tolerance: Callable[[Facts], float]
+) -> Iterator[str]:
     if a.kind != b.kind:
         yield f"{where}: {a.kind} against {b.kind}"
         return
@@ -36,12 +41,18 @@ def _differing(where: str, a: Facts, b: Facts, without: frozenset[str]) -> Itera
             continue
         if name not in left or name not in right:
             yield f"{where}.{name}: only in the {'second' if name not in left else 'first'}"
-        elif left[name] != right[name]:
+        elif left[name] != right[name] and not _is_near(left[name], right[name], tolerance(a)):
             yield f"{where}.{name}: {_told(left[name], right[name])}"
-    yield from _parts(where, a.parts, b.parts, without)
+    yield from _parts(where, a.parts, b.parts, without, tolerance)
 
 
-def _parts(where: str, a: tuple[Facts, ...], b: tuple[Facts, ...], without: frozenset[str]) -> Iterator[str]:
+def _parts(
+    where: str,
+    a: tuple[Facts, ...],
+    b: tuple[Facts, ...],
+    without: frozenset[str],
+    tolerance: Callable[[Facts], float],
+) -> Iterator[str]:
     by_kind: dict[str, tuple[list[Facts], list[Facts]]] = {}
     for side, parts in enumerate((a, b)):
         for part in parts:
@@ -53,7 +64,13 @@ def _parts(where: str, a: tuple[Facts, ...], b: tuple[Facts, ...], without: froz
                 assert extra is not None
                 yield f"{where}/{_label(extra, number)}: only in the {'first' if y is None else 'second'}"
             else:
-                yield from _differing(f"{where}/{_label(x, number)}", x, y, without)
+                yield from _differing(f"{where}/{_label(x, number)}", x, y, without, tolerance)
+
+
+def _is_near(a: Plain, b: Plain, tolerance: float) -> bool:
+    if not tolerance or not isinstance(a, Numbers) or not isinstance(b, Numbers) or a.shape != b.shape:
+        return False
+    return "f" in a.dtype and bool((np.abs(a.array().astype(np.float64) - b.array()) <= tolerance).all())
 
 
 def _sort(part: Facts) -> str:

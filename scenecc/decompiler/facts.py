@@ -76,7 +76,7 @@ NAMES = frozenset({"links", "joints", "active_joints", "parent", "articulation"}
 
 
 def renamed(facts: Facts, rename: Callable[[str], str]) -> Facts:
-    """The same tree with other names, also where one object names another."""
+    """The same tree with other names, also where one object names another; shapes keep theirs."""
 
     def called(name: str, value: Plain) -> Plain:
         if name not in NAMES or value is None:
@@ -85,7 +85,7 @@ def renamed(facts: Facts, rename: Callable[[str], str]) -> Facts:
 
     return replace(
         facts,
-        name=rename(facts.name),
+        name=facts.name if facts.kind.startswith("RenderShape") else rename(facts.name),
         values=tuple((name, called(name, value)) for name, value in facts.values),
         parts=tuple(renamed(part, rename) for part in facts.parts),
     )

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.decompiler.articulations import ArticulationReader
-from scenecc.decompiler.bodies import BodyReader, SceneDefaults, friction_of, plain_value, untouched
+from scenecc.decompiler.bodies import BodyReader, SceneDefaults, friction_of, physical_material, plain_value, untouched
 from scenecc.decompiler.constraints import COMPONENTS, constraint
 from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
-from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single, to_numbers
+from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single
+from scenecc.names import UniqueNames
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS
 
 if TYPE_CHECKING:
@@ -39,14 +40,14 @@ class SceneReader:
         self._rename = rename
         self._hidden = frozenset(hidden)
         self.problems: list[str] = []
-        self._taken: set[str] = set()
+        self._names = UniqueNames()
         self._mounts: dict[int, tuple[Any, str]] = {}
         self._many_robots = False
 
     def document(self, scene: Any) -> Node:
         """A `sapien.Scene` as a document of one scene."""
         components = [component for entity in scene.entities for component in entity.components]
-        defaults = _defaults_of([c for c in components if isinstance(c, physx.PhysxRigidBaseComponent)])
+        defaults = self._defaults([c for c in components if isinstance(c, physx.PhysxRigidBaseComponent)])
         bodies = BodyReader(self._recording, self._files, defaults)
         document: Node = {"scenecc": 1}
         physics = _physics(scene, defaults)
@@ -66,6 +67,31 @@ class SceneReader:
         document |= self._seen(components)
         self.problems += bodies.problems
         return document
+
+    def _defaults(self, bodies: list[Any]) -> SceneDefaults:
+        """What most shapes and bodies have, which then is said once."""
+        shapes = [shape for body in bodies for shape in body.collision_shapes]
+        # Of a robot's MJCF, friction is the file's own.
+        rubbing = [shape for body in bodies if not self._has_mjcf(body) for shape in body.collision_shapes]
+        fresh = untouched()
+        friction = _most_common([friction_of(shape.physical_material) for shape in rubbing], SceneDefaults.friction)
+        moved = [body for body in bodies if isinstance(body, physx.PhysxRigidDynamicComponent)]
+        moved += [body.articulation for body in bodies if isinstance(body, physx.PhysxArticulationLinkComponent)]
+
+        def common(owners: list[Any], kind: str, names: tuple[str, ...]) -> Node:
+            return {name: _most_common([getattr(each, name) for each in owners], fresh[kind][name]) for name in names}
+
+        return SceneDefaults(
+            friction=tuple(friction),
+            shape=common(shapes, "shape", _SHAPE_DEFAULTS),
+            body=common(moved, "body", _BODY_DEFAULTS),
+        )
+
+    def _has_mjcf(self, body: Any) -> bool:
+        if self._recording is None or not isinstance(body, physx.PhysxArticulationLinkComponent):
+            return False
+        source = self._recording.robot_of(body.articulation.links[0])
+        return source is not None and source.format == "mjcf"
 
     def _entity(self, entity: Any, bodies: BodyReader, robots: ArticulationReader, entities: Node) -> None:
         body: Any = None
@@ -129,12 +155,7 @@ class SceneReader:
         plain = plain_name(self._rename(given)) or otherwise
         if plain != (self._rename(given) or otherwise):
             self.problems.append(f"`{given}` is called `{plain}`: a name in a scene file has no other characters")
-        name, number = plain, 1
-        while name in self._taken:
-            number += 1
-            name = f"{plain}_{number}"
-        self._taken.add(name)
-        return name
+        return self._names.new(plain)
 
 
 def _ignoring_articulations(components: list[Any]) -> int:
@@ -160,25 +181,6 @@ def _most_common(values: list[Any], otherwise: Any) -> Any:
     return Counter(values).most_common(1)[0][0] if values else otherwise
 
 
-def _defaults_of(bodies: list[Any]) -> SceneDefaults:
-    """What most shapes and bodies have, which then is said once."""
-    shapes = [shape for body in bodies for shape in body.collision_shapes]
-    fresh = untouched()
-    friction = _most_common([friction_of(shape.physical_material) for shape in shapes], SceneDefaults.friction)
-    moved = [body for body in bodies if isinstance(body, physx.PhysxRigidDynamicComponent)]
-    moved += [body.articulation for body in bodies if isinstance(body, physx.PhysxArticulationLinkComponent)]
-    return SceneDefaults(
-        friction=tuple(friction),
-        shape={
-            name: _most_common([getattr(shape, name) for shape in shapes], fresh["shape"][name])
-            for name in _SHAPE_DEFAULTS
-        },
-        body={
-            name: _most_common([getattr(body, name) for body in moved], fresh["body"][name]) for name in _BODY_DEFAULTS
-        },
-    )
-
-
 def _physics(scene: Any, defaults: SceneDefaults) -> Node:
     node: Node = {}
     if not same_single([scene.timestep], [0.01]):
@@ -189,16 +191,8 @@ def _physics(scene: Any, defaults: SceneDefaults) -> Node:
         if value != plain_value(getattr(fresh, name)):
             node[name] = value
     if not same_single(defaults.friction, SceneDefaults.friction):
-        names = ("static_friction", "dynamic_friction", "restitution")
-        node["default_material"] = dict(zip(names, to_numbers(defaults.friction), strict=True))
+        node["default_material"] = physical_material(defaults.friction)["physical"]
     own = untouched()
     for part, given in (("shape", defaults.shape), ("body", defaults.body)):
         node |= {name: plain_value(value) for name, value in given.items() if value != own[part][name]}
     return node
-
-
-def articulations_of(scene: Any) -> list[Any]:
-    """The articulations of a scene, in the order of their first links."""
-    components = [component for entity in scene.entities for component in entity.components]
-    links = [each for each in components if isinstance(each, physx.PhysxArticulationLinkComponent)]
-    return [link.articulation for link in links if link.is_root]

@@ -5,10 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from scenecc.decompiler.facts import Facts, renamed
 from scenecc.decompiler.reading import read_scene
 from scenecc.decompiler.verify import tidy, untouched_engine
-from scenecc.scene_file import is_mapping
+from scenecc.diagnostics import Sink
+from scenecc.expand.documents import PREFAB_FOLDER
+from scenecc.scene_file import is_list, is_mapping
+from scenecc.source import read_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,6 +45,31 @@ def use_prefabs(document: Node, live: Facts, *, rename: Callable[[str], str], re
                 key: value for name, other in entities.items() for key, value in places.get(name, {name: other}).items()
             }
     return {**document, "entities": entities} if "entities" in document else document
+
+
+def use_lights(document: Node) -> Node:
+    """The document with the file of ManiSkill's lights included in place of lights that are the same."""
+    shipped = read_file(PREFAB_FOLDER / _LIGHTS, Sink())
+    assert shipped is not None
+    shown = {"environment": shipped.data["environment"], "lights": list(shipped.data["lights"].values())}
+    found = {"environment": document.get("environment"), "lights": list(document.get("lights", {}).values())}
+    taken = {name for section in ("entities", "constraints", "cameras") for name in document.get(section, {})}
+    if _single(found) != _single(shown) or taken & shipped.data["lights"].keys():
+        return document
+    rest = {key: value for key, value in document.items() if key not in shown}
+    return {**rest, "include": [f"pkg://scenecc/prefabs/{_LIGHTS}"]}
+
+
+_LIGHTS: Final = "parts/maniskill_lights.yaml"
+
+
+def _single(value: Any) -> Any:
+    """The same data with numbers in single precision."""
+    if is_list(value):
+        return [_single(item) for item in value]
+    if is_mapping(value):
+        return {key: _single(item) for key, item in value.items()}
+    return np.float32(value) if isinstance(value, int | float) else value
 
 
 def _physical(facts: Facts) -> Facts:

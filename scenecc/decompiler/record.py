@@ -143,6 +143,8 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
     from scenecc.backends.sapien.engine import physx  # noqa: PLC0415 - importing this module loads no engine
 
     def convex(init: Any) -> Any:
+        """The constructor, which also records the file of a hull."""
+
         @wraps(init)
         def recorded(self: Any, *args: Any, **options: Any) -> None:
             init(self, *args, **options)
@@ -153,6 +155,8 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
         return recorded
 
     def triangles(init: Any) -> Any:
+        """The constructor, which also records the file of a triangle mesh, and whether it is cooked with a field."""
+
         @wraps(init)
         def recorded(self: Any, *args: Any, **options: Any) -> None:
             init(self, *args, **options)
@@ -164,6 +168,8 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
         return recorded
 
     def several(load: Any) -> Any:
+        """The loader, which also records the file of the parts."""
+
         @wraps(load)
         def recorded(*args: Any, **options: Any) -> Any:
             shapes = load(*args, **options)
@@ -179,6 +185,8 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
     actor_builder: Any = import_module("sapien.wrapper.actor_builder")
 
     def decomposed(coacd: Any) -> Any:
+        """CoACD, with a record of its file and its parameters."""
+
         @wraps(coacd)
         def recorded(filename: str, **params: Any) -> str:
             result = coacd(filename, **params)
@@ -205,7 +213,11 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
     from scenecc.backends.sapien.engine import physx, render  # noqa: PLC0415 - importing this module loads no engine
 
     def setter(name: str) -> Callable[[Any], Any]:
+        """What replaces a setter without a getter: it also records the arguments. `name`: of the setter."""
+
         def make(call: Any) -> Any:
+            """The setter with the record."""
+
             @wraps(call)
             def recorded(self: Any, *args: Any, **options: Any) -> Any:
                 recording.keep_call(self, name, (*args, *options.values()))
@@ -222,6 +234,8 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
                 _replace(owner, name, setter(name), undo)
 
     def cubemap(init: Any) -> Any:
+        """The constructor, which also records the files of an environment map."""
+
         @wraps(init)
         def recorded(self: Any, *files: Any, **options: Any) -> None:
             init(self, *files, **options)
@@ -230,6 +244,8 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
         return recorded
 
     def tendon(create: Any) -> Any:
+        """The method, which also records the arguments of a tendon."""
+
         @wraps(create)
         def recorded(self: Any, *args: Any, **options: Any) -> Any:
             recording.tendons.setdefault(id(self), (self, []))[1].append((*args, *options.values()))
@@ -246,7 +262,11 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
     urdf_loader: Any = import_module("sapien.wrapper.urdf_loader")
 
     def parse(format_: str) -> Callable[[Any], Any]:
+        """What replaces `parse` of a loader: links also keep the file and the options. `format_`: `urdf`, `mjcf`."""
+
         def make(call: Any) -> Any:
+            """`parse` with the record."""
+
             @wraps(call)
             def recorded(self: Any, file: Any, *args: Any, **options: Any) -> Any:
                 parsed = call(self, file, *args, **options)
@@ -261,6 +281,8 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
         return make
 
     def physical(build: Any) -> Any:
+        """The method, which also records the builder of a link."""
+
         @wraps(build)
         def recorded(self: Any, *args: Any, **options: Any) -> Any:
             component = build(self, *args, **options)

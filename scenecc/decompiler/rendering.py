@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.backends.sapien.engine import render
 from scenecc.backends.sapien.rendering import LIGHT_CLASSES
 from scenecc.decompiler.bodies import plain_value
-from scenecc.decompiler.values import Node, direction_value, nearly_same, pose_value, same_single, to_number, to_numbers
+from scenecc.decompiler.values import (
+    Node,
+    aimed_pose_value,
+    direction_value,
+    nearly_same,
+    pose_value,
+    same_single,
+    to_number,
+    to_numbers,
+)
 from scenecc.plan.rendering import AreaLight, DirectionalLight, PointLight, SpotLight, TexturedLight
 
 if TYPE_CHECKING:
@@ -75,9 +84,9 @@ def _light_pose(component: Any, type_: str, *, mounted: bool) -> Node:
 def camera(component: Any, mount: str | None) -> Node:
     """A camera; `mount`: ENTITY or ENTITY/LINK that it is fixed to."""
     node: Node = {} if mount is None else {"mount": mount}
-    value = pose_value(
-        component.local_pose if mount is not None else component.entity.pose * component.local_pose, nearly_same
-    )
+    mounted = mount is not None
+    pose = component.local_pose if mounted else component.entity.pose * component.local_pose
+    value = aimed_pose_value(pose, mounted=mounted)
     node |= {} if value is None else {"pose": value}
     node |= {"width": component.width, "height": component.height}
     node |= _lens(component)

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, from_rpy, shortest_from_x
-
-Node = dict[str, Any]
+from scenecc.geometry.rotations import IDENTITY, from_rpy, looking, rotate, shortest_from_x
+from scenecc.scene_file import Node, is_mapping
 
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_.-]+")
 
@@ -70,6 +69,47 @@ def rotation_value(q: list[float], same: Same = same_single) -> Node:
     return {"q": q}
 
 
+def aimed_pose_value(pose: Any, *, mounted: bool) -> Any:
+    """The `sapien.Pose` of a camera as a pose of the language, with `look_at` where the point has few digits.
+
+    A camera along an axis keeps its angles: they are shorter. `mounted`: the sign of its quaternion counts.
+    """
+    value = pose_value(pose, nearly_same)
+    if not is_mapping(value) or not any(angle % 90 for angle in value.get("rpy_deg", [1.0])):
+        return value
+    q = to_numbers(pose.q)
+    target = _target_value(to_numbers(pose.p), [q] if mounted else [q, [-item for item in q]])
+    return value if target is None else {**({"p": value["p"]} if "p" in value else {}), "look_at": target}
+
+
+def _target_value(p: list[float], turns: list[list[float]]) -> list[float] | None:
+    """A point of few digits for which `look_at` gives one of the quaternions, which are the same turn."""
+    w, x, y, z = turns[0]
+    forward = rotate((w, x, y, z), (1.0, 0.0, 0.0))
+    points: set[tuple[float, float, float]] = set()
+    for axis in range(3):
+        for step in range(-_REACH, _REACH + 1):
+            distance = (step / _STEPS - p[axis]) / forward[axis] if forward[axis] else 0.0
+            if distance > 0:
+                a, b, c = (round(start + distance * along, 2) + 0.0 for start, along in zip(p, forward, strict=True))
+                points.add((a, b, c))
+    for point in sorted(points, key=_digits):
+        a, b, c = (end - start for end, start in zip(point, p, strict=True))
+        found = looking((a, b, c))
+        if found is not None and any(nearly_same(found, turn) for turn in turns):
+            return list(point)
+    return None
+
+
+def _digits(point: tuple[float, ...]) -> tuple[int, int, tuple[float, ...]]:
+    texts = [f"{item:g}" for item in point]
+    return max(map(len, texts)), sum(map(len, texts)), point
+
+
+_REACH, _STEPS = 40, 20
+"""Coordinates of points that a camera may look at: 2 m to both sides of the origin, in steps of 5 cm."""
+
+
 def direction_value(q: list[float]) -> list[float] | None:
     """A short direction to which the shortest turn from x is the quaternion of a light; None: there is none."""
     w, x, y, z = q
@@ -114,7 +154,6 @@ class Files:
     def __init__(self, base: Path) -> None:
         """`base`: the folder of the scene file."""
         self._base = base.resolve()
-        self._packages: dict[str, Path] = {}
 
     def name(self, path: str | Path) -> str:
         """`pkg://PACKAGE/PATH` where a package has the file, else relative to the scene file, else absolute."""

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from tempfile import NamedTemporaryFile
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -18,7 +17,9 @@ from scenecc.decompiler.differing import differences
 from scenecc.decompiler.facts import Facts, Numbers, Plain, plain, renamed
 from scenecc.decompiler.reading import read_scene
 from scenecc.decompiler.values import SEEN_TOLERANCE, plain_name
+from scenecc.diagnostics import Sink
 from scenecc.geometry.rotations import IDENTITY_POSE, compose, rotate, to_pose
+from scenecc.source import read_text
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -46,16 +47,17 @@ def rebuilt_differences(
     import scenecc  # noqa: PLC0415 - the facade is above this module's other users
     from scenecc.scene_file.layout import scene_text  # noqa: PLC0415 - likewise
 
-    # Beside where it will be, for its relative paths.
-    with NamedTemporaryFile("w", encoding="utf-8", prefix=".scenecc-", suffix=".yaml", dir=base) as file:
-        file.write(scene_text(document))
-        file.flush()
-        with untouched_engine(), scenecc.load_scene(file.name, render=render, allow_outside_assets=True) as batch:
-            found = [read_scene(scene) for scene in batch.scenes]
+    # As if it were where it will be, for its relative paths; nothing is written.
+    sink = Sink()
+    file = read_text(scene_text(document), "scene.yaml", sink, path=base.absolute() / "scene.yaml")
+    if file is None:
+        raise scenecc.SceneError(sink.diagnostics())
+    with untouched_engine(), scenecc.load_scene(file, render=render, allow_outside_assets=True) as batch:
+        found = [read_scene(scene) for scene in batch.scenes]
     lines: list[str] = []
     for index, (first, second) in enumerate(zip(live, found, strict=True)):
         named = renamed(first, partial(_name, rename, index))
-        told = differences(tidy(named), tidy(second))
+        told = differences(tidy(named), tidy(second), tolerance=_tolerance)
         lines += told if len(live) == 1 else [f"scene {index}: {line}" for line in told]
     return lines
 
@@ -84,8 +86,8 @@ def untouched_engine() -> Generator[None]:
 
 
 def tidy(facts: Facts) -> Facts:
-    """The same without what is no difference: the order of an entity's components, the last bits of what is seen, the
-    settings of shadows that are not thrown, whose pose a camera's is, and how finely a flat floor is cut.
+    """The same without what is no difference: the order of an entity's components, the settings of shadows that are not
+    thrown, whose pose a camera's is, and how finely a flat floor is cut.
     """
     facts = _one_pose(facts) if _is_seen_only(facts) else _whole_grid(facts)
     if facts.kind.startswith("RenderShape"):
@@ -100,8 +102,6 @@ def tidy(facts: Facts) -> Facts:
     values = facts.values
     if ("shadow", False) in values:
         values = tuple((name, value) for name, value in values if not name.startswith("shadow_"))
-    if facts.kind.startswith(_SEEN) or _is_seen_only(facts):
-        values = tuple((name, _rounded(value)) for name, value in values)
     # Components have names of their own, which nothing refers to.
     unnamed = facts.kind.startswith(("Physx", "RenderBody")) or "Light" in facts.kind or "Camera" in facts.kind
     name = "" if unnamed or _is_seen_only(facts) else facts.name
@@ -112,7 +112,7 @@ def _placed(facts: Facts) -> Facts:
     """A shape that is seen, with a rotation of length 1 and a plain path of its file."""
     pose = _array(facts, "local_pose").astype(np.float64)
     pose[3:] /= np.linalg.norm(pose[3:])
-    pose[3:] *= np.sign(pose[3]) or 1.0
+    _make_one_sign(pose)
     values = dict(facts.values)
     file = values.get("filename")
     path = {"filename": os.path.normpath(file)} if isinstance(file, str) and file else {}
@@ -127,8 +127,16 @@ def _one_pose(facts: Facts) -> Facts:
     outer, inner = (to_pose(_array(each, key)) for each, key in ((facts, "pose"), (part, "local_pose")))
     moved = _with_values(part, local_pose=plain(np.array(IDENTITY_POSE)))
     pose = np.array(compose(outer, inner))
-    # A rotation is two quaternions.
-    return _with_values(replace(facts, parts=(moved, *facts.parts[1:])), pose=plain(pose * (np.sign(pose[3]) or 1.0)))
+    _make_one_sign(pose)
+    return _with_values(replace(facts, parts=(moved, *facts.parts[1:])), pose=plain(pose))
+
+
+def _make_one_sign(pose: Any) -> None:
+    """Of the two quaternions of a rotation, the one whose first number that is not near 0 is positive."""
+    pose[3:] *= np.sign(next(number for number in pose[3:] if abs(number) > _NEAR_ZERO))
+
+
+_NEAR_ZERO: Final = 1e-3
 
 
 def _whole_grid(facts: Facts) -> Facts:
@@ -157,16 +165,14 @@ def _with_values(facts: Facts, **changed: Plain) -> Facts:
     return replace(facts, values=tuple((name, changed.get(name, value)) for name, value in facts.values))
 
 
+def _tolerance(facts: Facts) -> float:
+    """Of the numbers of what is only seen: nobody sees their last bits."""
+    return 4 * SEEN_TOLERANCE if facts.kind.startswith(_SEEN) or _is_seen_only(facts) else 0.0
+
+
 def _is_seen_only(facts: Facts) -> bool:
     return (
         facts.kind == "entity"
         and bool(facts.parts)
         and all("Light" in part.kind or "Camera" in part.kind for part in facts.parts)
     )
-
-
-def _rounded(value: Plain) -> Plain:
-    if not isinstance(value, Numbers) or not value.dtype.endswith(("f4", "f8")):
-        return value
-    array = np.round(value.array().astype(np.float64) / (8 * SEEN_TOLERANCE)) + 0.0
-    return Numbers(array.dtype.str, array.shape, array.tobytes())

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
-from scenecc.emit.output import UniqueNames
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes, clip_to_scene, grid_cell
 from scenecc.meshes.surface import MeshError, convert_color_space, encode_png, report_mesh_error
+from scenecc.names import UniqueNames
 
 if TYPE_CHECKING:
     from collections.abc import Set as AbstractSet

@@ -1,4 +1,4 @@
-"""Shared by all exporters: XML elements, unique names, pose arithmetic, asset files, reports of unsupported features.
+"""Shared by all exporters: XML elements, pose arithmetic, asset files, reports of unsupported features.
 
 A pose is p [m], then q (wxyz).
 """
@@ -15,8 +15,6 @@ import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, normalized, rotate, to_pose
-from scenecc.geometry.rotations import compose as compose_poses
-from scenecc.geometry.rotations import invert as invert_pose
 from scenecc.plan.display import SPEC_FIELD_NAMES
 from scenecc.plan.scene import Physics
 
@@ -101,23 +99,6 @@ def format_number(value: float) -> str:
     return text.removesuffix(".0")
 
 
-class UniqueNames:
-    """Unique names of one kind. `separator`: between a name that is taken and its number."""
-
-    def __init__(self, *taken: str, separator: str = "_") -> None:
-        self._taken = set(taken)
-        self._separator = separator
-
-    def new(self, wish: str) -> str:
-        """The requested name, with a number appended if it is taken."""
-        name, count = wish, 1
-        while name in self._taken:
-            count += 1
-            name = f"{wish}{self._separator}{count}"
-        self._taken.add(name)
-        return name
-
-
 UNLIMITED: Final = 1e10
 """Written for a limit that the joint does not have but the format requires [m, rad]."""
 
@@ -132,11 +113,6 @@ def is_pure_damping(joint: MeasuredJoint) -> bool:
 
 Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
 """Rotates z to x, x to y and y to z: from shapes along z (MuJoCo) to shapes along x (SAPIEN)."""
-
-
-def relative_pose(outer: Pose7, inner: Pose7) -> Pose7:
-    """outer⁻¹ · inner: `inner` relative to `outer`, both given in the same frame."""
-    return compose_poses(invert_pose(outer), inner)
 
 
 def transform_direction(pose: Pose7, vector: Vec3) -> Vec3:

@@ -13,20 +13,18 @@ from scenecc.emit.output import (
     MAX_LIMIT,
     UNLIMITED,
     AssetFolder,
-    UniqueNames,
     UnsupportedFeatures,
     XmlElement,
-    compose_poses,
     format_document,
     format_obj,
-    invert_pose,
     is_pure_damping,
     optional_fields,
     transform_direction,
 )
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshError, SurfaceMaterial, report_mesh_error
+from scenecc.names import UniqueNames
 from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS, Solid
 from scenecc.plan.schema import type_name
@@ -87,8 +85,8 @@ def write_collisions(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: Xm
             robot.unsupported.leave_out(robot.name, "a plane", shape.shape.origin)
             continue
         element = link.add("collision")
-        pose = compose_poses(shape.pose, _X_TO_Z) if shape.kind in LYING_SOLIDS else shape.pose
-        write_origin(element, compose_poses(back, pose))
+        pose = compose(shape.pose, _X_TO_Z) if shape.kind in LYING_SOLIDS else shape.pose
+        write_origin(element, compose(back, pose))
         _write_collision_geometry(robot, shape, element.add("geometry"))
 
 
@@ -128,8 +126,8 @@ def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlEl
         solid = plan.geometry if isinstance(plan.geometry, Solid) and kind in SOLIDS else None
         for part in parts:
             element = link.add("visual", name=shape.name or None)
-            pose = compose_poses(shape.pose, _X_TO_Z) if kind in LYING_SOLIDS else shape.pose
-            write_origin(element, compose_poses(back, pose))
+            pose = compose(shape.pose, _X_TO_Z) if kind in LYING_SOLIDS else shape.pose
+            write_origin(element, compose(back, pose))
             geometry = element.add("geometry")
             if solid is None:
                 uvs = part.uvs if part.look.base_color_image else None
@@ -234,10 +232,10 @@ def _link_offset(robot: UrdfRobot, body: MeasuredBody) -> Pose7:
 
 def _write_link(robot: UrdfRobot, number: int, body: MeasuredBody) -> None:
     link = robot.root.add("link", name=body.name)
-    back = invert_pose(robot.moved[number])
+    back = invert(robot.moved[number])
     if body.mass is not None:
         inertial = link.add("inertial")
-        write_origin(inertial, compose_poses(back, body.mass.com))
+        write_origin(inertial, compose(back, body.mass.com))
         inertial.add("mass", value=body.mass.mass)
         x, y, z = body.mass.inertia
         inertial.add("inertia", ixx=x, ixy=0, ixz=0, iyy=y, iyz=0, izz=z)
@@ -250,9 +248,9 @@ def _write_joint(robot: UrdfRobot, number: int, joint: MeasuredJoint) -> None:
     body = robot.measured.bodies[number]
     assert body.parent is not None  # of every link with a joint
     element = robot.root.add("joint", name=robot.joints[number], type=_joint_type(joint))
-    parent_back = invert_pose(robot.moved[body.parent])
-    at = compose_poses(parent_back, compose_poses(joint.pose_in_parent, invert_pose(joint.pose_in_child)))
-    write_origin(element, compose_poses(at, robot.moved[number]))
+    parent_back = invert(robot.moved[body.parent])
+    at = compose(parent_back, compose(joint.pose_in_parent, invert(joint.pose_in_child)))
+    write_origin(element, compose(at, robot.moved[number]))
     element.add("parent", link=robot.measured.bodies[body.parent].name)
     element.add("child", link=body.name)
     if joint.type == "fixed":

@@ -14,7 +14,6 @@ import numpy as np
 from scenecc.emit.output import (
     PHYSX_SETTINGS,
     AssetFolder,
-    UniqueNames,
     UnsupportedFeatures,
     optional_fields,
     pose_in_row,
@@ -23,6 +22,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.interrupt import interrupts_wait, undoing
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshError, report_mesh_error
+from scenecc.names import UniqueNames
 from scenecc.plan import (
     ArticulationStructure,
     AxisLimit,

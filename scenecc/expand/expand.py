@@ -21,10 +21,21 @@ from scenecc.expand.expansion import (
 )
 from scenecc.expand.module_compiler import CompiledModule, PrefabLibrary, compile_module, find_named_materials
 from scenecc.expand.modules import ModuleLibrary
+from scenecc.expand.overrides import (
+    INSTANCE_KEYS,
+    OVERRIDE_SECTIONS,
+    REMOVE,
+    InstanceOverrides,
+    Override,
+    OverrideMerger,
+    make_overrides,
+    says_world,
+)
 from scenecc.expand.params import form_key
 from scenecc.expand.patterns import PatternCompiler, hoist_invariants
+from scenecc.expand.removals import check_removals
 from scenecc.source.document import copy_mapping
-from scenecc.spec.base import NAME_PATTERN, PATTERN_HINTS, PREFIX_PATTERN
+from scenecc.spec.base import NAME_PATTERN, NOTE_PREFIX, PATTERN_HINTS, PREFIX_PATTERN
 from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.spec.references import qualified_name, resolve_scene_idxs
 
@@ -32,8 +43,8 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
     from scenecc.diagnostics.diagnostic import Path
-    from scenecc.expand.expansion import Expansion
-    from scenecc.expand.module_compiler import DocumentChain, NodeTemplate, UnitTemplate
+    from scenecc.expand.expansion import Expansion, OverridePlace
+    from scenecc.expand.module_compiler import DocumentChain, InstanceTemplate, NodeTemplate, UnitTemplate
     from scenecc.expand.modules import ModulePart
     from scenecc.expand.params import Param
     from scenecc.expand.patterns import NameMeaning
@@ -54,6 +65,7 @@ class ModuleScope:
         failed: parameters without a value, which was reported.
         chain: the modules that lead here, this one last.
         hidden: whether only people see what is inside.
+        overrides: of this instance and of those around it, from here outwards.
     """
 
     compiled: CompiledModule
@@ -65,6 +77,7 @@ class ModuleScope:
     failed: frozenset[str]
     chain: DocumentChain
     hidden: bool = False
+    overrides: tuple[InstanceOverrides, ...] = ()
     expansion_frames: dict[int, ExpansionFrame] = field(default_factory=dict[int, ExpansionFrame])
 
     def frame(self, part: ModulePart, objects: ObjectBudget, sink: Sink) -> ExpansionFrame:
@@ -176,9 +189,12 @@ class ModuleExpander:
 
     def _node(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> bool:
         frame = scope.frame(made.part, self.objects, self.sink)
+        overrides = self._overrides(section, name, scope) if section in OVERRIDE_SECTIONS else []
+        if overrides is None:
+            return False
         frame.lists = {}
-        node = made.make(frame)
-        return self.output.add(section, name, node, frame.mark(made.path), frame.lists)
+        node, places = self._merged(made.make(frame), overrides, section, name)
+        return self.output.add(section, name, node, frame.mark(made.path), frame.lists, overrides=places)
 
     def _placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
         if self._node(section, name, made, scope) and scope.name:
@@ -213,22 +229,56 @@ class ModuleExpander:
             self._instance(unit, name, scope, frame)
             return
         full = scope.prefix + name
-        selection = self._selection(unit, scope, frame)
+        overrides = self._overrides(unit.section, full, scope)
+        if overrides is None:
+            return
+        selection = self._selection(unit, scope, frame, overrides)
         if selection is not None and not selection:
             return
         frame.lists = {}
-        node = unit.body.make(frame)
+        node, places = self._merged(unit.body.make(frame), overrides, unit.section, full)
         if selection is not None:
             self.output.selections[qualified_name(unit.section, full)] = selection
             if "scene_idxs" in node:
                 node = {key: item for key, item in node.items() if key != "scene_idxs"}
         if scope.hidden and unit.section == "entities":
             node = {**node, "hidden": True}
-        if self.output.add(unit.section, full, node, frame.mark(unit.body.path), frame.lists) and scope.name:
+        mark = frame.mark(unit.body.path)
+        if self.output.add(unit.section, full, node, mark, frame.lists, overrides=places) and scope.name:
             self.output.names.scopes[qualified_name(unit.section, full)] = scope.name
 
-    def _selection(self, unit: UnitTemplate, scope: ModuleScope, frame: ExpansionFrame) -> Selection:
+    def _overrides(self, section: str, full: str, scope: ModuleScope) -> list[Override] | None:
+        """What the uses around say of an object, the innermost first; None where it is removed."""
+        found: list[Override] = []
+        for table in scope.overrides:
+            override = table.find(section, full, self.sink)
+            if override is not None:
+                if override.value == REMOVE:
+                    self.output.removed.setdefault((section, full), override.origin())
+                    return None
+                found.append(override)
+        return found
+
+    def _merged(
+        self, node: Any, overrides: list[Override], section: str, full: str
+    ) -> tuple[Any, dict[Path, OverridePlace]]:
+        """A node with what is said of it, and where that is written."""
+        if not overrides:
+            return node, {}
+        merger = OverrideMerger(section, self.sink)
+        for override in overrides:
+            node = merger.merge(node, override)
+            if says_world(override.value):
+                self.output.names.worlds[qualified_name(section, full)] = override.scope
+        return node, merger.places
+
+    def _selection(
+        self, unit: UnitTemplate, scope: ModuleScope, frame: ExpansionFrame, overrides: list[Override]
+    ) -> Selection:
         """The scenes of what is inside an instance that narrows them; None where none does."""
+        given = next((one for one in reversed(overrides) if "scene_idxs" in one.value), None)
+        if given is not None and scope.selection is not None:
+            return self.scenes.narrowed(given.value["scene_idxs"], scope.selection, given.origin("scene_idxs"))
         if scope.selection is None or unit.selection is None:
             return scope.selection
         return self.scenes.narrowed(unit.selection.make(frame), scope.selection, frame.origin(unit.selection.path))
@@ -253,42 +303,92 @@ class ModuleExpander:
             _refuse(reference, use.reference, "use", "SC103", message, frame)
             return
         compiled = self.prefabs.find(reference, unit.body.part.document, place, scope.chain)
-        selection = scope.selection
-        if unit.selection is not None:
-            given = unit.selection.make(frame)
-            selection = self.scenes.narrowed(given, scope.selection, frame.origin(unit.selection.path))
-        if compiled is None or (selection is not None and not selection):
+        if compiled is None:
             return
-        self.objects.take(compiled.weight, frame, unit.body.path)
         full = scope.prefix + name
-        arguments = {param: self._argument(made, selection, scope, frame) for param, made in use.given.items()}
-        bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
         prefix = f"{full}/"
         if use.prefix is not None:
             prefix = scope.prefix + (_checked_name(use.prefix, "prefix", PREFIX_PATTERN, frame) or "")
+        start = self.output.counts() if scope.overrides else {}
+        called = _anchor_name(full, prefix, compiled) if scope.overrides else full
+        overrides = self._overrides("use", called, scope)
+        said = overrides or []
+        selection = self._instance_selection(unit, said, scope, frame)
+        if selection is not None and not selection:
+            return
+        self.objects.take(compiled.weight, frame, unit.body.path)
+        arguments = self._arguments(use, said, selection, scope, frame)
+        bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
         chain = (*scope.chain, compiled.module.main.document)
-        body = unit.body.make(frame)
+        body, places = self._merged(unit.body.make(frame), [_placing(one, self.sink) for one in said], "frames", called)
         hidden = scope.hidden or body.get("hidden") is True
-        inner = ModuleScope(compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain, hidden)
+        own = InstanceOverrides(full, prefix, make_overrides(use.overrides, frame, scope.name, scope.prefix))
+        tables = (own, *scope.overrides) if own.entries else scope.overrides
+        inner = ModuleScope(
+            compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain, hidden, tables
+        )
         self.output.names.prefixes[full] = prefix
         mark = frame.mark(unit.body.path)
         self.expand(inner, bound)
-        self._anchor(full, body, mark, selection, scope)
+        if tables:
+            self.output.names.overridden.add(full)
+        self._anchor(full, body, mark, selection, scope, places)
+        if overrides is None:
+            self.output.remove(start, self.output.removed["use", called])
+        own.check(self.output.removed, self.sink)
 
-    def _argument(
-        self, made: NodeTemplate, selection: Selection, scope: ModuleScope, frame: ExpansionFrame
-    ) -> ParamArgument:
-        value = made.make(frame)
+    def _instance_selection(
+        self, unit: UnitTemplate, overrides: list[Override], scope: ModuleScope, frame: ExpansionFrame
+    ) -> Selection:
+        """The scenes of an instance; None for every scene, empty where they were reported."""
+        override = next((one for one in reversed(overrides) if "scene_idxs" in one.value), None)
+        if override is not None:
+            return self.scenes.narrowed(override.value["scene_idxs"], scope.selection, override.origin("scene_idxs"))
+        if unit.selection is None:
+            return scope.selection
+        given = unit.selection.make(frame)
+        return self.scenes.narrowed(given, scope.selection, frame.origin(unit.selection.path))
+
+    def _arguments(
+        self,
+        use: InstanceTemplate,
+        overrides: list[Override],
+        selection: Selection,
+        scope: ModuleScope,
+        frame: ExpansionFrame,
+    ) -> dict[str, ParamArgument]:
+        """What an instance gives to parameters."""
+        arguments = {
+            param: ParamArgument(made.make(frame), frame.mark(made.path), made.part.document, scope.name)
+            for param, made in use.given.items()
+        }
+        for override in overrides:
+            given = override.value.get("with", {})
+            for param, value in given.items() if is_mapping(given) else ():
+                mark = replace(override.record.mark, path=(*override.record.mark.path, "with", param))
+                arguments[param] = ParamArgument(value, mark, override.document, override.scope)
+        return {param: self._by_scene(argument, selection) for param, argument in arguments.items()}
+
+    def _by_scene(self, argument: ParamArgument, selection: Selection) -> ParamArgument:
+        """An argument whose `per_scene` lists, one value for each scene of the instance, are mappings."""
+        if selection is None or not is_varying(argument.value):
+            return argument
         turned: dict[Path, tuple[int, ...]] = {}
-        if selection is not None and is_varying(value):
-            value, wrong = self.scenes.by_scene(value, selection, (), turned)
-            if wrong is not None:
-                message = f"`per_scene` must have {len(selection)} values, one for each scene of the instance"
-                frame.report("SC106", message, (*made.path, *wrong))
-        return ParamArgument(value, frame.mark(made.path), made.part.document, scope.name, turned)
+        value, wrong = self.scenes.by_scene(argument.value, selection, (), turned)
+        if wrong is not None and isinstance(argument.place, SourceMark):
+            message = f"`per_scene` must have {len(selection)} values, one for each scene of the instance"
+            place = replace(argument.place, path=(*argument.place.path, *wrong))
+            self.sink.report("SC106", message, place.origin)
+        return replace(argument, value=value, by_scene=turned)
 
     def _anchor(
-        self, full: str, body: dict[str, Any], mark: SourceMark, selection: Selection, scope: ModuleScope
+        self,
+        full: str,
+        body: dict[str, Any],
+        mark: SourceMark,
+        selection: Selection,
+        scope: ModuleScope,
+        places: Mapping[Path, OverridePlace],
     ) -> None:
         """The frame in which an instance stands."""
         output = self.output
@@ -297,12 +397,31 @@ class ModuleExpander:
         anchor = f"{full}/instance" if is_taken else full
         output.names.anchors[full] = anchor
         node = {"pose": body["pose"]} if "pose" in body else _NO_POSE
-        if not output.add("frames", anchor, node, mark):
+        if not output.add("frames", anchor, node, mark, overrides=places):
             return
         if scope.name:
             output.names.scopes[anchor] = scope.name
         if selection is not None:
             output.selections[anchor] = selection
+
+
+def _anchor_name(full: str, prefix: str, compiled: CompiledModule) -> str:
+    """What an instance is called in an override; without a prefix something inside may have its name."""
+    is_taken = any(prefix + unit.name == full for unit in compiled.units)
+    return f"{full}/instance" if is_taken else full
+
+
+def _placing(override: Override, sink: Sink) -> Override:
+    """An override of an instance itself, without its arguments; what else is in it is reported."""
+    kept: dict[str, Any] = {}
+    for key, item in override.value.items():
+        if key in INSTANCE_KEYS:
+            kept[key] = item
+        elif not key.startswith(NOTE_PREFIX):
+            hint = f"it is an instance: write `NAME/…: {{{cut(key)}: …}}` of what is inside, or `with: {{…}}`"
+            sink.report("SC101", f"unknown key `{cut(key)}`", override.origin(key), at="key", hint=hint)
+    kept.pop("with", None)
+    return replace(override, value=kept)
 
 
 def _checked_name(made: NodeTemplate, key: str, pattern: str, frame: ExpansionFrame) -> str | None:
@@ -473,6 +592,7 @@ def expand(
     if not _expand_top(builder, compiled, arguments, top, objects, sink):
         return None
     _check_draws(draws, compiled, output, sink)
+    check_removals(output, sink)
     if sink.failed:
         return None
     if num_scenes is not None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show
-from scenecc.spec.references import NameScopes
+from scenecc.spec.references import NameScopes, qualified_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -66,14 +66,22 @@ class TraceRecord:
         mark: of the node.
         lists: path as written below the node → items, for each list with repeated ones; None where there is none.
         by_scene: path as written below the node → scenes, for each `per_scene` list that was turned into a mapping.
+        overrides: path below the node, in the expanded data → where the override is written that gives what stands
+            there.
     """
 
     mark: SourceMark
     lists: Mapping[Path, tuple[ItemSpan, ...]] | None = None
     by_scene: Mapping[Path, tuple[int, ...]] | None = None
+    overrides: Mapping[Path, OverridePlace] | None = None
 
     def trace(self, path: Path) -> Origin:
         """The origin as written of what stands at a path below the node."""
+        if self.overrides:
+            given = [(end, place) for end in range(len(path) + 1) if (place := self.overrides.get(path[:end]))]
+            if given:
+                end, place = max(given, key=lambda one: one[1].order)
+                return place.record.trace((*place.path, *path[end:]))
         written: list[str | int] = []
         mark = self.mark
         copies = [mark.copy] if mark.copies else []
@@ -90,6 +98,21 @@ class TraceRecord:
             else:
                 written.append(step)
         return Origin(mark.file, (*mark.path, *written), ", ".join(copies), mark.parent)
+
+
+@frozen
+class OverridePlace:
+    """Where an override is written that gives a value.
+
+    Attributes:
+        record: of the override.
+        path: of the value in it.
+        order: of several overrides of one object the last is in force.
+    """
+
+    record: TraceRecord
+    path: Path
+    order: int
 
 
 def _start(items: ItemSpan) -> int:
@@ -300,12 +323,14 @@ class ExpansionWriter:
         sections: of the expanded data.
         names: as `Expansion` has them.
         selections: likewise.
+        removed: section (`use` for an instance) and full name of what an override removes → where that is written.
     """
 
     def __init__(self, top: str | None, sink: Sink) -> None:
         self.sections: dict[str, dict[str, Any]] = {name: {} for name in _SECTIONS}
         self.names = NameScopes()
         self.selections: dict[str, tuple[int, ...]] = {}
+        self.removed: dict[tuple[str, str], Origin] = {}
         self._records: dict[tuple[str, str], TraceRecord] = {}
         self._top = top
         self._sink = sink
@@ -318,6 +343,7 @@ class ExpansionWriter:
         mark: SourceMark,
         lists: Mapping[Path, tuple[ItemSpan, ...]] | None = None,
         by_scene: Mapping[Path, tuple[int, ...]] | None = None,
+        overrides: Mapping[Path, OverridePlace] | None = None,
     ) -> bool:
         """Writes a named node; False, reported, where there is one of the name.
 
@@ -328,15 +354,28 @@ class ExpansionWriter:
             mark: where it is written.
             lists: its lists that hold repeated items.
             by_scene: as `TraceRecord` has it.
+            overrides: likewise.
         """
         entries = self.sections[section]
         if name in entries:
             self._report_twice(section, name, mark.origin)
             return False
         entries[name] = node
-        if lists or mark.copies or mark.parent or mark.file != self._top or mark.path != (section, name):
-            self._records[section, name] = TraceRecord(mark, lists or None, by_scene)
+        if lists or overrides or mark.copies or mark.parent or mark.file != self._top or mark.path != (section, name):
+            self._records[section, name] = TraceRecord(mark, lists or None, by_scene, overrides or None)
         return True
+
+    def counts(self) -> dict[str, int]:
+        """How many nodes each section has."""
+        return {section: len(entries) for section, entries in self.sections.items()}
+
+    def remove(self, start: Mapping[str, int], place: Origin) -> None:
+        """Takes out what came after `start`, as `counts` gave it: an instance that is removed at a place."""
+        for section, entries in self.sections.items():
+            for name in list(entries)[start[section] :]:
+                del entries[name]
+                self.selections.pop(qualified_name(section, name), None)
+                self.removed.setdefault((section, name), place)
 
     def _report_twice(self, section: str, name: str, second: Origin) -> None:
         """At the uses that brought the two in, where those are not the same."""
@@ -353,6 +392,11 @@ class ExpansionWriter:
         """Where a named node was written."""
         record = self._records.get((section, name))
         return Origin(self._top, (section, name)) if record is None else record.mark.origin
+
+    def trace(self, section: str, name: str, path: Path) -> Origin:
+        """Where something was written that stands at a path below a named node."""
+        record = self._records.get((section, name))
+        return Origin(self._top, (section, name, *path)) if record is None else record.trace(path)
 
     def expansion(self, head: dict[str, Any], documents: Mapping[str | None, SceneDocument]) -> Expansion:
         """All of it. `head`: the keys that stand before the sections."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import Origin
@@ -41,7 +41,13 @@ _COPY_KEYS = frozenset(("repeat", "if", "name"))
 ATTACHED_SECTIONS = ("constraints", "lights", "cameras")
 """Sections of what is built after the entities, and may hold on to them. In this order they are written."""
 
-_INSTANCE_KEYS = frozenset((*_COPY_KEYS, "use", "with", "prefix", "scene_idxs"))
+_INSTANCE_KEYS = frozenset((*_COPY_KEYS, "use", "with", "prefix", "scene_idxs", "override"))
+
+FIXED_OVERRIDE_KEYS = frozenset((*_COPY_KEYS, "use", "prefix", "override"))
+"""Keys that say which objects a prefab has, and what they are called."""
+
+_OVERRIDE_DEPTH = 4
+"""How long the path of one override is: `entities`, the instance, `override`, a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,11 +79,13 @@ class InstanceTemplate:
         reference: of the prefab's file.
         given: parameter → its value.
         prefix: what stands before the names inside; None: the instance's name and a slash.
+        overrides: name of what is inside → what is merged into it.
     """
 
     reference: NodeTemplate
     given: dict[str, NodeTemplate]
     prefix: NodeTemplate | None
+    overrides: dict[str, NodeTemplate]
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,17 +293,30 @@ class _ModuleCompiler:
     def _use_of(self, node: dict[str, Any], entry: SectionEntry, compiler: PatternCompiler) -> InstanceTemplate:
         reference = self._fixed(node, "use", entry, compiler)
         assert reference is not None
-        given = node.get("with", {})
-        path = (*entry.path, "with")
+        for name, item in node.get("override", {}).items():
+            for key in item if is_mapping(item) and not name.startswith(NOTE_PREFIX) else ():
+                if key in FIXED_OVERRIDE_KEYS:
+                    message = f"`{key}` cannot be overridden"
+                    hint = "it decides which objects the prefab has; a parameter of the prefab can be given `with`"
+                    place = (*entry.path, "override", name, key)
+                    self._frame(entry.part).report("SC244", message, place, at="key", hint=hint)
         return InstanceTemplate(
             reference,
-            {
-                name: NodeTemplate(item, compiler.pattern(item, (*path, name)), entry.part, (*path, name))
-                for name, item in given.items()
-                if not name.startswith(NOTE_PREFIX)
-            },
+            self._parts(node, "with", entry, compiler),
             self._fixed(node, "prefix", entry, compiler),
+            self._parts(node, "override", entry, replace(compiler, depth=_OVERRIDE_DEPTH)),
         )
+
+    @staticmethod
+    def _parts(
+        node: dict[str, Any], key: str, entry: SectionEntry, compiler: PatternCompiler
+    ) -> dict[str, NodeTemplate]:
+        path = (*entry.path, key)
+        return {
+            name: NodeTemplate(item, compiler.pattern(item, (*path, name)), entry.part, (*path, name))
+            for name, item in node.get(key, {}).items()
+            if not name.startswith(NOTE_PREFIX)
+        }
 
 
 _VALUES_PER_OBJECT = 4

@@ -197,6 +197,11 @@ def invert(pose: Pose7) -> Pose7:
     return (-p[0], -p[1], -p[2], *back)
 
 
+def relative_pose(outer: Pose7, inner: Pose7) -> Pose7:
+    """outer⁻¹ · inner: `inner` relative to `outer`, both given in the same frame."""
+    return compose(invert(outer), inner)
+
+
 def rigidity(m: Sequence[Sequence[float]]) -> float:
     """How far a 4×4 matrix is from a rigid motion: the largest entry of |RᵀR - I|, |det R - 1| and the last row."""
     r = [row[:3] for row in m[:3]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from collections.abc import Iterable
@@ -9,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location
@@ -18,9 +19,11 @@ from scenecc.files import open_regular, replace_all, replace_set
 from scenecc.importers import FORMATS
 from scenecc.importers.assets import AssetNames, map_assets
 from scenecc.importers.imported_scene import LOSSES, REPAIRED, ImportContext, ImportedScene, Loss
+from scenecc.importers.prefabs import Prefabs, find_prefabs
 from scenecc.interrupt import undoing
 from scenecc.options import Options, check_types, path_argument
 from scenecc.pipeline import compile_or_raise
+from scenecc.scene_file import is_list, is_mapping
 from scenecc.scene_file.layout import scene_text
 from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
@@ -105,9 +108,8 @@ def import_scene(
         raise SceneError(sink.diagnostics())
     compiled = _compile(found, source, context, options)
     names = AssetNames(target, scope, _companions(compiled))
-    head = {(): f"Imported from {source.name} by scenecc."}
-    text = scene_text(simplify(map_assets(found.document, names.name)), comments=head)
-    files = {target.name: text.encode("utf-8"), **names.copies}
+    files, prefabs = _texts(found, source, target, names)
+    found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
     targets = [target.parent / name for name in files]
     before = {path: path.read_bytes() for path in targets if path.is_file()}
     folders = {each for path in targets for each in path.parents if not each.exists()}
@@ -118,6 +120,33 @@ def import_scene(
         certificate = certificate_of(found, source, target, options)
         undo.pop_all()
     return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
+
+
+def _texts(found: ImportedScene, source: Path, target: Path, names: AssetNames) -> tuple[dict[str, bytes], Prefabs]:
+    """The scene file, the prefabs that it uses and what they name, by paths relative to the scene's folder."""
+    document = simplify(map_assets(found.document, lambda asset: _FILE_MARK + names.name(asset)))
+    taken = (Path(path).stem for path in names.copies if path.endswith(".yaml"))
+    prefabs = find_prefabs(document, taken, lambda name: f"{_FILE_MARK}{target.stem}_assets/{name}.yaml")
+    head = {(): f"Imported from {source.name} by scenecc."}
+    texts = {target.name: scene_text(_with_paths(prefabs.document, "."), comments=head)}
+    for path, content in prefabs.files.items():
+        name = path.removeprefix(_FILE_MARK)
+        texts[name] = scene_text(_with_paths(content, str(Path(name).parent)), comments=head)
+    return {**{path: text.encode("utf-8") for path, text in texts.items()}, **names.copies}, prefabs
+
+
+_FILE_MARK: Final = "\0"
+"""Before a path that is relative to the scene's folder, or a uri."""
+
+
+def _with_paths(node: Any, folder: str) -> Any:
+    """The same plain data with paths relative to a folder below the scene's."""
+    if isinstance(node, str) and node.startswith(_FILE_MARK):
+        path = node.removeprefix(_FILE_MARK)
+        return path if "://" in path else Path(os.path.relpath(path, folder)).as_posix()
+    if is_mapping(node):
+        return {key: _with_paths(value, folder) for key, value in node.items()}
+    return [_with_paths(item, folder) for item in node] if is_list(node) else node
 
 
 def _put_back(paths: list[Path], before: Mapping[Path, bytes], folders: Collection[Path]) -> None:

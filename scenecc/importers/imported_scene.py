@@ -73,7 +73,7 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "populations": LossKind("populations of models", changes_machine=True),
     "drake-elements": LossKind("elements of Drake", changes_machine=True),
     "grippers": LossKind("grippers"),
-    "fluids": LossKind("added masses of fluids", changes_machine=True),
+    "fluids": LossKind("masses and forces of fluids", changes_machine=True),
     # Of MJCF.
     "tendons": LossKind("tendons", changes_machine=True),
     "contact-pairs": LossKind("pairs of contacts", changes_machine=True),
@@ -84,6 +84,8 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "camera-modes": LossKind("cameras that follow something"),
     "sites": LossKind("sites"),
     "softness": LossKind("soft contacts and limits"),
+    "contact-forces": LossKind("surfaces that stick or carry along", changes_machine=True),
+    "surface-friction": LossKind("torsional and rolling frictions"),
     # Of USD.
     "mesh-simplification": LossKind("simplifications of colliding meshes"),
     "assumed-masses": LossKind("masses and inertias that the file leaves open"),

@@ -10,6 +10,7 @@ import numpy as np
 
 from scenecc.checks.mesh_data import AssetBudget, AssetError, AssetReference, MeshData, MeshReadContext
 from scenecc.checks.meshes import read_mesh
+from scenecc.emit.output import format_obj
 from scenecc.files import open_regular
 from scenecc.lower.shapes import MAX_HEIGHTS
 from scenecc.meshes.primitives import sphere
@@ -31,22 +32,10 @@ class MeshError(ValueError):
     """Why a mesh cannot be made, in words."""
 
 
-def obj_bytes(vertices: NDArray[Any], faces: NDArray[Any]) -> bytes:
-    """An OBJ of triangles.
-
-    Args:
-        vertices: (V, 3) [m].
-        faces: (T, 3) indices, counterclockwise from outside.
-    """
-    lines = [*(f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(vertices, np.float64).tolist())]
-    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in np.asarray(faces).tolist()]
-    return "\n".join([*lines, ""]).encode("ascii")
-
-
 def ellipsoid_obj() -> bytes:
     """A ball of radius 1, to be scaled."""
     surface = sphere()
-    return obj_bytes(surface.vertices, surface.faces)
+    return format_obj(surface.vertices, surface.faces)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +115,7 @@ def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: boo
     faces = np.concatenate([each + start for (_, each), start in zip(meshes, starts, strict=False)])
     if center:
         vertices = vertices - (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-    return obj_bytes(vertices, faces[:, ::-1] if np.prod(scale) < 0 else faces)
+    return format_obj(vertices, faces[:, ::-1] if np.prod(scale) < 0 else faces)
 
 
 def read_heights(path: Path, context: ImportContext) -> None:
@@ -175,7 +164,7 @@ def polyline_obj(corners: list[tuple[float, float]], height: float) -> bytes:
     vertices = np.array([(x, y, z) for z in (0.0, height) for x, y in points])
     sides = [(i, (i + 1) % n, (i + 1) % n + n) for i in range(n)] + [(i, (i + 1) % n + n, i + n) for i in range(n)]
     top = [(a + n, b + n, c + n) for a, b, c in cap]
-    return obj_bytes(vertices, np.array([*((c, b, a) for a, b, c in cap), *top, *sides]))
+    return format_obj(vertices, np.array([*((c, b, a) for a, b, c in cap), *top, *sides]))
 
 
 def _area(points: list[tuple[float, float]]) -> float:

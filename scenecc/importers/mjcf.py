@@ -7,13 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.geometry.rotations import IDENTITY_POSE, compose, from_matrix, rotate
+import numpy as np
+
+from scenecc.geometry.rotations import compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss, ReferencePose
-from scenecc.importers.numbers import Names, plain_number, plain_numbers, plain_pose
-from scenecc.robots.mujoco.model import WORLD
+from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose
+from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
+from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
 from scenecc.robots.mujoco.reader import read_model
 
 if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Location
     from scenecc.geometry.rotations import Pose7
     from scenecc.importers.imported_scene import ImportContext
     from scenecc.robots.mujoco.reader import ReadModel
@@ -26,6 +30,13 @@ _KINDS: Final = {
     "pair": "contact-pairs",
     "spring": "joint-springs",
     "skin": "visuals",
+    "contact": "contact-forces",
+    "friction": "surface-friction",
+    "fluid": "fluids",
+    "mocap": "kinematic-links",
+    "hull": "hulls",
+    "sleep": "settings",
+    "look": "material-looks",
     "texture": "material-looks",
     "equality": "loops",
     "actuator": "actuators",
@@ -43,13 +54,10 @@ _KINDS: Final = {
 _BUILT: Final = frozenset({"camera", "light", "option"})
 """Findings of the reader that are about what is imported here."""
 
-_READ_OPTIONS: Final = frozenset({"timestep", "gravity"})
+_READ_OPTIONS: Final = frozenset({"timestep", "gravity", "density", "viscosity"})
 
 _LIGHT_TYPES: Final = {0: "spot", 1: "directional", 2: "point"}
 """`mjtLightType`; the fourth is a picture of the surroundings."""
-
-_LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
-"""SAPIEN's x (forward), y (left) and z (up) in the frame of a camera of MuJoCo, which looks along -z with y up."""
 
 _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
@@ -86,7 +94,9 @@ class _Importer:
         self._robots = read.description.robots
         self._links = read.links
         self._name = Names().new(path.stem)
-        told = [(kind.partition("/")[0], message, place) for kind, message, place in read.losses]
+        self._constraints = self._world_constraints({place for kind, _, place in read.losses if kind == WORLD_EQUALITY})
+        built = {place for place, _ in self._constraints}
+        told = [(kind.partition("/")[0], words, place) for kind, words, place in read.losses if place not in built]
         self._losses = [Loss(_KINDS[kind], message, place) for kind, message, place in told if kind not in _BUILT]
         for element in self._model.source.elements:
             if element.tag == "option":
@@ -102,8 +112,11 @@ class _Importer:
             "scenecc": 1,
             "name": self._name,
             "physics": {"timestep": plain_number(header["option"]["timestep"]), "gravity": plain_numbers(gravity)},
-            "entities": {self._name: {"mjcf": Asset(self._path.name, self._path.absolute())}},
+            "entities": {self._name: {"mjcf": Asset(self._path.name, self._path.absolute()), **self._keyframe()}},
         }
+        if self._constraints:
+            names = Names()
+            document["constraints"] = {names.new(keys.pop("name")): keys for _, keys in self._constraints}
         if any(header["ambient"]):
             document["environment"] = {"ambient_light": plain_numbers(header["ambient"])}
         sections = {"lights": self._lights(), "cameras": self._cameras()}
@@ -118,6 +131,42 @@ class _Importer:
             codes_of_losses=frozenset({"SC484", "SC490"}),
         )
 
+    def _keyframe(self) -> dict[str, str]:
+        """The key `keyframe`, where one adds targets of drives to the positions that the file starts at anyway."""
+        model, used = self._model, dict[str, str]()
+        for number, qpos in enumerate(model["key_qpos"]):
+            name, place = model.name("key", number), model.location("key", number)
+            if not used and name and np.allclose(qpos, model["qpos0"], rtol=0, atol=1e-6):
+                used = {"keyframe": name} if model["key_ctrl"][number].any() else {}
+                if model["key_qvel"][number].any():
+                    self._losses.append(Loss("saved-states", f"the velocities of the keyframe `{name}`", place))
+            else:
+                hint = f"; `keyframe: {name}` starts there" if name else ""
+                self._losses.append(Loss("saved-states", f"the keyframe `{name}`{hint}", place))
+        return used
+
+    def _world_constraints(self, told: set[Location]) -> list[tuple[Location, dict[str, Any]]]:
+        """Constraints between bodies that move and the world. `told`: where such equalities are."""
+        model = self._model
+        made: list[tuple[Location, dict[str, Any]]] = []
+        for number, kind in enumerate(model["eq_type"].tolist()):
+            if model.location("eq", number) not in told:
+                continue
+            ends = equality_frames(model, number, kind)
+            (first, in_world), (body, in_body) = ends if ends[0][0] == WORLD else ends[::-1]
+            if first != WORLD or body not in self._links or not model["body_weldid"][body]:
+                continue
+            keys: dict[str, Any] = {
+                "name": model.name("eq", number) or f"equality_{number}",
+                "type": "weld" if kind == WELD_EQUALITY else "connection",
+                "parent": "world",
+                "child": self._mount(body),
+                "pose_in_parent": plain_pose(in_world),
+                "pose_in_child": plain_pose(in_body),
+            }
+            made.append((model.location("eq", number), keys))
+        return made
+
     def _reference(self) -> dict[str, ReferencePose]:
         """Where MuJoCo's own kinematics has the bodies, and what it lets them weigh."""
         model = self._model
@@ -130,8 +179,7 @@ class _Importer:
     def _mount(self, body: int) -> str:
         """ENTITY or ENTITY/LINK."""
         root, link = self._links[body]
-        alone = len(self._robots) == 1 and self._robots[0].pose == IDENTITY_POSE
-        entity = self._name if alone else f"{self._name}/{root}"
+        entity = self._name if len(self._robots) == 1 else f"{self._name}/{root}"
         robot = next(robot for robot in self._robots if robot.links[0].name == root)
         return entity if robot.body_type is not None else f"{entity}/{link}"
 
@@ -171,10 +219,8 @@ class _Importer:
                 self._losses.append(Loss("lights", f"that the light `{label}` moves with a body", place))
             if keys["type"] != "directional":
                 self._losses.append(Loss("light-falloff", f"the falloff of the light `{label}`", place))
-                keys["position"] = plain_numbers(pose[:3])
-            if keys["type"] != "point":
-                keys["direction"] = plain_numbers(rotate(self._world_pose(body)[3:], tuple(direction)))
-            made[names.new(label)] = keys
+            shines = rotate(self._world_pose(body)[3:], tuple(direction))
+            made[names.new(label)] = {**keys, **light_place(keys["type"], pose[:3], shines)}
         return made
 
     def _cameras(self) -> dict[str, Any]:
@@ -186,7 +232,7 @@ class _Importer:
                 words = f"that the camera `{label}` follows something"
                 self._losses.append(Loss("camera-modes", words, model.location("camera", number)))
             own: Pose7 = (*model["cam_pos"][number].tolist(), *model["cam_quat"][number].tolist())
-            mount, pose = self._placed(body, compose(own, _LOOK))
+            mount, pose = self._placed(body, compose(own, LOOK))
             keys: dict[str, Any] = {
                 **mount,
                 "pose": plain_pose(pose),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, Pose7, rotate
+from scenecc.geometry.rotations import IDENTITY, Pose7, from_matrix
+from scenecc.names import UniqueNames
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
 _NOISE = 1e-9
 """Numbers of poses and directions below this are rounding noise [m, or of a quaternion]."""
+
+LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
+"""SAPIEN's x (forward), y (left) and z (up) in the frame of a camera of MuJoCo or USD, which looks along -z, y up."""
 
 _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 
@@ -70,26 +74,20 @@ def plain_axis(axis: Vec3) -> Any:
     return _AXES.get((unit[0], unit[1], unit[2]), unit)
 
 
-def turned_axis(pose: Pose7, axis: Vec3) -> Vec3:
-    """A direction of a pose's own frame, in the frame around it. No noise where nothing turns."""
-    return axis if pose[3:] == IDENTITY else rotate(pose[3:], axis)
+def light_place(kind: str, position: Iterable[float], direction: Iterable[float]) -> dict[str, Any]:
+    """Where a light is and where it shines [m], as far as a light of its kind has that."""
+    keys: dict[str, Any] = {}
+    if kind != "directional":
+        keys["position"] = plain_numbers(position, _NOISE)
+    if kind != "point":
+        keys["direction"] = plain_numbers(direction, _NOISE)
+    return keys
 
 
-class Names:
+class Names(UniqueNames):
     """Names that the language takes, each once."""
-
-    def __init__(self, *taken: str) -> None:
-        self._taken = set(taken)
-        self._counts: dict[str, int] = {}
 
     def new(self, wish: str) -> str:
         """The nearest free name: what a name cannot hold becomes `_`."""
         name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish.replace("::", "."))
-        name = name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
-        free, count = name, self._counts.get(name, 1)
-        while free in self._taken:
-            count += 1
-            free = f"{name}_{count}"
-        self._counts[name] = count
-        self._taken.add(free)
-        return free
+        return super().new(name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportedScene, Loss
-from scenecc.importers.numbers import Names, plain_number, plain_numbers, pose_key
+from scenecc.importers.numbers import Names, light_place, plain_number, plain_numbers, pose_key
 from scenecc.importers.sdf_files import SMALLEST, SdfFile, find, read_file, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type
 from scenecc.importers.sdf_models import BuiltLink, ModelReader, SceneParts
@@ -256,12 +256,7 @@ class _Rendering:
         }
         aim = file.vector(element, "direction", default=(0, 0, -1))
         direction = rotate(pose[3:], aim if math.hypot(*aim) >= SMALLEST else (0.0, 0.0, -1.0))
-        if kind != "directional" or mount:
-            light["position"] = plain_numbers(pose[:3])
-        if kind != "point":
-            light["direction"] = plain_numbers(direction)
-        if kind == "directional":
-            light.pop("position", None)
+        light |= light_place(kind, pose[:3], direction)
         if kind == "spot":
             inner = file.number(element, "spot", "inner_angle", default=0.6)
             outer = file.number(element, "spot", "outer_angle", default=1.0)

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.geometry.rotations import IDENTITY, Pose7, compose, invert, rotate, shortest_from_x
-from scenecc.importers.numbers import is_identity, plain_axis, plain_number, plain_numbers, plain_pose, pose_key
+from scenecc.geometry.rotations import IDENTITY, Pose7, compose, relative_pose, rotate
+from scenecc.importers.joints import HOLD, along_x, joint_frames
+from scenecc.importers.numbers import plain_number, plain_numbers, plain_pose
 from scenecc.importers.sdf_files import SMALLEST, find
 
 if TYPE_CHECKING:
@@ -140,7 +141,7 @@ def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
         around = joint.turn
     else:
         return xyz
-    local = compose(invert(joint.pose), around)
+    local = relative_pose(joint.pose, around)
     if max(abs(a - b) for a, b in zip(local[3:], IDENTITY, strict=True)) < 1e-12:
         return xyz
     return rotate(local[3:], xyz)
@@ -173,20 +174,12 @@ def tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7]
         is_reversed: whether the tree's parent is the joint's child.
     """
     parent, child, joint = poses
-    in_parent, in_child = compose(invert(parent), joint), compose(invert(child), joint)
     made: Node = {"name": name, "type": "fixed" if hinge is None else hinge.type}
+    in_parent, in_child = relative_pose(parent, joint), relative_pose(child, joint)
     if hinge is None:
-        return {**made, **pose_key(compose(invert(parent), child), "origin")}
+        return {**made, **joint_frames(in_parent, in_child, None)}
     axis = hinge.axis if not is_reversed else (-hinge.axis[0], -hinge.axis[1], -hinge.axis[2])
-    if not is_identity(in_child):
-        turn = (0.0, 0.0, 0.0, *_from_x(axis))
-        ends = {"pose_in_parent": compose(in_parent, turn), "pose_in_child": compose(in_child, turn)}
-        return {**made, **{key: plain_pose(pose) for key, pose in ends.items()}, **hinge.keys}
-    plain = plain_axis(axis)
-    return {**made, **pose_key(in_parent, "origin"), **({} if plain == "x" else {"axis": plain}), **hinge.keys}
-
-
-_HOLD: Final = {"stiffness": 1e10, "damping": 1e4, "mode": "acceleration"}
+    return {**made, **joint_frames(in_parent, in_child, axis), **hinge.keys}
 
 
 def constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7], hinges: list[Hinge]) -> Node:
@@ -198,9 +191,8 @@ def constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7
         poses: of both in the frame of the joint's pose.
         hinges: of the joint.
     """
-    turn = (0.0, 0.0, 0.0, *_from_x(hinges[0].axis)) if len(hinges) == 1 else None
-    frame = joint.pose if turn is None else compose(joint.pose, turn)
-    in_parent, in_child = (plain_pose(compose(invert(pose), frame)) for pose in poses)
+    frame = compose(joint.pose, along_x(hinges[0].axis)) if len(hinges) == 1 else joint.pose
+    in_parent, in_child = (plain_pose(relative_pose(pose, frame)) for pose in poses)
     made: Node = {"parent": ends[0], "child": ends[1], "pose_in_parent": in_parent, "pose_in_child": in_child}
     locked = {"x": [0, 0], "y": [0, 0], "z": [0, 0]}
     if not hinges:
@@ -215,9 +207,4 @@ def constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7
     else:
         inside = [min(max(each, -math.pi), math.pi) for each in span]
         limits = {**locked, **({} if inside == [-math.pi, math.pi] else {"twist": plain_numbers(inside)})}
-    return {"type": "drive", **made, "limits": limits, "drive": {"swing": _HOLD}}
-
-
-def _from_x(axis: Vec3) -> tuple[float, float, float, float]:
-    length = math.hypot(*axis)
-    return shortest_from_x((axis[0] / length, axis[1] / length, axis[2] / length))
+    return {"type": "drive", **made, "limits": limits, "drive": {"swing": HOLD}}

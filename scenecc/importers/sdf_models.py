@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix, invert, relative_pose
 from scenecc.importers.numbers import Names, plain_number, pose_key
 from scenecc.importers.sdf_files import find, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
@@ -256,7 +256,7 @@ class ModelReader:
         """Remembers where a link is."""
         path = f"{self._model.name}{SEPARATOR}{link.path}"
         self._parts.links[path] = built
-        place = LinkPlace(link.scope, link.path, compose(invert(link.turn), link.pose), built.is_moved)
+        place = LinkPlace(link.scope, link.path, relative_pose(link.turn, link.pose), built.is_moved)
         self._parts.places[path] = (link.element, place)
         if built.name:
             self._parts.bodies[built.name] = path
@@ -281,7 +281,7 @@ class ModelReader:
     def link_content(self, link: SdfLink, *, moves: bool, joints: bool = False) -> Node:
         """Shapes, mass and motion of a link."""
         file, element = link.scope.file, link.element
-        place = LinkPlace(link.scope, link.path, compose(invert(link.turn), link.pose), moves)
+        place = LinkPlace(link.scope, link.path, relative_pose(link.turn, link.pose), moves)
         content: Node = {**read_shapes(element, place)}
         _note_bitmask(content)
         if not moves:
@@ -323,15 +323,15 @@ def _collides(node: Node) -> bool:
 def _mass(link: SdfLink, content: Node) -> Node:
     """The mass of a link: what the file says, its shapes by `auto`, or 1 kg and 1 kg·m², SDF's default."""
     file, inertial = link.scope.file, link.element.find("inertial")
-    collides = any(key in content for key in ("shapes", "collisions"))
+    collides = bool(_colliding(content))
     if inertial is not None and inertial.attributes.get("auto", "").lower() in {"true", "1"} and collides:
         if inertial.find("mass") is not None:
             return {"mass": plain_number(file.positive(inertial, "mass", default=1))}
         density = file.positive(inertial, "density", default=1000)
-        mass = sum(solid_mass(shape, density) for shape in (*content.get("shapes", ()), *content.get("collisions", ())))
+        mass = sum(solid_mass(shape, density) for shape in _colliding(content))
         # SAPIEN's cylinders are hulls, which weigh a little less.
         return {"density": plain_number(density)} if math.isnan(mass) else {"mass": plain_number(mass)}
-    for shape in (*content.get("shapes", ()), *content.get("collisions", ())):
+    for shape in _colliding(content):
         shape.pop("density", None)
     mass = file.number(inertial, "mass", default=1)
     names, default = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), (1, 1, 1, 0, 0, 0)
@@ -344,7 +344,7 @@ def _mass(link: SdfLink, content: Node) -> Node:
     if xy or xz or yz:
         moments, axes = np.linalg.eigh(tensor)
         axes[:, 2] *= np.sign(np.linalg.det(axes))
-        pose = compose(pose, _turn(axes))
+        pose = compose(pose, (0.0, 0.0, 0.0, *from_matrix(axes.tolist())))
     low, middle, high = sorted(float(each) for each in moments)
     if min(mass, low) < _LEAST_INERTIA or low + middle < high * (1 - 1e-6):
         shown = f"the mass {mass:g} kg and the moments {low:.3g}, {middle:.3g}, {high:.3g}"
@@ -362,13 +362,6 @@ def _mass(link: SdfLink, content: Node) -> Node:
 def _moments(moments: Any) -> list[float]:
     """Not rounded to decimals: moments of small bodies are small."""
     return [float(f"{float(each):.12g}") for each in moments]
-
-
-def _turn(axes: Any) -> Pose7:
-    from scenecc.geometry.rotations import from_matrix, to_vector  # noqa: PLC0415
-
-    a, b, c = (to_vector(row) for row in axes.tolist())
-    return (0.0, 0.0, 0.0, *from_matrix((a, b, c)))
 
 
 class _Tree:
@@ -412,16 +405,13 @@ class _Tree:
         entity: Node = pose_key(compose(reader.pose, place))
         if is_fixed:
             entity["fix_root_link"] = True
-        if not self._collides_with_itself() and _collides({"root": top}):
+        model = reader.model
+        if not model.file.flag(model.element, "self_collide", default=False) and _collides({"root": top}):
             entity["disable_self_collisions"] = True
         reader.parts.entities[name] = {**entity, **self._entity, "root": top}
         for joint in self._joints:
             if joint.path not in self._used:
                 self._close(joint, name)
-
-    def _collides_with_itself(self) -> bool:
-        model = self._reader.model
-        return model.file.flag(model.element, "self_collide", default=False)
 
     def _root(self) -> str:
         children = {joint.child for joint in self._joints}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.checks.images import IMAGE_SUFFIXES
-from scenecc.geometry.rotations import Pose7, compose, invert
+from scenecc.geometry.rotations import Pose7, compose, relative_pose
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.meshes import (
     MESH_SUFFIXES,
@@ -62,7 +62,7 @@ class LinkPlace:
         own = self.scope.file.pose(element)
         if not frame:
             return own
-        return compose(invert(self.pose), compose(self.scope.pose_of(frame, element), own))
+        return relative_pose(self.pose, compose(self.scope.pose_of(frame, element), own))
 
 
 def read_shapes(link: SourceElement, place: LinkPlace) -> dict[str, list[Shape]]:

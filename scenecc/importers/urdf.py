@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scenecc.robots.description import RobotDescription
     from scenecc.source.paths import ResolvedFile
 
-_REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files"}
+_REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files", "shapes": "colliders"}
 """What the scene can repair in a file, and the loss that this is."""
 
 

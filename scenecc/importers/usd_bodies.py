@@ -116,7 +116,7 @@ class BodyReader:
     def _visuals(self, prim: Prim, body: UsdBody) -> list[dict[str, Any]]:
         """The entries of a prim that is seen: several where its faces have several materials."""
         if str(prim.GetTypeName()) != "Mesh":
-            shape = self._shapes.visual(prim, body.pose)
+            shape = self._shapes.solid(prim, body.pose)
             if shape is None:
                 return []
             entry = shape.entry()

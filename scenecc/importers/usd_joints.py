@@ -13,11 +13,11 @@ from scenecc.geometry.rotations import (
     compose,
     from_axis_angle,
     invert,
+    relative_pose,
     rotate,
-    shortest_from_x,
 )
-from scenecc.importers.numbers import is_identity, plain_axis, plain_number, plain_numbers, plain_pose, pose_key
-from scenecc.importers.usd_stage import relative
+from scenecc.importers.joints import HOLD, along_x, joint_frames
+from scenecc.importers.numbers import is_identity, plain_number, plain_numbers, plain_pose, pose_key
 
 if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7, Vec3
@@ -29,9 +29,6 @@ FREEDOMS: Final = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
 """UsdPhysics's names of what a joint may leave free, in the order in which they follow one another."""
 
 _NO_FORCE_LIMIT: Final = 1e38
-
-_HOLD: Final = {"stiffness": 1e10, "damping": 1e4, "mode": "acceleration"}
-"""The spring with which `weld` holds what PhysX's limits do not."""
 
 
 @frozen
@@ -160,7 +157,7 @@ class UsdJoint:
                 along = sum(a * b for a, b in zip(point, freedom.axis, strict=True))
                 positions[k] = -along if first_turns else along
             reached = compose(reached, freedom.motion(positions[k]))
-        off = relative(reached, rest)
+        off = relative_pose(reached, rest)
         angle = 2 * math.atan2(math.hypot(*off[4:]), abs(off[3]))
         return positions, math.hypot(*off[:3]), angle
 
@@ -217,13 +214,13 @@ class JointReader:
             self._stage.lose("joint-breaks", "the force at which a joint breaks", prim)
         elif math.isfinite(parsed.breakTorque) and parsed.breakTorque < _NO_FORCE_LIMIT:
             self._stage.lose("joint-breaks", "the torque at which a joint breaks", prim)
-        frames = [relative(self._poses[body], world) if body else world for body, world in ends]
+        frames = [relative_pose(self._poses[body], world) if body else world for body, world in ends]
         return UsdJoint(
             prim,
             prim.GetName(),
             bodies,
             (frames[0], frames[1]),
-            relative(ends[0][1], ends[1][1]),
+            relative_pose(ends[0][1], ends[1][1]),
             freedoms,
             distance,
             bool(parsed.collisionEnabled),
@@ -326,37 +323,17 @@ def _freedom_name(dof: Any) -> str:
 
 def tree_joint(in_parent: Pose7, in_child: Pose7, freedom: Freedom | None, name: str) -> dict[str, Any]:
     """The keys of a link's joint. `freedom`: None: it is fixed."""
-    keys: dict[str, Any] = {"name": name} if freedom is not None else {}
     if freedom is None:
-        keys["type"] = "fixed"
-    elif not freedom.turns:
-        keys["type"] = "prismatic"
-    else:
-        keys["type"] = "revolute"
-    axis = (1.0, 0.0, 0.0) if freedom is None else freedom.axis
-    if max(map(abs, in_child[:3])) < 1e-9 or freedom is None:
-        origin = compose(in_parent, invert(in_child))
-        keys |= pose_key(origin, "origin")
-        axis = rotate(in_child[3:], axis)
-    else:
-        turn: Pose7 = (0.0, 0.0, 0.0, *shortest_from_x(axis))
-        keys["pose_in_parent"] = plain_pose(compose(in_parent, turn))
-        keys["pose_in_child"] = plain_pose(compose(in_child, turn))
-        axis = (1.0, 0.0, 0.0)
-    if freedom is not None:
-        plain = plain_axis(axis)
-        if plain != "x":
-            keys["axis"] = plain
-        if any(map(math.isfinite, freedom.limits)):
-            keys["limits"] = plain_numbers(freedom.limits)
-    return keys
+        return {"type": "fixed", **joint_frames(in_parent, in_child, None)}
+    kind = "revolute" if freedom.turns else "prismatic"
+    keys = {"name": name, "type": kind, **joint_frames(in_parent, in_child, freedom.axis)}
+    limits = {"limits": plain_numbers(freedom.limits)} if any(map(math.isfinite, freedom.limits)) else {}
+    return {**keys, **limits}
 
 
 def constraint_keys(joint: UsdJoint, stage: UsdStage) -> dict[str, Any]:
     """Type, limits and drives of a constraint between the two frames of a joint, and these frames."""
-    turn: Pose7 = (0.0, 0.0, 0.0, *IDENTITY)
-    if len(joint.freedoms) == 1:
-        turn = (0.0, 0.0, 0.0, *shortest_from_x(joint.freedoms[0].axis))
+    turn = along_x(joint.freedoms[0].axis) if len(joint.freedoms) == 1 else IDENTITY_POSE
     keys: dict[str, Any] = {}
     for key, frame in zip(("pose_in_parent", "pose_in_child"), joint.frames, strict=True):
         pose = compose(frame, turn)
@@ -401,7 +378,7 @@ def _add_swing(drives: dict[str, Any], free: dict[str, Freedom], joint: UsdJoint
     """Adds the drive about y and z, which also holds what is locked there: PhysX has no limits of these in SAPIEN."""
     swings = [free[name] for name in ("rotY", "rotZ") if name in free]
     if not swings:
-        drives["swing"] = dict(_HOLD)
+        drives["swing"] = dict(HOLD)
         return
     if len(swings) == 1:
         stage.lose("swing-limits", "a lock about one of the axes across a joint's x, which turns freely", joint.prim)

@@ -10,6 +10,7 @@ import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.surfaces import revolved_surface
+from scenecc.importers.meshes import MeshError
 from scenecc.meshes.primitives import box
 
 if TYPE_CHECKING:
@@ -101,10 +102,6 @@ def _texts(values: NDArray[np.floating]) -> list[list[str]]:
     return (values.astype(np.float32) + np.float32(0)).astype(str).tolist()
 
 
-class MeshFault(ValueError):
-    """A mesh prim whose data is not a mesh."""
-
-
 @dataclass(frozen=True, slots=True)
 class UsdMeshReader:
     """Reads meshes of a stage. `geom`, `time`: a module and a time of usd-core."""
@@ -117,7 +114,7 @@ class UsdMeshReader:
         """The triangles of a `Mesh` prim, in its own frame and unit.
 
         Raises:
-            MeshFault: indices or counts do not fit the points.
+            MeshError: indices or counts do not fit the points.
         """
         key = prim.GetPrimInPrototype().GetPath() if prim.IsInstanceProxy() else prim.GetPath()
         if key not in self._made:
@@ -130,18 +127,18 @@ class UsdMeshReader:
         counts = _array(mesh.GetFaceVertexCountsAttr().Get(self.time), np.int64)
         indices = _array(mesh.GetFaceVertexIndicesAttr().Get(self.time), np.int64)
         if not len(points) or not len(counts):
-            raise MeshFault("it has no faces")
+            raise MeshError("it has no faces")
         if counts.min() < 0 or counts.sum() != len(indices):
-            raise MeshFault("`faceVertexCounts` do not fit `faceVertexIndices`")
+            raise MeshError("`faceVertexCounts` do not fit `faceVertexIndices`")
         if indices.min() < 0 or indices.max() >= len(points):
-            raise MeshFault("`faceVertexIndices` name points that do not exist")
+            raise MeshError("`faceVertexIndices` name points that do not exist")
         if not np.isfinite(points).all():
-            raise MeshFault("`points` are not finite")
+            raise MeshError("`points` are not finite")
         holes = _array(mesh.GetHoleIndicesAttr().Get(self.time), np.int64)
         flipped = mesh.GetOrientationAttr().Get() == self.geom.Tokens.leftHanded
         corners, sources = _triangulate(counts, holes, flipped=flipped)
         if not len(corners):
-            raise MeshFault("it has no faces")
+            raise MeshError("it has no faces")
         normals = self._corner_values(mesh, "normals", 3, (indices, corners, sources), len(points))
         uvs = self._corner_values(mesh, "st", 2, (indices, corners, sources), len(points))
         return TriangleMesh(points, indices[corners], sources, *normals, *uvs)

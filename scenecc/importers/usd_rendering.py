@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.geometry.rotations import compose, from_matrix, rotate
-from scenecc.importers.numbers import plain_number, plain_numbers, plain_pose
-from scenecc.importers.usd_stage import relative
+from scenecc.geometry.rotations import compose, relative_pose, rotate
+from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from scenecc.geometry.rotations import Pose7
     from scenecc.importers.imported_scene import Asset
     from scenecc.importers.usd_bodies import UsdBody
     from scenecc.importers.usd_materials import UsdMaterials
@@ -20,9 +18,6 @@ if TYPE_CHECKING:
 
 _NITS: Final = 1000.0
 """What a brightness of 1 stands for: USD's lights are in nits, SAPIEN's in no unit."""
-
-_LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
-"""SAPIEN's x (forward), y (left) and z (up) in the frame of a camera of USD, which looks along -z with y up."""
 
 _WIDTH: Final = 640
 
@@ -48,6 +43,7 @@ class RenderingReader:
         environment: dict[str, Any] = {}
         lights: dict[str, Any] = {}
         cameras: dict[str, Any] = {}
+        names = Names()
         for prim in self._stage.prims():
             if prim.IsA(self._stage.geom.Camera):
                 cameras[name(prim)] = self._camera(prim)
@@ -57,11 +53,7 @@ class RenderingReader:
                     continue
                 found = self._light(prim)
                 if found is not None:
-                    label, count = prim.GetName(), 1
-                    while label in lights:
-                        count += 1
-                        label = f"{prim.GetName()}_{count}"
-                    lights[label] = found
+                    lights[names.new(prim.GetName())] = found
         return {"environment": environment, "lights": lights, "cameras": cameras}
 
     def _is_visible(self, prim: Prim) -> bool:
@@ -79,7 +71,6 @@ class RenderingReader:
         pose = stage.frames.pose(prim)
         body = self._owner(prim)
         mounted = body is not None and str(body.prim.GetPath()) in self._where
-        forward = rotate(pose[3:], (0.0, 0.0, -1.0))
         if prim.IsA(lux.DistantLight):
             kind, color = "directional", self._color(prim)
         elif prim.IsA(lux.SphereLight):
@@ -99,13 +90,9 @@ class RenderingReader:
                 "outer_fov": plain_number(math.radians(2 * cone)),
             }
         if mounted and body is not None:
-            local = relative(body.pose, compose(pose, _LOOK))
+            local = relative_pose(body.pose, compose(pose, LOOK))
             return {**keys, "mount": self._where[str(body.prim.GetPath())], "pose": plain_pose(local)}
-        if keys["type"] != "directional":
-            keys["position"] = plain_numbers(pose[:3], 1e-9)
-        if keys["type"] != "point":
-            keys["direction"] = plain_numbers(forward, 1e-9)
-        return keys
+        return {**keys, **light_place(keys["type"], pose[:3], rotate(pose[3:], (0.0, 0.0, -1.0)))}
 
     def _dome(self, prim: Prim) -> dict[str, Any]:
         self._stage.lose("light-units", "the unit of a light: 1000 nits become a brightness of 1", prim)
@@ -121,11 +108,11 @@ class RenderingReader:
     def _camera(self, prim: Prim) -> dict[str, Any]:
         value, metres = self._stage.value, self._stage.frames.metres
         body = self._owner(prim)
-        pose = compose(self._stage.frames.pose(prim), _LOOK)
+        pose = compose(self._stage.frames.pose(prim), LOOK)
         keys: dict[str, Any] = {}
         if body is not None and str(body.prim.GetPath()) in self._where:
             keys["mount"] = self._where[str(body.prim.GetPath())]
-            pose = relative(body.pose, pose)
+            pose = relative_pose(body.pose, pose)
         keys["pose"] = plain_pose(pose)
         across, up = value(prim, "horizontalAperture"), value(prim, "verticalAperture")
         keys |= {"width": _WIDTH, "height": max(1, round(_WIDTH * up / across))}

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.geometry.rotations import IDENTITY, compose
 from scenecc.importers.imported_scene import Asset
+from scenecc.importers.meshes import MeshError
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_meshes import MeshFault, TriangleMesh, solid_mesh
-from scenecc.importers.usd_stage import pose_matrix4, scale_of, split_matrix
+from scenecc.importers.usd_meshes import TriangleMesh, solid_mesh
+from scenecc.importers.usd_stage import scale_of, split_matrix
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -90,22 +92,14 @@ class ShapeReader:
             return [] if found is None else [found]
         if kind == "Points":
             return self._points(prim, body)
-        found = self._solid(prim, body, kind)
+        found = self.solid(prim, body)
         return [] if found is None else [found]
-
-    def visual(self, prim: Prim, body: Pose7) -> UsdShape | None:
-        """The shape that is seen of a prim, with the whole mesh."""
-        kind = str(prim.GetTypeName())
-        if kind != "Mesh":
-            return self._solid(prim, body, kind)
-        mesh = self.read_mesh(prim)
-        return None if mesh is None else self.mesh_shape(prim, mesh, body, "mesh")
 
     def read_mesh(self, prim: Prim) -> TriangleMesh | None:
         """The triangles of a mesh; None where its data is none, which is told."""
         try:
             return self._stage.meshes.read(prim)
-        except MeshFault as fault:
+        except MeshError as fault:
             self._stage.lose("visuals", f"a mesh: {fault}", prim)
             return None
 
@@ -134,10 +128,11 @@ class ShapeReader:
 
     def _local(self, prim: Prim, body: Pose7) -> tuple[Pose7, NDArray[np.float64]]:
         """Pose of a prim in its body and its `stretch`; see `split_matrix`."""
-        return split_matrix(np.linalg.inv(pose_matrix4(body)) @ self._stage.frames.world(prim))
+        return split_matrix(np.linalg.inv(pose_matrix(body)) @ self._stage.frames.world(prim))
 
-    def _solid(self, prim: Prim, body: Pose7, kind: str) -> UsdShape | None:
+    def solid(self, prim: Prim, body: Pose7) -> UsdShape | None:
         """A prim that is no mesh. None where nothing can be built of it, which is told."""
+        kind = str(prim.GetTypeName())
         pose, stretch = self._local(prim, body)
         value = self._stage.value
         sizes = [value(prim, name) for name in _SIZES if prim.HasAttribute(name)]
@@ -316,7 +311,7 @@ def _round_mass(kind: str, radius: float, half: float, axis: str, pose: Pose7) -
 
 def _solid_mass(pose: Pose7, volume: float, seconds: tuple[float, ...]) -> SolidMass:
     """Of a solid around the origin of a pose. `seconds`: means of x², y² and z² over it."""
-    rotation = pose_matrix4(pose)[:3, :3]
+    rotation = pose_matrix(pose)[:3, :3]
     moments = volume * (sum(seconds) - np.array(seconds))
     return SolidMass(volume, np.array(pose[:3]), rotation @ np.diag(moments) @ rotation.T)
 
@@ -339,7 +334,7 @@ def mesh_mass(mesh: TriangleMesh, pose: Pose7, stretch: NDArray[np.float64], *, 
         points, faces = np.asarray(found.vertices), np.asarray(found.faces)
     elif np.linalg.det(stretch) < 0:
         faces = faces[:, ::-1]
-    moved = points @ pose_matrix4(pose)[:3, :3].T + np.array(pose[:3])
+    moved = points @ pose_matrix(pose)[:3, :3].T + np.array(pose[:3])
     found = import_module("trimesh.triangles").mass_properties(moved[faces])
     volume = float(found["volume"])
     if not volume > 0:

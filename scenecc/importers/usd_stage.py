@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
-from scenecc.geometry.rotations import IDENTITY, compose, from_matrix, invert, rotate, to_pose
+from scenecc.geometry.rotations import IDENTITY, compose, from_matrix, rotate, to_pose
 from scenecc.importers.imported_scene import Loss
 from scenecc.importers.usd_meshes import UsdMeshReader
 
@@ -60,21 +60,6 @@ def scale_of(stretch: NDArray[np.float64]) -> Vec3 | None:
         return None
     x, y, z = scale.tolist()
     return x, y, z
-
-
-def relative(outer: Pose7, inner: Pose7) -> Pose7:
-    """outer⁻¹ · inner, both in the same frame."""
-    return compose(invert(outer), inner)
-
-
-def pose_matrix4(pose: Pose7) -> NDArray[np.float64]:
-    """(4, 4) of a pose."""
-    matrix = np.eye(4)
-    matrix[:3, 3] = pose[:3]
-    for k in range(3):
-        unit = (float(k == 0), float(k == 1), float(k == 2))
-        matrix[:3, k] = rotate(pose[3:], unit)
-    return matrix
 
 
 class UsdFrames:

@@ -180,7 +180,7 @@ class ConstraintLowerer:
             from scenecc.lower.resets import check_constraint_resets  # noqa: PLC0415 - loaded where something varies
 
             left_out = tuple(one for one in made if written[one.name].pose_in_parent is None)
-            check_constraint_resets(left_out, tuple(self._built.values()), self._sampling, self._entities.frames)
+            check_constraint_resets(left_out, self._sampling, self._entities.frames)
         return made
 
     def describe(self) -> tuple[Constraint, ...]:
@@ -281,7 +281,8 @@ class ConstraintLowerer:
         scenes = fields.scenes
         if written.pose_in_parent is not None:
             value = local_pose(written.pose_in_parent, origin, ("pose_in_parent",), _FRAME, fields)
-            anchor = self._names.anchors.get(fields.scope) if parent is None else None
+            scope = self._names.worlds.get(qualified_name("constraints", str(origin.path[-1])), fields.scope)
+            anchor = self._names.anchors.get(scope) if parent is None else None
             if anchor is None:
                 return value
             # The world of a prefab is the frame of its instance.

@@ -178,7 +178,7 @@ def report_unused_draws(
 ) -> None:
     """Warns of each shared draw that nothing reads, and reports its errors, which its readers would report."""
     for name in written:
-        if name in sampling.used or name in names.given:
+        if name in sampling.used or name in names.given or scope_of(name) in names.overridden:
             continue
         message = f"the draw `{cut(name)}` is never read"
         sampling.sink.report("SC319", message, origin.child(name), at="key")

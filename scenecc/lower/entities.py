@@ -46,7 +46,12 @@ _MOVING = frozenset(("dynamic", "kinematic"))
 
 @frozen
 class _UnplacedEntity:
-    """An entity that is not placed yet. `fixed`: whether it stays where it is built."""
+    """An entity that is not placed yet.
+
+    Attributes:
+        fixed: whether it stays where it is built.
+        frame: the name of the frame that it stands in; "": its own.
+    """
 
     name: str
     origin: Origin
@@ -55,6 +60,7 @@ class _UnplacedEntity:
     fixed: bool
     hidden: bool
     linked: bool = False
+    frame: str = ""
 
 
 class EntityLowerer:
@@ -121,11 +127,15 @@ class EntityLowerer:
             articulations: makes what lowers its articulations.
         """
         made = self._made(bodies, articulations)
+        for one in made:
+            linked = tuple(each for each in one.structures if not isinstance(each, BodyStructure))
+            if linked:
+                self.frames.articulations[one.name] = linked, one.pick
         for name in self._scene.frames:
             self.frames.world(name, self._origin.child("frames", name), fixed=False)
         entities: list[Entity] = []
         for one in made:
-            pose = self.frames.world(one.name, one.origin, fixed=one.fixed)
+            pose = self.frames.world(one.frame or one.name, one.origin, fixed=one.fixed)
             scenes = self.selections.get(one.name, self._sampling.all_scenes)
             entities.append(Entity(one.name, scenes, pose, one.structures, one.pick, one.hidden, one.origin))
             if one.linked:
@@ -162,24 +172,29 @@ class EntityLowerer:
         made: list[_UnplacedEntity] = []
         if not built:
             self.frames.unread.add(name)
-        full_names = {one.root: name if one.pose is None else f"{name}/{one.suffix}" for one in built}
+        full_names = {one.root: name if len(built) == 1 else f"{name}/{one.suffix}" for one in built}
         for constraint in built[0].constraints if built else ():
             self.constraints[f"{name}/{constraint.name}"] = constraint, full_names, place
         for one in built:
-            full = name
+            frame = name
             if one.pose is not None:
-                full = f"{name}/{one.suffix}"
+                frame = f"{name}/{one.suffix}"
                 x, y, z, *q = one.pose
                 pose = PoseMapping.model_construct(p=(x, y, z), q=tuple(q), relative_to=name)
-                self.frames.add(full, place, SimpleNamespace(pose=pose))
+                self.frames.add(frame, place, SimpleNamespace(pose=pose))
                 if name in self.selections:
-                    self.selections[full] = self.selections[name]
-                if full in self._scene.entities:
-                    message = f"`{full}` names an entity, and a robot of a file"
-                    related = [("the entity", self._origin.child("entities", full), "key")]
+                    self.selections[frame] = self.selections[name]
+                if frame in self._scene.entities:
+                    message = f"`{frame}` names an entity, and a robot of a file"
+                    related = [("the entity", self._origin.child("entities", frame), "key")]
                     self._sink.report("SC305", message, place, at="key", related=related)  # pyright: ignore[reportArgumentType]
             still = all(isinstance(body, BodyStructure) and body.body_type == "static" for body in one.structures)
-            made.append(_UnplacedEntity(full, place, one.structures, one.pick, fixed=still, hidden=hidden, linked=True))
+            full = name if len(built) == 1 else frame
+            made.append(
+                _UnplacedEntity(
+                    full, place, one.structures, one.pick, fixed=still, hidden=hidden, linked=True, frame=frame
+                )
+            )
         return made
 
     def _variants(

@@ -184,7 +184,8 @@ class FieldLowerer:
 
     def draw_names(self, template: Template, origin: Origin) -> dict[str, str] | None:
         """The shared draws that an expression reads, by the names that it has for them; None where one is unknown."""
-        prefix = f"{self.scope}/" if self.scope else ""
+        scope = self.scope if template.scope is None else template.scope
+        prefix = f"{scope}/" if scope else ""
         draws = self.sampling.draws
         names = {name: prefix + name for name in template.names - BUILTIN_NAMES}
         for name, full in names.items():

@@ -1,4 +1,7 @@
-"""Poses of entities, frames, cameras and lights in the world: composed `relative_to` chains."""
+"""Poses of entities, frames, cameras and lights in the world: composed `relative_to` chains.
+
+A link that something is posed relative to is one more frame: it stands in its entity, the joints at their start.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +9,23 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
+from scenecc.lower.link_frames import LinkFrame, LinkPoseLowerer, composed, find_link, fix_initial_positions
 from scenecc.lower.poses import POSE, lower_pose, pose_item, pose_varies
+from scenecc.lower.references import name_prefixes
 from scenecc.lower.variation import FieldPlace, VariationLowerer
-from scenecc.plan import Value, literal
+from scenecc.plan import literal
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.spec.pose import PoseMapping
-from scenecc.variation.nodes import NODE_TYPES, Composed, Shared
+from scenecc.variation.nodes import NODE_TYPES, Shared
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.geometry.rotations import Pose7
     from scenecc.lower.fields import FieldLowerer
+    from scenecc.plan import ArticulationStructure, Value
     from scenecc.spec.references import NameScopes
     from scenecc.variation.nodes import Node
 
@@ -32,7 +38,7 @@ _JOINED = 10
 
 @frozen
 class FramePose:
-    """The pose of an entity or a frame.
+    """The pose of an entity, a frame or a link.
 
     Attributes:
         local: its own pose, in the frame of `parent`: seven numbers, or a node.
@@ -84,6 +90,7 @@ class FrameGraph:
     Attributes:
         unread: entities whose files are wrong, which was reported: what these make beside themselves is not known.
         followers: lights and cameras by name.
+        articulations: by name the structures of each, and which of them each scene has.
     """
 
     def __init__(
@@ -106,6 +113,10 @@ class FrameGraph:
         self._fixed: set[str] = set()
         self.unread: set[str] = set()
         self.followers: dict[str, Follower] = {}
+        self.articulations: dict[str, tuple[tuple[ArticulationStructure, ...], Value | None]] = {}
+        self._links: dict[str, LinkFrame] = {}
+        # Entities of which all joints start where they are built.
+        self._still: set[str] = set()
 
     def add(self, name: str, owner: Origin, node: Any) -> None:
         """Takes in what an entity makes beside itself: a robot of its file.
@@ -173,7 +184,7 @@ class FrameGraph:
             outer = self.frame_pose(parent)
             if outer.around is not None:
                 self._is_wherever(key, fields.scenes, outer.around, origin)
-            world = _composed(outer.world, local)
+            world = composed(outer.world, local)
             for other in self._readings(parent):
                 whole.join(other)
             self.followers[key] = Follower(local, parent, fields)
@@ -184,13 +195,38 @@ class FrameGraph:
     def fix(self, name: str) -> None:
         """Notes that an object stays where it is built, and with it its chain of reference frames."""
         at: str | None = name
+        below = name
         while at is not None and at not in self._fixed:
             self._fixed.add(at)
-            at = self.frame_pose(at).parent
+            if at in self._links:
+                self._fix_start(self._links[at], below)
+            below, at = at, self.frame_pose(at).parent
+
+    def _fix_start(self, link: LinkFrame, follower: str) -> None:
+        """Lets the joints of an articulation start where they are built. `follower`: what stands relative to a link."""
+        if link.entity in self._still:
+            return
+        self._still.add(link.entity)
+        sampling = self._fields_of(link.entity).sampling
+        if fix_initial_positions(self.articulations[link.entity][0], sampling):
+            what = f"`{cut(follower)}` stays where it is built"
+            self._sink.report(
+                "SC347",
+                f"{what}, and so does the `qpos` of `{cut(link.entity)}`, which a reset would draw again",
+                self.origin(follower).child("pose", "relative_to"),
+                hint="let what stands relative to a link be a kinematic body, or give it a pose of its own",
+            )
+
+    def link(self, entity: str, link: str) -> str:
+        """What a link of an articulation is known as among frames."""
+        # As nothing of a document is called: no name has a colon.
+        key = f"{entity}:{link}"
+        self._links.setdefault(key, LinkFrame(entity, link))
+        return key
 
     def fields(self, name: str) -> FieldLowerer:
-        """The field lowerer of an entity or a frame."""
-        return self._fields_of(name)
+        """The field lowerer of an entity, a frame or a link."""
+        return self._fields_of(self._links[name].entity if name in self._links else name)
 
     def is_still(self, name: str) -> bool:
         """Whether the pose that something has of its own stays as it is built, though what is around it need not."""
@@ -198,7 +234,7 @@ class FrameGraph:
 
     def is_fixed(self, name: str) -> bool:
         """Whether something stays where it is built."""
-        return name in self._fixed
+        return name in self._fixed or (name in self._links and self._links[name].entity in self._still)
 
     def frame_pose(self, name: str) -> FramePose:
         """The pose of an entity or a frame."""
@@ -206,9 +242,9 @@ class FrameGraph:
         if found is not None:
             return found
         chain = self._chain(name)
-        for member in reversed(chain):
+        for member, parent in reversed(chain.items()):
             if member not in self._standing:
-                self._standing[member] = self._stand(member)
+                self._standing[member] = self._stand(member, parent)
         return self._standing[name]
 
     def _readings(self, name: str) -> list[VariationLowerer]:
@@ -224,18 +260,25 @@ class FrameGraph:
         self._fields_of(name).sampling.count_operations(_JOINED * len(variations), self.origin(name))
         return variations
 
-    def _stand(self, name: str) -> FramePose:
-        parent = self._names.parent(name, self._relative_to(name))
+    def _local(self, name: str) -> tuple[Any, VariationLowerer | None]:
+        """The pose of something in its reference frame, and what was read of it; None where it does not vary."""
+        origin = self.origin(name)
+        if name in self._links:
+            link = self._links[name]
+            lowerer = LinkPoseLowerer(name, self.fields(name), origin)
+            local = lowerer.lower(*self.articulations[link.entity], link.link)
+            return local, lowerer.variation if local.__class__ in NODE_TYPES else None
+        pose = self._placed[name].pose
+        if not pose_varies(pose):
+            return lower_pose(pose, origin, ("pose",), self._sink), None
+        variation = VariationLowerer(self._fields_of(name), origin)
+        return pose_item(pose, FieldPlace(origin.child("pose"), "pose"), variation, self._sink), variation
+
+    def _stand(self, name: str, parent: str | None) -> FramePose:
         outer = self._standing.get(parent) if parent is not None else None
-        pose, origin, variation = self._placed[name].pose, self.origin(name), None
-        local: Any
-        if pose_varies(pose):
-            variation = VariationLowerer(self._fields_of(name), origin)
-            local = pose_item(pose, FieldPlace(origin.child("pose"), "pose"), variation, self._sink)
-        else:
-            local = lower_pose(pose, origin, ("pose",), self._sink)
+        local, variation = self._local(name)
         around = outer.around if outer is not None else None
-        if name not in self._frames or self._is_narrowed(name):
+        if name not in self._links and (name not in self._frames or self._is_narrowed(name)):
             # Another frame is wherever somebody stands relative to it, so it passes on whose scenes count.
             if around is not None:
                 self._exists_wherever(name, around)
@@ -244,8 +287,8 @@ class FrameGraph:
         if outer is None or parent is None:
             return FramePose(local, variation, None, local, around, 1, read)
         if outer.depth < MAX_COMPOSED_POSES:
-            return FramePose(local, variation, parent, _composed(outer.world, local), around, outer.depth + 1, read)
-        world = _composed(self._shared(parent, outer.world), local)
+            return FramePose(local, variation, parent, composed(outer.world, local), around, outer.depth + 1, read)
+        world = composed(self._shared(parent, outer.world), local)
         return FramePose(local, variation, parent, world, around, 2, read)
 
     def _shared(self, name: str, world: Any) -> Any:
@@ -265,20 +308,26 @@ class FrameGraph:
         pose = self._placed[name].pose
         return pose.relative_to if isinstance(pose, PoseMapping) else None
 
-    def _chain(self, name: str) -> list[str]:
-        """What is not placed yet, from the name outwards, and the first that is; cut where something was reported."""
-        chain = {name: None}
+    def _chain(self, name: str) -> dict[str, str | None]:
+        """What is not placed yet, from the name outwards, and the first that is; cut where something was reported.
+
+        Each with its reference frame.
+        """
+        chain: dict[str, str | None] = {name: None}
         outermost = name
         while outermost not in self._standing and (parent := self._parent(outermost)) is not None:
+            chain[outermost] = parent
             if parent in chain:
                 members = list(chain)
-                self._cycle(members[members.index(parent) :])
+                self._cycle([one for one in members[members.index(parent) :] if one not in self._links])
                 break
             chain[parent] = None
             outermost = parent
-        return list(chain)
+        return chain
 
     def _parent(self, name: str) -> str | None:
+        if name in self._links:
+            return self._links[name].entity
         written = self._relative_to(name)
         return self._known_parent(name, written, self.origin(name))
 
@@ -286,24 +335,20 @@ class FrameGraph:
         parent = self._names.parent(name, written)
         if parent is None or parent in self._placed:
             return parent
-        whole = parent.rpartition("/")[0]
+        place = origin.child("pose", "relative_to")
+        whole = next((ahead for ahead in name_prefixes(parent) if ahead in self._placed), "")
+        if whole in self.articulations:
+            structures, _ = self.articulations[whole]
+            link = find_link(whole, structures, parent[len(whole) + 1 :], place, self._sink)
+            return link and self.link(whole, link)
         if whole in self.unread:
             return None
-        hint = "no pose is relative to a link; a light or a camera is fastened to one by `mount`"
-        if not self._is_one_robot(whole):
-            hint = suggest_name(str(written), self._names.seen_by(name, self._placed), self._sink)
-        self._sink.report(
-            "SC303",
-            f"there is no entity, frame or camera `{cut(str(written))}` that stands in the world",
-            origin.child("pose", "relative_to"),
-            hint=hint,
-        )
+        shown = str(written).removeprefix("/")
+        outside = (other for other in self._placed if not self._names.scopes.get(other))
+        seen = self._names.seen_by(name, self._placed) if shown == written else outside
+        message = f"there is no entity, frame or camera `{cut(shown)}` that stands in the world"
+        self._sink.report("SC303", message, place, hint=suggest_name(shown, seen, self._sink))
         return None
-
-    def _is_one_robot(self, name: str) -> bool:
-        """Whether something is an articulation that makes nothing beside itself: names under its own are of links."""
-        node = self._placed.get(name)
-        return hasattr(node, "fix_root_link") and not any(other.startswith(f"{name}/") for other in self._placed)
 
     def _exists_wherever(self, name: str, parent: str) -> None:
         """Reports a scene that the one entity is in and the other is not."""
@@ -339,13 +384,9 @@ class FrameGraph:
     def origin(self, name: str) -> Origin:
         """The node of an entity or a frame."""
         found = self._origins.get(name)
+        if found is None and name in self._links:
+            return self.origin(self._links[name].entity)
         if found is None:
             section = next(section for section, nodes in self._sections.items() if name in nodes)
             found = self._origins[name] = self._origin.child(section, name)
         return found
-
-
-def _composed(outer: Any, inner: Any) -> Any:
-    if isinstance(outer, tuple) and isinstance(inner, tuple):
-        return compose(outer, inner)  # pyright: ignore[reportUnknownArgumentType]
-    return inner if outer == IDENTITY_POSE else Composed(outer, inner)

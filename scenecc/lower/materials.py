@@ -152,7 +152,9 @@ class MaterialLowerer:
         return by_scenes[fields.scenes]
 
     def _unknown(self, name: str, place: Origin, fields: FieldLowerer) -> None:
-        prefix = qualified("", fields.scope)
+        full = qualified(name, fields.scope)
+        prefix = qualified("", scope_of(full))
+        name = full[len(prefix) :]
         names = [other[len(prefix) :] for other in self._named if other.startswith(prefix)]
         hint = suggest_name(name, names, self._sink) if names else "name it under `materials`"
         self._sink.report("SC301", f"there is no material `{cut(name)}`", place, hint=hint)

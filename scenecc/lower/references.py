@@ -5,7 +5,7 @@ table of the plan.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
@@ -29,6 +29,14 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer
     from scenecc.robots.description import RobotDescription
     from scenecc.variation.nodes import Node
+
+
+def name_prefixes(name: str, shortest: int = 0) -> Iterator[str]:
+    """What a name begins with up to each of its slashes, the whole first. `shortest`: no shorter than so much."""
+    end = len(name)
+    while end > shortest:
+        yield name[:end]
+        end = name.rfind("/", 0, end)
 
 
 def scope_of(name: str) -> str:

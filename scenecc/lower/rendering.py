@@ -17,7 +17,9 @@ from scenecc.lower.field_types import (
     report_exclusive_keys,
     report_unused_key,
 )
+from scenecc.lower.link_frames import find_link
 from scenecc.lower.poses import POSE, lower_angle, pose_item
+from scenecc.lower.references import name_prefixes
 from scenecc.lower.variation import FieldPlace, VariationLowerer, field_place
 from scenecc.plan import ArticulationStructure, Value, literal
 from scenecc.plan.body import Mount
@@ -88,9 +90,11 @@ class MountLookup:
             place: of the name.
         """
         prefix = self._names.prefixes.get(scope, "")
+        if written.startswith("/"):
+            prefix, scope, written = "", "", written[1:]
         entity, rest = self._split(prefix + written, len(prefix))
         if entity is None:
-            if any(name in self._unread for name in _prefixes(prefix + written, len(prefix))):
+            if any(name in self._unread for name in name_prefixes(prefix + written, len(prefix))):
                 return None
             seen = list(self._seen_from(prefix, scope))
             hint = suggest_name(written, seen, self._sink, self._links_of(prefix, seen))
@@ -113,7 +117,7 @@ class MountLookup:
 
     def _split(self, name: str, shortest: int) -> tuple[Entity | None, str | None]:
         """The entity with the longest name that a name begins with, and what is left."""
-        for ahead in _prefixes(name, shortest):
+        for ahead in name_prefixes(name, shortest):
             entity = self._entities.get(ahead)
             if entity is not None:
                 return entity, name[len(ahead) + 1 :] or None
@@ -133,34 +137,13 @@ class MountLookup:
                     yield f"{name}/{link.name}"
 
     def _link(self, entity: Entity, link: str | None, place: Origin) -> Mount | None:
-        first, *others = entity.structures
-        if not isinstance(first, ArticulationStructure):
+        if not isinstance(entity.structures[0], ArticulationStructure):
             if link is None:
                 return Mount(entity.name)
             self._sink.report("SC331", f"`{cut(entity.name)}` is a body and has no links", place)
             return None
-        links = [one.name for one in first.links]
-        # Links of an entity whose structures are several robots: those that it has in every scene.
-        shared = set(links).intersection(
-            *([one.name for one in other.links] for other in others if isinstance(other, ArticulationStructure))
-        )
-        link_name = links[0] if link is None else link
-        if link_name in shared:
-            return Mount(entity.name, link_name)
-        hint = suggest_name(link_name, [name for name in links if name in shared], self._sink)
-        message = f"no link of `{cut(entity.name)}` is called `{cut(link_name)}`"
-        if others:
-            message = f"not every robot that `{cut(entity.name)}` may be has a link `{cut(link_name)}`"
-        self._sink.report("SC331", message, place, hint=hint)
-        return None
-
-
-def _prefixes(name: str, shortest: int) -> Iterator[str]:
-    """What a name begins with up to each of its slashes, the whole first."""
-    end = len(name)
-    while end > shortest:
-        yield name[:end]
-        end = name.rfind("/", 0, end)
+        found = find_link(entity.name, entity.structures, link, place, self._sink)
+        return None if found is None else Mount(entity.name, found)
 
 
 _FORWARD = (1.0, 0.0, 0.0)

@@ -158,7 +158,7 @@ class RecipeBuilder:
         found = self._anew.get(id(value))
         if found is None:
             self._read |= reset.variation.reads
-            found = self._anew[id(value)] = _with_recipe(value, _reset_node(reset), len(reset.fields.scenes))
+            found = self._anew[id(value)] = _with_recipe(value, reset_node(reset), len(reset.fields.scenes))
         return found
 
     def _is_drawn(self, variation: VariationLowerer) -> bool:
@@ -221,12 +221,12 @@ def _pose_rows(pose: Node, fields: FieldLowerer) -> Rows:
     return Rows(fields.scenes, tuple(map(tuple, fields.evaluate(pose).tolist())))
 
 
-def _reset_node(reset: ResettableValue) -> Node:
+def reset_node(reset: ResettableValue) -> Node:
     """What draws a value anew, held within limits that stay as they are built."""
     node, scenes, follows = reset.node, reset.fields.scenes, reset.follows
     if follows is not None:
         factor, offset = (_constant_item(value.data, scenes) for value in (follows.multiplier, follows.offset))
-        node = AffineClamp(_reset_node(follows.source), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
+        node = AffineClamp(reset_node(follows.source), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
     if reset.limits is not None and isinstance(node, AffineClamp):
         low, high = (_constant_item(side.clip(-FLOAT32_MAX, FLOAT32_MAX), scenes) for side in reset.limits.data.T)
         node = replace(node, low=low, high=high)
@@ -247,31 +247,24 @@ def _with_recipe(value: Value, node: Node, rows: int) -> Value:
     return varying(draw, bounds=value.bounds, recipe=node, rows=rows)
 
 
-def check_constraint_resets(
-    constraints: tuple[Constraint, ...], built: tuple[Entity, ...], sampling: SamplingContext, frames: FrameGraph
-) -> None:
+def check_constraint_resets(constraints: tuple[Constraint, ...], sampling: SamplingContext, frames: FrameGraph) -> None:
     """A warning for each constraint without a frame of its own one of whose bodies starts elsewhere at a reset.
 
     A common reference frame moves both alike, and is no reason.
 
     Args:
         constraints: whose `pose_in_parent` was left out.
-        built: the entities.
         sampling: of the document, all of which is lowered.
         frames: poses of the entities.
     """
-    entities = {entity.name: entity for entity in built}
     kept = fixed_draws(sampling)
 
     for constraint in constraints:
         ends = [mount for mount in (constraint.child, constraint.parent) if mount is not None]
-        chains = [list(_moving_ancestors(mount.entity, frames)) for mount in ends]
+        chains = [list(_moving_ancestors(_frame_of(mount, frames), frames)) for mount in ends]
         # Reference frames of only one of the two.
         own = set(chains[0]).symmetric_difference(chains[1] if len(chains) > 1 else ())
         variations = [variation for name in own if (variation := frames.frame_pose(name).variation) is not None]
-        variations += [
-            variation for mount in ends for variation in _joint_variations(mount, entities[mount.entity], sampling)
-        ]
         if constraint.origin is not None and any(
             _is_drawn_again(variation, sampling, kept) for variation in variations
         ):
@@ -292,16 +285,6 @@ def _moving_ancestors(name: str, frames: FrameGraph) -> Iterator[str]:
         at = frames.frame_pose(at).parent
 
 
-def _joint_variations(mount: Mount, entity: Entity, sampling: SamplingContext) -> Iterator[VariationLowerer]:
-    """What was read of the positions of joints on the way to a link."""
-    for structure in entity.structures:
-        if not isinstance(structure, ArticulationStructure):
-            continue
-        numbers = {link.name: number for number, link in enumerate(structure.links)}
-        at = numbers.get(mount.link or "")
-        while at is not None:
-            joint = structure.links[at].joint
-            reset = None if joint is None else sampling.resets.get(id(joint.qpos))
-            if reset is not None:
-                yield reset.variation
-            at = structure.links[at].parent
+def _frame_of(mount: Mount, frames: FrameGraph) -> str:
+    """What a body or a link is known as among frames."""
+    return mount.entity if mount.link is None else frames.link(mount.entity, mount.link)

@@ -94,9 +94,11 @@ def find_group(groups: dict[str, GroupBits], name: str, place: Origin, scope: st
         scope: of the names there.
         sink: takes the diagnostics.
     """
-    bits = groups.get(qualified(name, scope))
+    full = qualified(name, scope)
+    bits = groups.get(full)
     if bits is None:
-        prefix = qualified("", scope)
+        prefix = qualified("", scope_of(full))
+        name = full[len(prefix) :]
         known = [group[len(prefix) :] for group in groups if group.startswith(prefix)]
         hint = suggest_name(name, known, sink) if known else "name it under `collision_groups`"
         sink.report("SC302", f"there is no collision group `{cut(name)}`", place, hint=hint)

@@ -222,7 +222,7 @@ class VariationLowerer:
         reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
         shape = None if kind.convert is not None else kind.shape
         self._fields.sampling.count_operations(expression_cost(given.text, len(self._fields.scenes)), place.origin)
-        return self.risk(Computed(given, shape, reads), place.origin)
+        return self.risk(Computed(given if given.scope is None else given.within(None), shape, reads), place.origin)
 
     def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: FieldPlace) -> Any:
         one = component(kind)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.maniskill.compat import REGISTERED_ENVS, gym, torch
 from scenecc.backends.sapien.engine import render_problem
 from scenecc.decompiler.decompile import decompile
 from scenecc.decompiler.record import record
+from scenecc.scene_file.parallel import UnlikeScenes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,17 +20,21 @@ class TaskFailure(Exception):
     """A task that cannot be built here; the message says why in one sentence."""
 
 
-def decompile_task(task: str, *, base: Path, seed: int = 0, check: bool = True) -> Decompiled:
-    """The first scene of a task of ManiSkill, as `gym.make(task)` and `reset(seed=seed)` leave it.
+def decompile_task(task: str, *, base: Path, seed: int = 0, num_envs: int = 1, check: bool = True) -> Decompiled:
+    """The scene of a task of ManiSkill, as `gym.make(task)` and `reset(seed=seed)` leave it.
+
+    ManiSkill's CPU simulation holds one scene in an environment, so parallel scenes are environments of their own, of
+    which each is reset with the next seed.
 
     Args:
         task: its name in ManiSkill's registry; the module that registers it is imported.
         base: folder of the scene file.
-        seed: of the reset.
+        seed: of the reset, of the first environment.
+        num_envs: how many parallel scenes the file has.
         check: whether to build the file and to compare.
 
     Raises:
-        TaskFailure: there is no such task, or it does not build here.
+        TaskFailure: there is no such task, it does not build here, or its scenes are too different for one file.
     """
     if task not in REGISTERED_ENVS:
         raise TaskFailure(f"ManiSkill has no task `{task}`")
@@ -37,14 +42,19 @@ def decompile_task(task: str, *, base: Path, seed: int = 0, check: bool = True) 
     if problem is not None:
         raise TaskFailure(f"ManiSkill's tasks need a device that renders: {problem}")
     where = "gpu" if torch.cuda.is_available() else "cpu"
+    envs: list[Any] = []
     try:
         with record() as recording:
-            env = gym.make(task, num_envs=1, sim_backend="cpu", render_backend=where)
-            env.reset(seed=seed)
+            for number in range(num_envs):
+                envs.append(gym.make(task, num_envs=1, sim_backend="cpu", render_backend=where))
+                envs[-1].reset(seed=seed + number)
     except (Exception, SystemExit) as error:
         words = f"{type(error).__name__}: {error}".partition("\n")[0]
         raise TaskFailure(f"the task `{task}` does not build: {words}") from error
     try:
-        return decompile(env, recording=recording, base=base, name=task, check=check)
+        return decompile(envs, recording=recording, base=base, name=task, check=check)
+    except UnlikeScenes as error:
+        raise TaskFailure(f"the scenes of `{task}` do not fit into one file: {error}") from error
     finally:
-        env.close()
+        for env in envs:
+            env.close()

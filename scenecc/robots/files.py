@@ -145,6 +145,9 @@ _MAX_PARENT_FOLDERS = 40
 
 _FILE_NOT_FOUND = "SC401"
 
+_NO_FILE = (_FILE_NOT_FOUND, "SC403")
+"""Codes of references to no file: it is missing, or has a scheme that is not read."""
+
 MAX_MISSING = 1000
 """Maximum number of missing files that are looked for: each takes milliseconds, in all folders of a package."""
 
@@ -197,13 +200,13 @@ class RobotFiles:
         if isinstance(found, Refusal):
             self.missing[reference] = found
             hint = found.hint
-            if found.code == _FILE_NOT_FOUND and repaired is not None and self.repairs:
+            if found.code in _NO_FILE and repaired is not None and self.repairs:
                 findings.report("SC488", f"{found.message}: {repaired}", location)
                 return None
-            if found.code == _FILE_NOT_FOUND:
-                near = "" if hint is None else f"; {hint}"
-                repair = "" if repaired is None else f"; with `repair: [files]` in the scene {repaired}"
-                hint = f"looked for {self._looked(reference)}{near}{repair}"
+            if found.code in _NO_FILE:
+                looked = f"looked for {self._looked(reference)}" if found.code == _FILE_NOT_FOUND else None
+                repair = None if repaired is None else f"with `repair: [files]` in the scene {repaired}"
+                hint = "; ".join(part for part in (looked, hint, repair) if part) or None
             findings.report(found.code, found.message, location, hint=hint)
             return None
         return self.add(found, location)

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.names import UniqueNames
 from scenecc.robots import maniskill_bodies, maniskill_geoms
 from scenecc.robots.description import DescribedRobot, RobotDescription
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
 from scenecc.robots.maniskill_attributes import ClassScope, DefaultClasses, read_compiler
 from scenecc.robots.maniskill_bodies import BodyReader, JointReader, LinkDraft
 from scenecc.robots.maniskill_geoms import GeomReader, MjcfAssets
-from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport, unique_name
+from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
 from scenecc.source.limits import Limits
 
 if TYPE_CHECKING:
@@ -115,9 +116,9 @@ class _MjcfReader:
         self._assign_ignore_bits([link for links, _ in trees for link in links] + [made for made, _ in static_bodies])
         if self._report.failed:
             return []
-        taken = {links[0].name for links, _ in trees}
+        names = UniqueNames(*(links[0].name for links, _ in trees))
         for made, _ in static_bodies:
-            made.name = unique_name(made.name, taken)
+            made.name = names.new(made.name)
         return [maniskill_bodies.describe_articulation(links, fixed=fixed) for links, fixed in trees] + [
             maniskill_bodies.describe_static_body(made, pose) for made, pose in static_bodies
         ]

@@ -257,13 +257,3 @@ class MjcfFiles:
             RobotFiles(owner, self.named.scope, found=self.named.found), file.uri, self.limits, self.report
         )
         return files, files._read(file.path, file.uri, self._findings(file, place), 1, 1)
-
-
-def unique_name(name: str, taken: set[str]) -> str:
-    """A unique name, which is added to `taken`."""
-    number, free = 1, name
-    while free in taken:
-        number += 1
-        free = f"{name}_{number}"
-    taken.add(free)
-    return free

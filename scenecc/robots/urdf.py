@@ -31,13 +31,11 @@ from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_
 from scenecc.robots.urdf_joints import (
     LinkTree,
     build_link_trees,
-    check_mimics,
     read_joint,
     read_joint_element,
-    resolve_fixed_mimics,
-    scale_mimics,
 )
 from scenecc.robots.urdf_links import UrdfMaterials, read_geometry, read_inertial, read_origin
+from scenecc.robots.urdf_mimics import check_mimics, move_over_fixed_joints, resolve_fixed_mimics, scale_mimics
 from scenecc.robots.xml import XmlBounds, parse_xml, read_text
 
 if TYPE_CHECKING:
@@ -324,7 +322,8 @@ def read_urdf(
         srdf: pairs of links that do not collide; "sibling": from the file of the same name next to it, if any.
         srdf_origin: the node of the scene that names the SRDF; None: that of the URDF led to it.
         package: finds what follows `package://` in the folder that the scene gives; None: it gives none.
-        repair: of "inertia", "limits" and "files", what is repaired rather than refused, each repair told (SC488).
+        repair: of "inertia", "limits", "files" and "shapes", what is repaired rather than refused; each repair is told
+            (SC488).
         name: the file's name as shown to people; None: its uri.
         budget: of all files of the scene; None: it is read alone.
     """
@@ -440,31 +439,34 @@ class _UrdfReader:
         """A link without its place in the tree. What is wrong with it is left out and reported."""
         collisions: list[DescribedCollision] = []
         visuals: list[DescribedVisual] = []
+        name = element.attributes.get("name", "")
         for visual in element.all("visual"):
-            shape = self._shape(visual)
+            shape = self._shape(visual, name)
             look = self._looks.of(visual)
             if shape is not None:
                 geometry, pose, location = shape
                 visuals.append(DescribedVisual(geometry, pose, location, visual.attributes.get("name", ""), look))
         for collision in element.all("collision"):
-            shape = self._shape(collision)
+            shape = self._shape(collision, name)
             if shape is not None:
                 collisions.append(DescribedCollision(*shape))
                 if self._is_seen:
                     visuals.append(DescribedVisual(*shape))
-        inertial = read_inertial(element, self._scale, self._findings, self._repair)
+        inertial = read_inertial(element, len(collisions), self._scale, self._findings, self._repair)
         return DescribedLink(
-            element.attributes.get("name", ""),
+            name,
             element.location,
             collisions=tuple(collisions),
             visuals=tuple(visuals),
             inertial=inertial,
         )
 
-    def _shape(self, element: SourceElement) -> tuple[Geometry, Pose7, Location] | None:
+    def _shape(self, element: SourceElement, link: str) -> tuple[Geometry, Pose7, Location] | None:
         pose = read_origin(element, self._scale, self._findings)
         # A shape whose pose is wrong is read all the same, for what else is wrong with it.
-        shape = read_geometry(element, pose or IDENTITY_POSE, self._scale, self._files, self._findings)
+        shape = read_geometry(
+            element, pose or IDENTITY_POSE, self._scale, self._files, self._findings, link, self._repair
+        )
         return None if pose is None else shape
 
     def _robot(
@@ -488,16 +490,19 @@ class _UrdfReader:
                 hint="join links that are fixed to one another",
             )
         numbers = {name: index for index, name in enumerate(branch.links)}
-        below = list(zip(branch.links, branch.joints, strict=True))[1:]
-        parents = [None, *(numbers[row.parent] for _, row in below if row is not None)]
+        below = [row for row in branch.joints[1:] if row is not None]
+        tree = move_over_fixed_joints(branch, joints, findings)
+        joints = dict(tree.joints)
+        parents = [None, *(numbers[tree.parents[row.child]] for row in below)]
+        # A link does not collide with its parent: nor with that of the file.
+        own = (IgnoredPair(name, parent, described[name].location) for name, parent in tree.moved.items())
+        pairs = (*pairs, *own)
         bits, ignored = assign_ignore_bits(branch.links, parents, pairs, self._pairing)
-        check_mimics([joints[row.name] for _, row in below if row is not None], findings)
+        check_mimics([joints[row.name] for row in below], findings)
         return DescribedRobot(
             links=tuple(
                 replace(described[name], parent=parent, joint=row and joints[row.name], ignore_bits=own_bits)
-                for name, parent, row, own_bits in zip(
-                    branch.links, parents, [None, *(row for _, row in below)], bits, strict=True
-                )
+                for name, parent, row, own_bits in zip(branch.links, parents, [None, *below], bits, strict=True)
             ),
             body_type="dynamic" if len(branch.links) == 1 else None,
             fixed=None if is_first else False,

@@ -1,11 +1,10 @@
-"""Joints of a URDF as SAPIEN's loader passes them to its builders, mimic joints, and the trees that links and joints
+"""Joints of a URDF as SAPIEN's loader passes them to its builders, and the trees that links and joints
 form. Links are in the order in which SAPIEN's loader builds them.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -18,7 +17,7 @@ from scenecc.robots.urdf_links import read_origin
 from scenecc.robots.xml import read_number, read_optional_number, read_text, read_vector3, warn_if_degrees
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -245,75 +244,6 @@ def _read_mimic(element: SourceElement, findings: FileReport) -> DescribedMimic 
         )
         return None
     return DescribedMimic(source, multiplier, 0.0 if offset is None else offset, mimic.at("joint"))
-
-
-def resolve_fixed_mimics(joints: Mapping[str, DescribedJoint], findings: FileReport) -> dict[str, DescribedJoint]:
-    """Joints by name, without mimics that name a fixed joint, which is told (SC489).
-
-    A fixed joint does not move, whatever it is to follow. One that follows a fixed joint stays where its offset puts
-    it.
-    """
-    made = dict(joints)
-    for name, joint in joints.items():
-        mimic = joint.mimic
-        source = None if mimic is None else joints.get(mimic.source)
-        if mimic is None or source is None or "fixed" not in {joint.type, source.type}:
-            continue
-        if joint.type == "fixed":
-            message = f"the joint `{cut(name)}` is fixed and follows nothing"
-            made[name] = replace(joint, mimic=None)
-        else:
-            message = (
-                f"the joint `{cut(name)}` follows `{cut(mimic.source)}`, which is fixed, and stays at {mimic.offset:g}"
-            )
-            kind: SapienJointType = "prismatic" if joint.type == "prismatic" else "revolute_unwrapped"
-            made[name] = replace(joint, type=kind, limits=(mimic.offset, mimic.offset), mimic=None)
-        findings.report("SC489", message, mimic.location, hint="take <mimic> away, or make both joints move")
-    return made
-
-
-def check_mimics(joints: Sequence[DescribedJoint], findings: FileReport) -> None:
-    """Reports joints of one robot that follow what they cannot: SC472."""
-    named = {joint.name: joint for joint in joints}
-    for joint in joints:
-        mimic = joint.mimic
-        if mimic is None:
-            continue
-        source = named.get(mimic.source)
-        if source is None:
-            message = f"the joint `{cut(joint.name)}` follows `{cut(mimic.source)}`, and its robot has no such joint"
-            findings.report("SC472", message, mimic.location, hint=findings.near(mimic.source, named))
-        elif _is_cyclic(joint, named):
-            message = f"the joint `{cut(joint.name)}` follows itself, by way of `{cut(mimic.source)}`"
-            findings.report("SC472", message, mimic.location, hint="let one of them follow none")
-
-
-def scale_mimics(joints: Mapping[str, DescribedJoint], scale: float) -> dict[str, DescribedJoint]:
-    """Joints by name, with mimics that are scaled like the lengths of the file.
-
-    Positions of prismatic joints are lengths: so is the offset of one, and a multiplier between one and a joint that
-    turns is a length to an angle.
-    """
-    made = dict(joints)
-    for name, joint in joints.items():
-        mimic = joint.mimic
-        source = None if mimic is None else joints.get(mimic.source)
-        if mimic is None or source is None or scale == 1:
-            continue
-        own = scale if joint.type == "prismatic" else 1.0
-        others = scale if source.type == "prismatic" else 1.0
-        multiplier = mimic.multiplier if own == others else mimic.multiplier * own / others
-        made[name] = replace(joint, mimic=replace(mimic, multiplier=multiplier, offset=mimic.offset * own))
-    return made
-
-
-def _is_cyclic(joint: DescribedJoint, named: dict[str, DescribedJoint]) -> bool:
-    at: DescribedJoint | None = joint
-    for _ in named:
-        at = None if at is None or at.mimic is None else named.get(at.mimic.source)
-        if at is joint:
-            return True
-    return False
 
 
 _MAX_LISTED_LINKS = 5

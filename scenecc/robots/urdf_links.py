@@ -10,7 +10,7 @@ import numpy as np
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.plan.geometry import SOLIDS
+from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.robots.description import (
     DescribedInertial,
@@ -24,6 +24,8 @@ from scenecc.robots.poses import compose_poses, pose_numbers, pose_of_matrix
 from scenecc.robots.xml import read_number, read_numbers, read_text, read_vector3, warn_if_degrees
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from scenecc.diagnostics.diagnostic import Location
@@ -74,8 +76,14 @@ def read_geometry(
     scale: float,
     files: RobotFiles,
     findings: FileReport,
+    link: str,
+    repair: frozenset[str],
 ) -> tuple[Geometry, Pose7, Location] | None:
-    """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong."""
+    """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong.
+
+    A <visual> of which nothing is seen is none (SC491). `repair`: with "shapes", a <collision> without volume is none
+    (SC488). `link`: the name of its link, for messages.
+    """
     holder = element.find("geometry")
     if holder is None:
         findings.report("SC455", f"<{element.tag}> has no <geometry>", element.location)
@@ -91,34 +99,68 @@ def read_geometry(
     if kind.tag == "mesh":
         mesh = _read_mesh(kind, scale, files, findings, is_visual=element.tag == "visual")
         return None if mesh is None else (mesh, pose, kind.at("filename"))
+    solid = _read_solid(element, kind, scale, findings, link, repair)
+    # URDF's round solids stand along z.
+    own = compose_poses(pose, _Z_TO_X_POSE) if kind.tag in LYING_SOLIDS else pose
+    return None if solid is None else (solid, own, kind.location)
+
+
+def _read_solid(
+    element: SourceElement,
+    kind: SourceElement,
+    scale: float,
+    findings: FileReport,
+    link: str,
+    repair: frozenset[str],
+) -> SolidGeometry | None:
     if kind.tag == "box":
-        size = read_vector3(kind, "size", findings)
-        if size is None or not all(_check_size(kind, "size", side, scale, findings) for side in size):
+        read = [("size", size) for size in read_vector3(kind, "size", findings) or ()]
+    else:
+        names = ("radius",) if kind.tag == "sphere" else ("radius", "length")
+        read = [(name, read_number(kind, name, findings)) for name in names]
+    sizes = [size for _, size in read if size is not None]
+    hint = None
+    if sizes and len(sizes) == len(read) and _is_empty(kind.tag, sizes, is_visual=element.tag == "visual"):
+        message = f"a <{kind.tag}> of `{cut(link)}` has the size {' '.join(f'{size:g}' for size in sizes)}"
+        if element.tag == "visual":
+            message = f"{message}, of which nothing is seen: the <visual> is left out"
+            findings.report("SC491", message, kind.location)
             return None
-        return SolidGeometry("box", tuple(side * scale / 2.0 for side in size)), pose, kind.location
-    return _read_round_shape(kind, pose, scale, findings)
-
-
-def _read_round_shape(
-    kind: SourceElement, pose: Pose7, scale: float, findings: FileReport
-) -> tuple[Geometry, Pose7, Location] | None:
-    wanted = ("radius",) if kind.tag == "sphere" else ("radius", "length")
-    read = [(name, read_number(kind, name, findings)) for name in wanted]
-    sizes = [size for name, size in read if size is not None and _check_size(kind, name, size, scale, findings)]
-    if len(sizes) != len(wanted):
+        if "shapes" in repair:
+            message = f"{message}, with which nothing collides: the <collision> is left out"
+            findings.report("SC488", message, kind.location)
+            return None
+        hint = "write its size, or let the scene say `repair: [shapes]`: the <collision> is then left out"
+    good: dict[str, bool] = {}
+    for name, size in read:
+        is_read = good.get(name, True) and size is not None
+        good[name] = is_read and _check_size(kind, name, size or 0.0, scale, findings, hint)
+    if not good or not all(good.values()):
         return None
-    if kind.tag == "sphere":
-        return SolidGeometry(kind.tag, (sizes[0] * scale,)), pose, kind.location
-    solid = SolidGeometry(kind.tag, (sizes[0] * scale, sizes[1] * scale / 2.0))
-    return solid, compose_poses(pose, _Z_TO_X_POSE), kind.location
+    scaled = [size * scale for size in sizes]
+    return SolidGeometry(
+        kind.tag, (scaled[0] / 2.0 if kind.tag == "box" else scaled[0], *(size / 2.0 for size in scaled[1:]))
+    )
 
 
-def _check_size(kind: SourceElement, attribute: str, size: float, scale: float, findings: FileReport) -> bool:
+def _is_empty(kind: str, sizes: Sequence[float], *, is_visual: bool) -> bool:
+    """Whether a solid has sizes of 0 by which nothing of it is seen, or by which it has no volume."""
+    if min(sizes) < 0:
+        return False
+    if kind == "box":
+        return sizes.count(0) >= (2 if is_visual else 1)
+    # A capsule without length is a ball, and a cylinder without length is seen as a disc.
+    return sizes[0] == 0 or (kind == "cylinder" and not is_visual and sizes[1] == 0)
+
+
+def _check_size(
+    kind: SourceElement, attribute: str, size: float, scale: float, findings: FileReport, hint: str | None
+) -> bool:
     if FLOAT32_MIN <= size * scale <= FLOAT32_MAX:
         return True
     why = "is not above 0" if size <= 0 else "single precision does not hold"
     message = f"the `{attribute}` of <{kind.tag}> holds {size:g}, which {why}"
-    findings.report("SC466", message, kind.at(attribute))
+    findings.report("SC466", message, kind.at(attribute), hint=hint)
     return False
 
 
@@ -145,21 +187,29 @@ def _read_mesh(
 
 
 def read_inertial(
-    link: SourceElement, scale: float, findings: FileReport, repair: frozenset[str] = frozenset()
+    link: SourceElement, collisions: int, scale: float, findings: FileReport, repair: frozenset[str] = frozenset()
 ) -> DescribedInertial | None:
     """Mass and inertia of a link; None: it has none, or it is reported as wrong, or SAPIEN takes it for none.
 
-    The principal axes are LAPACK's, as SAPIEN's loader asks NumPy for them. `repair`: with "inertia", an inertia that
-    no body has, or that is left out beside a mass, becomes that of the colliding shapes.
+    The principal axes are LAPACK's, as SAPIEN's loader asks NumPy for them.
+
+    Args:
+        link: of the file.
+        collisions: number of its colliding shapes.
+        scale: of all lengths.
+        findings: where faults are reported.
+        repair: with "inertia", an inertia that no body has, or that is left out beside a mass, becomes that of the
+            colliding shapes.
     """
     element = link.find("inertial")
     if element is None:
         return None
     before = findings.errors
     mass_element, tensor = element.find("mass"), element.find("inertia")
-    repaired = link if "inertia" in repair else None
+    name = cut(link.attributes.get("name", ""))
+    repaired = (name, collisions) if "inertia" in repair else None
     if mass_element is None and repaired is not None:
-        message = f"<inertial> of `{cut(link.attributes.get('name', ''))}` has no <mass>: it is left out"
+        message = f"<inertial> of `{name}` has no <mass>: it is left out"
         findings.report("SC488", message, element.location)
         return None
     if mass_element is None:
@@ -207,18 +257,21 @@ def _from_shapes(
     scale: float,
     why: str,
     element: SourceElement,
-    link: SourceElement,
+    repaired: tuple[str, int],
     findings: FileReport,
 ) -> DescribedInertial:
-    """A mass whose inertia is that of the link's colliding shapes, or of a ball of water, I = 2/5 · m · r²; a note."""
+    """A mass whose inertia is that of the link's colliding shapes, or of a ball of water, I = 2/5 · m · r²; a note.
+
+    `repaired`: name of the link, and number of these shapes.
+    """
     mass *= scale**3
-    count = sum(1 for _ in link.all("collision"))
+    name, count = repaired
     moments = None
     source = f"of its {count} colliding shape{'s' if count > 1 else ''}, scaled to {mass:.4g} kg"
     if not count:
         moment = ball_moment(mass)
         moments, source = (moment, moment, moment), f"of a ball of water of {mass:.4g} kg, {moment:.4g} kg·m²"
-    message = f"{why}: the inertia of `{cut(link.attributes.get('name', ''))}` becomes that {source}"
+    message = f"{why}: the inertia of `{name}` becomes that {source}"
     findings.report("SC488", message, element.location)
     return DescribedInertial(mass, pose, moments, element.location)
 
@@ -233,9 +286,9 @@ def _principal_inertia(
     scale: float,
     tensor: SourceElement,
     findings: FileReport,
-    repaired: SourceElement | None,
+    repaired: tuple[str, int] | None,
 ) -> DescribedInertial | None:
-    """`repaired`: the link, where an inertia that no body has is repaired."""
+    """`repaired`: name and number of colliding shapes of the link, where an inertia that no body has is repaired."""
     moments: Any
     axes: Any
     if np.array_equal(np.diag(np.diag(inertia)), inertia):

@@ -248,6 +248,7 @@ def parse_recovered_xml(data: bytes, file: str, findings: FileReport) -> SourceE
     text, count = _XmlText(data, lines), 0
 
     def convert(node: Any, depth: int) -> SourceElement:
+        """An element of lxml with all that is in it. Raises _ParserStop where there are too many, or too deep."""
         nonlocal count
         count += 1
         line = max(int(node.sourceline or 1) - 1, 0)

@@ -8,6 +8,7 @@ import json
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
+from scenecc.names import UniqueNames
 from scenecc.scene_file import Node, is_list, is_mapping
 
 if TYPE_CHECKING:
@@ -87,16 +88,9 @@ def _material_name(material: Node, owner: str, taken: Node) -> str:
     """After what it is, or after the first entity that has it."""
     physical = material.get("physical", {})
     friction = physical.get("static_friction")
-    name = (
-        f"friction_{friction:g}"
-        if friction is not None and "visual" not in material
-        else f"{owner.rsplit('/', maxsplit=1)[-1]}_surface"
-    )
-    free, number = name, 1
-    while free in taken:
-        number += 1
-        free = f"{name}_{number}"
-    return free
+    if friction is not None and "visual" not in material:
+        return UniqueNames(*taken).new(f"friction_{friction:g}")
+    return UniqueNames(*taken).new(f"{owner.rsplit('/', maxsplit=1)[-1]}_surface")
 
 
 # ---- repetition
@@ -248,6 +242,7 @@ def _referred_to(document: Node) -> frozenset[str]:
     found: set[str] = set()
 
     def visit(node: Any) -> None:
+        """Adds what a node and all below it refer to."""
         if is_list(node):
             for item in node:
                 visit(item)

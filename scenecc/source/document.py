@@ -21,7 +21,6 @@ from scenecc.source.events import (
     MAX_INTEGER_CHARS,
     RESERVED_CHARACTER,
     RESERVED_IN_KEY_MESSAGE,
-    SCENE_KEYED_FIELD,
     AliasEvent,
     Event,
     MappingEndEvent,
@@ -30,6 +29,7 @@ from scenecc.source.events import (
     ScalarEvent,
     SequenceEndEvent,
     StreamEndEvent,
+    has_index_keys,
     next_event,
 )
 
@@ -401,7 +401,7 @@ class _Copier:
 
 def _text_key(key: object, path: Path) -> str | None:
     """A key as a text would give it; None if it is no string."""
-    if isinstance(key, int) and not isinstance(key, bool) and path[-1:] == (SCENE_KEYED_FIELD,):
+    if isinstance(key, int) and not isinstance(key, bool) and has_index_keys(path):
         return str(int.__int__(key))
     return str.__str__(key) if isinstance(key, str) else None
 

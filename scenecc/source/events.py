@@ -43,7 +43,15 @@ RESERVED_IN_KEY_MESSAGE = "a key contains the character U+0000"
 """What is said of a key with it."""
 
 SCENE_KEYED_FIELD = "per_scene"
-"""The one key whose mapping is by scene index: there an integer key stands for its digits."""
+"""The key whose mapping is by scene index."""
+
+_OVERRIDE = "override"
+
+
+def has_index_keys(path: tuple[str | int, ...]) -> bool:
+    """Whether an integer key of a mapping stands for its digits: by scene, or for items of a list in an override."""
+    return path[-1:] == (SCENE_KEYED_FIELD,) or (path[:1] == ("entities",) and path[2:3] == (_OVERRIDE,))
+
 
 _COORDINATE = re.compile(r"-?(?:[0-9]{1,20}\.[0-9]{3,}|[0-9]{2,20}\.[0-9]+)").fullmatch
 """A decimal of many digits: the most frequent plain scalar that is new to the reader, worth a shorter way."""

@@ -21,7 +21,6 @@ from scenecc.source.document import Document, copy_mapping, find_duplicate_keys
 from scenecc.source.events import (
     RESERVED_CHARACTER,
     RESERVED_IN_KEY_MESSAGE,
-    SCENE_KEYED_FIELD,
     AliasEvent,
     DocumentStartEvent,
     MappingEndEvent,
@@ -38,6 +37,7 @@ from scenecc.source.events import (
     check_collection_tag,
     describe_type,
     format_scalar,
+    has_index_keys,
     next_event,
     scalar_value,
 )
@@ -300,7 +300,7 @@ class _StrictReader:
                 return key
             self._faults.at("SC017", RESERVED_IN_KEY_MESSAGE, event, path=self._path(key))
             return None
-        if isinstance(key, int) and not isinstance(key, bool) and self._open[-1][0] == SCENE_KEYED_FIELD:
+        if isinstance(key, int) and not isinstance(key, bool) and has_index_keys(self._path()):
             return str(key)
         self._faults.at("SC005", f"a key is {describe_type(key)}, not a string", event, path=self._path(), hint=hint)
         return None

@@ -15,6 +15,7 @@ from scenecc.spec.base import (
     Maybe,
     Name,
     NonNegative,
+    OuterName,
     Positive,
     SpecModel,
     Text,
@@ -89,7 +90,7 @@ class LinkKeys(MotionKeys):
     density: Maybe[Leaf[NonNegative]] = key("Of its shapes [kg/m³].")
     patch_radius: Maybe[Leaf[NonNegative]] = key("Torsional patch radius of its shapes [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest torsional patch radius of its shapes [m].", default=0)
-    collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")
+    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
         "SAPIEN's four integers, as they are; not with `collision_group`.", default=[1, 1, 0, 0]
     )
@@ -246,7 +247,7 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     density: Maybe[Leaf[NonNegative]] = key("Density of its links [kg/m³].", default=DEFAULT_DENSITY)
     patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
-    collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`, for its links.")
+    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`, for its links.")
     disable_self_collisions: Maybe[Fixed[bool]] = key("true: its links do not collide with one another.", default=False)
     sapien_bits: Maybe[Fixed[bool]] = key(
         "true: what ignores one another among its links ignores the same of others that have it, as SAPIEN's loader "
@@ -271,9 +272,9 @@ def _check_distinct(repairs: list[str]) -> list[str]:
 
 
 Repairs = Annotated[
-    list[Literal["inertia", "limits", "files"]],
+    list[Literal["inertia", "limits", "files", "shapes"]],
     AfterValidator(_check_distinct),
-    WithJsonSchema({"type": "array", "items": {"enum": ["inertia", "limits", "files"]}, "uniqueItems": True}),
+    WithJsonSchema({"type": "array", "items": {"enum": ["inertia", "limits", "files", "shapes"]}, "uniqueItems": True}),
 ]
 
 
@@ -294,8 +295,8 @@ class UrdfKeys(SpecModel):
     package_dir: Maybe[Leaf[Text]] = key("Folder that resolves `package://` in the file.")
     repair: Maybe[Fixed[Repairs]] = key(
         "What to repair in the file: `inertia` (impossible moments become those of the collision shapes), `limits` "
-        "(missing limits are infinite), `files` (missing textures, .mtl and visual meshes are left out). Each repair "
-        "is a note.",
+        "(missing limits are infinite), `files` (missing textures, .mtl and visual meshes are left out), `shapes` "
+        "(collisions of size 0 are left out). Each repair is a note.",
         examples=[["inertia", "limits", "files"]],
     )
     scale: Maybe[Leaf[Positive]] = key("Scale of all lengths.", default=1)

@@ -265,11 +265,14 @@ Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
 NewName = Annotated[Name, ScopedName(), MAPPING_KEY]
 """What something is called from here on."""
 
-Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]
-"""What names an entity or a frame, which may be inside an instance."""
+Reference = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[^/]+)*$")]
+"""What names an entity, a frame or a link, which may be inside an instance. A file may call its links anything."""
 
-MaterialName = Annotated[Name, ScopedName(whole=True)]
-"""What names something that a prefab may be given by the file that uses it."""
+OuterName = Annotated[Name, ScopedName(whole=True)]
+"""What names a material or group that a prefab may be given by the file that uses it."""
+
+OuterReference = Annotated[Reference, ScopedName(whole=True)]
+"""Likewise an entity or a frame."""
 
 AnyText = Annotated[str, AfterValidator(_check_literal)]
 

@@ -8,8 +8,8 @@ from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
     Iterations,
     Maybe,
-    Name,
     NonNegative,
+    OuterName,
     Positive,
     SpecModel,
     Text,
@@ -112,7 +112,7 @@ class BodyKeys(RigidBodyKeys):
     )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the mass and inertia from the densities.")
     inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.")
-    collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")
+    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
         "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0]
     )

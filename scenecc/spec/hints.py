@@ -54,6 +54,11 @@ _RADII = "a ring has an `inner_radius` and an `outer_radius`"
 
 _COMMON_TO_VARIANTS = "write it beside `variants`, for all of them"
 
+INSTANCE_HINT = (
+    "a prefab may hold many objects: write `override: {{NAME: {{{key}: …}}}}` for one of them, or `with: {{{key}: …}}` "
+    "where it has such a parameter"
+)
+
 VARIANTS_HINT = "use `variants` of the entity for differences in structure"
 
 PARTS_HINT = "only the numbers, files, colours and materials inside it can vary, one by one"

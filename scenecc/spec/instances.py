@@ -1,15 +1,22 @@
 """Instances of prefabs, repeated bodies and variants. Imported when a document has one."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, StringConstraints
+from pydantic import Field, StringConstraints, Tag
 
-from scenecc.spec.base import PREFIX_PATTERN, Maybe, NonNegativeInt32, Text, key
+from scenecc.spec.base import MAPPING_KEY, PREFIX_PATTERN, Maybe, NonNegativeInt32, Reference, Text, key
 from scenecc.spec.body import BodyKeys, BodySpec, EntityKeys
+from scenecc.spec.nodes import MAPPING, WORD, union_by_kind
 from scenecc.spec.repetition import RepeatKeys, Variable
 from scenecc.spec.values import Fixed, Leaf
 
 Prefix = Annotated[str, StringConstraints(pattern=PREFIX_PATTERN)]
+
+Override = Annotated[
+    Annotated[dict[str, Any], Tag(MAPPING)] | Annotated[Literal["remove"], Tag(WORD)],
+    union_by_kind("a mapping of keys, or `remove`"),
+]
+"""Judged when it has been merged: it is a part of an object."""
 
 
 def _empty_dict() -> dict[str, Any]:
@@ -28,6 +35,12 @@ class Instance(EntityKeys, RepeatKeys):
     )
     prefix: Maybe[Fixed[Prefix]] = key(
         'Before the names inside; left out: the instance\'s name and "/".', examples=[""]
+    )
+    override: dict[Annotated[Reference, MAPPING_KEY], Override] = Field(
+        default_factory=_empty_dict,
+        description="What is inside, by the prefab's own name (`lights/NAME`, `cameras/`, `constraints/`, `frames/`, "
+        "`materials/` too) → keys that are merged into it, or `remove`.",
+        examples=[{"cube": {"color": "#f0f0f0"}, "goal": "remove"}],
     )
 
 

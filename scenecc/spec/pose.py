@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, Field, Strict, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import Finite, Maybe, Reference, SpecModel, Vec3, Vec4, key
+from scenecc.spec.base import Finite, Maybe, OuterReference, SpecModel, Vec3, Vec4, key
 from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, LazyType, union_by_kind
 from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
 
@@ -56,7 +56,9 @@ class PoseMapping(SpecModel):
         "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m]."
     )
     matrix: Maybe[ExpressionOnly[Matrix]] = key("A rigid 4×4 transformation, row by row; excludes the other keys.")
-    relative_to: Maybe[Fixed[Reference]] = key("The entity, frame or camera to which this pose is relative.")
+    relative_to: Maybe[Fixed[OuterReference]] = key(
+        "The entity, ENTITY/LINK, frame or camera that this pose is relative to."
+    )
 
 
 if TYPE_CHECKING:

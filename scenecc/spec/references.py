@@ -54,6 +54,8 @@ class NameScopes:
 
     Of a material, group or draw `A/B/NAME` the scope is `A/B`, except for the draws in `given`.
 
+    What an `override` gives names what its own file sees: `/NAME` is the full name of an entity or a frame.
+
     Attributes:
         scopes: entity, frame, camera, constraint or light, as `qualified_name` has it → scope, for those inside an
             instance.
@@ -63,6 +65,8 @@ class NameScopes:
         used_materials: materials that are not to be reported as never used: a `with` names them, they are inside an
             instance, or they may be named under other parameters.
         wanted: draws that stand for parameters → what the parameter takes.
+        worlds: node whose `world` an `override` says, as in `scopes` → the scope whose world is meant.
+        overridden: scopes inside of which an `override` changes something, so that a draw may be left unread.
     """
 
     scopes: dict[str, str] = field(default_factory=dict[str, str])
@@ -71,6 +75,8 @@ class NameScopes:
     given: dict[str, str] = field(default_factory=dict[str, str])
     used_materials: set[str] = field(default_factory=set[str])
     wanted: dict[str, ParamType] = field(default_factory=dict[str, "ParamType"])
+    worlds: dict[str, str] = field(default_factory=dict[str, str])
+    overridden: set[str] = field(default_factory=set[str])
 
     def parent(self, name: str, relative_to: str | None) -> str | None:
         """What an entity or a frame stands relative to; None: the world.
@@ -80,9 +86,15 @@ class NameScopes:
             relative_to: as written in its pose.
         """
         scope = self.scopes.get(name, "")
+        if relative_to == WORLD:
+            scope = self.worlds.get(name, scope)
         if relative_to in (None, WORLD):
             return self.anchors.get(scope) if scope else None
-        return self.prefixes.get(scope, "") + relative_to
+        return self.full_name(relative_to, scope)
+
+    def full_name(self, written: str, scope: str) -> str:
+        """The full name of an entity or frame, or with a link behind it, that is named in a scope."""
+        return written[1:] if written.startswith("/") else self.prefixes.get(scope, "") + written
 
     def seen_by(self, name: str, names: Iterable[str]) -> Iterator[str]:
         """The entities and frames that something may stand relative to, as it would write them."""

@@ -12,9 +12,9 @@ from scenecc.plan.properties import CONTACT_OFFSET, DEFAULT_DENSITY, REST_OFFSET
 from scenecc.spec.base import (
     NOTE_SCHEMA,
     Finite,
-    MaterialName,
     Maybe,
     NonNegative,
+    OuterName,
     Positive,
     Positive3,
     SpecModel,
@@ -123,7 +123,7 @@ MaterialRef = TypeAliasType(
     "MaterialRef",
     Leaf[
         Annotated[
-            Annotated[MaterialName, Tag(WORD)] | Annotated[_LazyMaterial, Tag(MAPPING)],
+            Annotated[OuterName, Tag(WORD)] | Annotated[_LazyMaterial, Tag(MAPPING)],
             union_by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
         ]
     ],

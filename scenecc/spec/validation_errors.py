@@ -22,6 +22,7 @@ from scenecc.spec.entities import ENTITY_TYPES, entity_model
 from scenecc.spec.forms import quote_names
 from scenecc.spec.hints import (
     ANGLE_KEYS,
+    INSTANCE_HINT,
     KEY_SYNONYMS,
     LENGTH_HINTS,
     MISPLACED_KEY_HINTS,
@@ -276,10 +277,17 @@ def _report_unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink
         return
     known = known_keys(error)
     hint = next((hint for beside, hint in MISPLACED_KEY_HINTS.get(key, ()) if beside in known), None)
+    if hint is None and "use" in known and _is_key_of_entities(key):
+        hint = INSTANCE_HINT.format(key=key)
     if hint is None:
         near = suggest_key(key, known)
         hint = f"did you mean `{near}`?" if near else listed(known)
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint)
+
+
+def _is_key_of_entities(key: str) -> bool:
+    """Whether any entity but an instance takes a key."""
+    return any(key in model.model_fields for model in (BodySpec, *map(entity_model, ENTITY_TYPES)))
 
 
 def suggest_key(key: str, known: tuple[str, ...]) -> str | None:

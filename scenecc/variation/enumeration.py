@@ -167,6 +167,7 @@ class _Sources:
         return self.add_all(node.items)
 
     def shared(self, node: nodes.Shared) -> bool:
+        """A draw that others read counts once. Whether the draws are still few enough to enumerate."""
         if node.name in self._seen:
             return True
         self._seen.add(node.name)

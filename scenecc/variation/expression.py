@@ -256,6 +256,7 @@ class _Compiler:
         return run
 
     def compared(self, node: ast.Compare, depth: int) -> Closure:
+        """A chain of comparisons, `a < b < c`; operands behind the first that is false are not evaluated."""
         others = [self.closure(other, depth) for other in node.comparators]
         first, span = self.closure(node.left, depth), self.span(node)
         steps = list(zip([operations.COMPARISONS[type(op).__name__].apply for op in node.ops], others, strict=True))

@@ -121,22 +121,25 @@ class Template:
         text: the scalar's, as written.
         constants: the names that have values, sorted, with them; lists are never tuples, as JSON has them.
         names: those that still have none; `scene` and `num_scenes` count as names.
+        scope: in which its names mean something; None: in that of the object that has it.
 
-    Two are equal if their texts and constants are, by type and to the bit.
+    Two are equal if their texts, scopes and constants are, by type and to the bit.
     """
 
-    __slots__ = ("_parsed", "constants", "names", "text")
+    __slots__ = ("_parsed", "constants", "names", "scope", "text")
 
     _parsed: _Parsed
     text: str
     constants: tuple[tuple[str, Any], ...]
     names: frozenset[str]
+    scope: str | None
 
-    def __init__(self, text: str, constants: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, text: str, constants: Mapping[str, Any] | None = None, scope: str | None = None) -> None:
         parsed = _parse(text)
         bound = {name: as_lists(value) for name, value in (constants or {}).items() if name in parsed.names}
         put = object.__setattr__
         put(self, "text", text)
+        put(self, "scope", scope)
         put(self, "constants", tuple(sorted(bound.items(), key=lambda pair: pair[0])))
         put(self, "names", parsed.names - bound.keys())
         put(self, "_parsed", parsed)
@@ -160,7 +163,11 @@ class Template:
             return self.evaluate(environment)
         if self.names.isdisjoint(environment):
             return self
-        return Template(self.text, {**environment, **dict(self.constants)})
+        return Template(self.text, {**environment, **dict(self.constants)}, self.scope)
+
+    def within(self, scope: str | None, text: str | None = None) -> Template:
+        """The same, whose names mean something in a scope. `text`: one that reads the same names, in its place."""
+        return Template(self.text if text is None else text, dict(self.constants), scope)
 
     def evaluate(self, environment: Mapping[str, Any]) -> Any:
         """The value: of its own type where the scalar is one expression, otherwise a string.
@@ -197,7 +204,7 @@ class Template:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Template):
             return NotImplemented
-        return self.text == other.text and repr(self.constants) == repr(other.constants)
+        return (self.text, self.scope) == (other.text, other.scope) and repr(self.constants) == repr(other.constants)
 
     def __hash__(self) -> int:
         return hash((self.text, repr(self.constants)))
@@ -205,8 +212,8 @@ class Template:
     def __repr__(self) -> str:
         return f"Template({self.text!r}, {dict(self.constants)!r})" if self.constants else f"Template({self.text!r})"
 
-    def __reduce__(self) -> tuple[type[Template], tuple[str, dict[str, Any]]]:
-        return Template, (self.text, dict(self.constants))
+    def __reduce__(self) -> tuple[type[Template], tuple[str, dict[str, Any], str | None]]:
+        return Template, (self.text, dict(self.constants), self.scope)
 
 
 Varying = Form | Template

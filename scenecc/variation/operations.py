@@ -215,6 +215,7 @@ def _number_operator(symbol: str, apply: Callable[[Any, Any], Any]) -> Callable[
     """An operator on two numbers."""
 
     def run(a: Any, b: Any, span: Span) -> Any:
+        """The result. Raises ExpressionError where an operand is no number, or the result is not finite."""
         if not (is_number(a) and is_number(b)):
             raise _kinds_error(symbol, a, b, span)
         try:

@@ -32,7 +32,7 @@ def load(folder: Path, text: str, **keys: Any) -> tuple[Any, Any]:
 
 
 def robot_of(batch: Any) -> Any:
-    """The only articulation, named after its root where that does not stand at the file's origin."""
+    """The only articulation."""
     (robot,) = batch.articulations.values()
     return robot
 
@@ -257,6 +257,36 @@ def test_gravity_does_not_pull_what_the_file_exempts(tmp_path: Path) -> None:
         batch.step()
     assert_allclose(robot_of(batch).qpos, 0, atol=1e-4)
     assert_allclose(batch.entities["robot/free"].pose[0, :3], [5, 0, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("joint", ["", "<freejoint/>"], ids=["fixed", "free"])
+def test_a_file_with_one_robot_is_the_entity_wherever_it_stands_in_it(tmp_path: Path, joint: str) -> None:
+    text = mujoco_of(
+        f'<body name="base" pos="0 0 1">{joint}<geom size="0.1"/><body name="tip" pos="0 0 0.3">'
+        '<joint name="j" axis="0 1 0"/><geom size="0.1"/></body></body>'
+    )
+    (tmp_path / "arm.xml").write_text(text)
+    ball = {"body_type": "static", "shapes": [{"type": "sphere", "radius": 0.01}]}
+    scene = {
+        "scenecc": 1,
+        "entities": {
+            "arm": {"mjcf": str(tmp_path / "arm.xml"), "pose": {"p": {"per_scene": [[1, 0, 0], [2, 0, 0]]}}},
+            "at_file": {**ball, "pose": {"p": [0, 3, 0], "relative_to": "arm"}},
+            "at_root": {**ball, "pose": {"p": [0, 3, 0], "relative_to": "arm/base"}},
+        },
+        "constraints": {"hold": {"type": "weld", "parent": "at_file", "child": "arm/tip"}},
+    }
+    with scenecc.load_scene(scene, num_scenes=2, render=False, asset_roots=[tmp_path]) as batch:
+        assert list(batch.articulations) == ["arm"]
+        assert_allclose(batch.articulations["arm"].pose[:, :3], [[1, 0, 1], [2, 0, 1]], atol=1e-6)
+        assert_allclose(batch.entities["at_file"].pose[:, :3], [[1, 3, 0], [2, 3, 0]], atol=1e-6)
+        assert_allclose(batch.entities["at_root"].pose[:, :3], [[1, 3, 1], [2, 3, 1]], atol=1e-6)
+
+
+def test_one_body_of_a_file_is_the_entity_too(tmp_path: Path) -> None:
+    _, batch = load(tmp_path, mujoco_of('<body name="rail" pos="0 0 2"><geom size="1"/></body>'), pose=[1, 0, 0])
+    assert list(batch.entities) == ["robot"]
+    assert_allclose(batch.entities["robot"].pose[0, :3], [1, 0, 2])
 
 
 def test_only_the_root_of_ours_stands_for_the_world(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 TASKS = {
+    "PickCube-v1*2": 60,  # parallel scenes
     "PickCube-v1": 40,  # a robot by its URDF, a prefab for table and ground
     "RotateValveLevel2-v1": 75,  # a tree of links
     "MS-AntRun-v1": 40,  # an MJCF

@@ -1,6 +1,8 @@
 """Decompiles ManiSkill's tasks without a render device, builds the files, and prints what differs.
 
-    python -m plugins.maniskill_decompile TASK …
+    python -m plugins.maniskill_decompile TASK[*COUNT] …
+
+COUNT environments, reset with the seeds 0, 1, …, are one file of parallel scenes.
 
 A process of its own, for the reasons of `plugins.maniskill_capture`.
 """
@@ -32,24 +34,27 @@ def main(tasks: list[str]) -> None:
             print(json.dumps(decompiled(gymnasium, task)), flush=True)
 
 
-def decompiled(gymnasium: Any, task: str) -> dict[str, Any]:
+def decompiled(gymnasium: Any, asked: str) -> dict[str, Any]:
     """A task's file against the task: what is built, and the steps that follow."""
     import scenecc
     from scenecc.decompiler.trajectory import first_difference, trajectory
     from scenecc.decompiler.verify import untouched_engine
 
+    task, _, count = asked.partition("*")
+    envs: list[Any] = []
     with scenecc.record() as recording:
-        env: Any = gymnasium.make(task, num_envs=1, sim_backend="cpu", render_backend="none").unwrapped
-        env.reset(seed=0)
-    found = scenecc.decompile(env, recording=recording, name=task)
+        for seed in range(int(count or 1)):
+            envs.append(gymnasium.make(task, num_envs=1, sim_backend="cpu", render_backend="none").unwrapped)
+            envs[-1].reset(seed=seed)
+    found = scenecc.decompile(envs if count else envs[0], recording=recording, name=task)
     with untouched_engine(), scenecc.load_scene(found.document, render=False) as batch:
-        first, second = (trajectory(scene, STEPS) for scene in (env.scene.sub_scenes[0], batch.scenes[0]))
-    lines = len(found.text.splitlines())
+        pairs = zip((env.scene.sub_scenes[0] for env in envs), batch.scenes, strict=True)
+        steps = [first_difference(trajectory(live, STEPS), trajectory(built, STEPS)) for live, built in pairs]
     return {
-        "task": task,
-        "lines": lines,
+        "task": asked,
+        "lines": len(found.text.splitlines()),
         "differences": found.differences,
-        "step": first_difference(first, second),
+        "step": next((step for step in steps if step is not None), None),
     }
 
 

@@ -37,6 +37,7 @@ from scenecc.backends.sapien.engine import (
 )
 from scenecc.backends.sapien.properties import select_rows
 from scenecc.files import State, cache_folder, keep_file, open_regular, read_checked, replace_all, state_now
+from scenecc.geometry.obj_materials import keep_named_images, with_materials
 from scenecc.geometry.ply import encode_parts
 from scenecc.interrupt import ask_module
 from scenecc.meshes.files import read_collada_triangles
@@ -264,6 +265,28 @@ def collision_file(file: AssetFile) -> Path:
     return result
 
 
+def visual_file(file: AssetFile) -> Path:
+    """A mesh as the renderer can read it: of an OBJ whose images may be left out, a copy that does not name those.
+
+    The copy is kept in the user's cache folder, by its content.
+
+    Raises:
+        EngineFailure: it cannot be written there.
+    """
+    if not file.optional_names or file.path.suffix.lower() != ".obj":
+        return file.path
+    named = {one.uri: one.path for one in file.names if one.path is not None}
+    try:
+        mesh = read_checked(file.path, file.sha256)
+        materials = keep_named_images(mesh, file.path, named, lambda path: read_checked(path, None))
+        if materials is None:
+            return file.path
+        return keep_file("obj", with_materials(mesh, keep_file("obj", materials, ".mtl").name), ".obj")
+    except (OSError, ValueError) as error:
+        hint = f"it is kept in '{cache_folder('obj')}'; XDG_CACHE_HOME names another place"
+        raise EngineFailure("SC807", f"a copy of '{file.path}' cannot be written: {error}", hint=hint) from error
+
+
 def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
     """Arguments of `coacd.run_coacd`: the plan's, and SAPIEN's own defaults for those left out."""
     do_coacd: Any = importlib.import_module("sapien.wrapper.coacd").do_coacd
@@ -474,6 +497,12 @@ class Resources:
         """Path of a mesh a row, as PhysX can read it. Raises EngineFailure."""
         self.meshes(indices, "SC801")
         paths = {i: str(collision_file(self._plan.files[i])) for i in set(map(int, indices))}
+        return [paths[i] for i in indices.tolist()]
+
+    def visual_meshes(self, indices: NDArray[np.int64]) -> Column:
+        """Path of a mesh a row, as the renderer can read it. Raises EngineFailure."""
+        self.meshes(indices, "SC807")
+        paths = {i: str(visual_file(self._plan.files[i])) for i in set(map(int, indices))}
         return [paths[i] for i in indices.tolist()]
 
     def parts(self, indices: NDArray[np.int64], params: CoacdParams | None) -> Column:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from scenecc.backends.sapien.contacts import ContactReader
 from scenecc.backends.sapien.entity_batch import ArticulationBatch, EntityBatch
-from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, is_dynamic, iterate_entities
+from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, NamedObjects, is_dynamic, iterate_entities
 from scenecc.backends.sapien.reset import ResetSampler
 from scenecc.backends.sapien.state import (
     RemovedArticulation,
@@ -21,6 +22,7 @@ from scenecc.backends.sapien.state import (
     restore_scene,
     validate_state,
 )
+from scenecc.backends.sapien.tensors import TensorView
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.errors import SceneError
 from scenecc.interrupt import interrupts_wait
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.cameras import CameraBatch
     from scenecc.backends.sapien.constraints import ConstraintBatch, ConstraintSet, TargetCalls
+    from scenecc.backends.sapien.contacts import Contacts
     from scenecc.backends.sapien.engine import sapien
     from scenecc.backends.sapien.rendering import EntityPoses, LightBatch, LightsAndCameras
     from scenecc.backends.sapien.state import AnyState, StateWriter
@@ -151,10 +154,10 @@ class ObjectRegistry:
 
     def __init__(self, held: Sequence[BodyObjects | ArticulationObjects]) -> None:
         self.held = {each.name: each for each in held}
-        self.entities = {each.name: EntityBatch(each) for each in held if isinstance(each, BodyObjects)}
-        self.articulations = {
-            each.name: ArticulationBatch(each) for each in held if isinstance(each, ArticulationObjects)
-        }
+        bodies = {each.name: EntityBatch(each) for each in held if isinstance(each, BodyObjects)}
+        self.entities = NamedObjects(bodies, "body")
+        articulations = {each.name: ArticulationBatch(each) for each in held if isinstance(each, ArticulationObjects)}
+        self.articulations = NamedObjects(articulations, "articulation")
         self._order = list(self.held)
         self._removed: dict[str, EntityBatch | ArticulationBatch] = {}
         self._removed_articulations: dict[str, RemovedArticulation] = {}
@@ -226,14 +229,13 @@ class ObjectRegistry:
         """Lets go of everything, and has what a user holds of it say so."""
         for each in (*self.entities.values(), *self.articulations.values(), *self._removed.values()):
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
-        self.held, self.entities, self.articulations = {}, {}, {}
+        self.held = {}
+        self.entities.clear()
+        self.articulations.clear()
         self._order, self._removed, self._removed_articulations = [], {}, {}
 
     def _present(self, name: str) -> EntityBatch | ArticulationBatch:
-        present = {**self.entities, **self.articulations}
-        if name not in present:
-            raise KeyError(f"no entity '{name}'; there are {', '.join(sorted(present)) or 'none'}")
-        return present[name]
+        return NamedObjects({**self.entities, **self.articulations}, "entity")[name]
 
 
 class SceneBatch:
@@ -318,7 +320,7 @@ class SceneBatch:
     def lights(self) -> dict[str, LightBatch]:
         """Lights by name; those of the default rig where the plan has none. Raises RuntimeError once closed."""
         self._check_open()
-        return {} if self._rendering is None else self._rendering.lights
+        return NamedObjects({} if self._rendering is None else self._rendering.lights, "light")
 
     @property
     def cameras(self) -> dict[str, CameraBatch]:
@@ -327,7 +329,7 @@ class SceneBatch:
         They exist without a render device, too; `capture` then raises RuntimeError. Raises RuntimeError once closed.
         """
         self._check_open()
-        return {} if self._rendering is None else self._rendering.cameras
+        return NamedObjects({} if self._rendering is None else self._rendering.cameras, "camera")
 
     def framed(self, width: int = 640, height: int = 480) -> CameraBatch:
         """A new camera that frames each scene at its first picture and then does not move.
@@ -352,7 +354,7 @@ class SceneBatch:
     def constraints(self) -> dict[str, ConstraintBatch]:
         """Constraints by name, in build order. Raises RuntimeError once closed."""
         self._check_open()
-        return {} if self._constraints is None else self._constraints.batches
+        return NamedObjects({} if self._constraints is None else self._constraints.batches, "constraint")
 
     def attach_constraints(self, constraints: ConstraintSet) -> None:
         """Registers the constraints that were built in these scenes. Called by the builders of a batch."""
@@ -388,6 +390,38 @@ class SceneBatch:
                 self._steps[index] += count
             if check:
                 check_divergence(self._plan, self._members.present(), self._steps, self._sink.another())
+
+    def contacts(self, a: str | None = None, b: str | None = None) -> Contacts:
+        """The contacts of the last `step`; a scene that was not stepped since its start or a reset has none.
+
+        Args:
+            a: only those of this body or articulation, or of one link: ENTITY/LINK. Normals and impulses are on it.
+            b: only those with this one.
+
+        Raises:
+            KeyError: there is no such entity or link.
+            RuntimeError: the batch is closed.
+        """
+        return self._contact_reader.read(self._stepped(), a, b)
+
+    def net_contact_force(self, name: str) -> NDArray[np.float32]:
+        """(B, 3) [N] sum of the contact forces on a body, articulation or link in the last step, in the world frame.
+
+        Means over the step, without friction, which SAPIEN does not give. Rows are the scenes that have the entity, as
+        of its `pose`. Forces between links of an articulation cancel out. Errors as of `contacts`.
+        """
+        return self._contact_reader.net_force(self._stepped(), name, self.timestep)
+
+    @property
+    def torch(self) -> TensorView:
+        """The batch with PyTorch's tensors in place of arrays: copies, on the CPU. They can be assigned, too.
+
+        Raises:
+            ImportError: PyTorch is not installed.
+            RuntimeError: the batch is closed.
+        """
+        self._check_open()
+        return TensorView(self)
 
     def remove(self, name: str) -> None:
         """Takes an entity out of every scene; `add` puts it back.
@@ -518,6 +552,15 @@ class SceneBatch:
         for scene in self._scenes:
             scene.clear()
         self._scenes = []
+
+    @cached_property
+    def _contact_reader(self) -> ContactReader:
+        return ContactReader(self._members.held)
+
+    def _stepped(self) -> Iterator[tuple[int, sapien.Scene]]:
+        """The scenes whose contacts are of a step: after a reset the engine still gives the old ones."""
+        self._check_open()
+        return ((i, scene) for i, scene in zip(self._scene_idxs, self._scenes, strict=True) if self._steps[i])
 
     @cached_property
     def _start(self) -> ResetSampler:

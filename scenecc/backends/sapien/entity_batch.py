@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -10,6 +11,8 @@ import numpy as np
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.objects import (
     ComponentBatch,
+    NamedObjects,
+    freeze_array,
     pad_rows,
     root_is_fixed,
     spread_joint_values,
@@ -19,18 +22,22 @@ from scenecc.backends.sapien.objects import (
 from scenecc.options import check_scene_idxs
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import ArrayLike, NDArray
+    from typing_extensions import TypeVar
 
     from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects
+
+    Found = TypeVar("Found")
 
 
 class MovingBatch(ComponentBatch):
     """One entity of the plan, in every scene that has it: what bodies and articulations have in common.
 
     Rows of every array are its scenes by ascending index. Poses are p [m] then q (wxyz), in the world
-    of their scene; velocities are in the world frame. Those of an articulation are its root's.
+    of their scene; velocities are in the world frame. Those of an articulation are its root's. Arrays are copies and
+    read-only: assign whole ones, or call a setter.
     """
 
     _prefix: ClassVar[str] = ""
@@ -44,7 +51,11 @@ class MovingBatch(ComponentBatch):
     def pose(self) -> NDArray[np.float32]:
         """(B, 7) float32. Raises RuntimeError once the batch is closed."""
         getter = f"get_{self._prefix}pose"
-        return np.array([getattr(obj, getter)().__getstate__() for obj in self.objs], dtype=np.float32)
+        return freeze_array(np.array([getattr(obj, getter)().__getstate__() for obj in self.objs], dtype=np.float32))
+
+    @pose.setter
+    def pose(self, pose: ArrayLike | sapien.Pose | Sequence[sapien.Pose]) -> None:
+        self.set_pose(pose)
 
     def set_pose(
         self, pose: ArrayLike | sapien.Pose | Sequence[sapien.Pose], scene_idxs: Sequence[int] | None = None
@@ -101,7 +112,7 @@ class MovingBatch(ComponentBatch):
 
     def _velocity(self, kind: str) -> NDArray[np.float32]:
         getter = f"get_{self._prefix}{kind}_velocity"
-        return np.array([getattr(each, getter)() for each in self._moving()], dtype=np.float32)
+        return freeze_array(np.array([getattr(each, getter)() for each in self._moving()], dtype=np.float32))
 
     def _set_velocity(self, kind: str, velocity: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
         moving, rows = self._free(scene_idxs)
@@ -196,7 +207,7 @@ class ArticulationBatch(MovingBatch):
         In the order in which they were built, the root first. Raises RuntimeError once the batch is closed.
         """
         self._check_open()
-        return _index_by_name(self._held.links)
+        return NamedObjects(_index_by_name(self._held.links), "link", self.name)
 
     @property
     def joints(self) -> dict[str, list[Any]]:
@@ -206,7 +217,8 @@ class ArticulationBatch(MovingBatch):
         once the batch is closed.
         """
         self._check_open()
-        return _index_by_name([[link.get_joint() for link in row[1:]] for row in self._held.links])
+        rows = [[link.get_joint() for link in row[1:]] for row in self._held.links]
+        return NamedObjects(_index_by_name(rows), "joint", self.name)
 
     @property
     def active_joint_names(self) -> tuple[str, ...]:
@@ -221,6 +233,35 @@ class ArticulationBatch(MovingBatch):
         if len(found) != 1:
             raise ValueError(f"'{self.name}' has other joints in other scenes: ask objs[i].active_joints")
         return found.pop()
+
+    def joint_index(self, names: str | Sequence[str]) -> NDArray[np.intp]:
+        """Columns of joints that move, (joints,); `qpos` at these columns is (B, joints).
+
+        Raises:
+            KeyError: no joint that moves has this name.
+            ValueError: scenes have different joints; then ask each of `objs`.
+            RuntimeError: the batch is closed.
+        """
+        columns = {name: column for column, name in enumerate(self.active_joint_names)}
+        return freeze_array(np.array(self._find(names, columns, "moving joint"), np.intp))
+
+    def link_pose(self, names: str | Sequence[str]) -> NDArray[np.float32]:
+        """(B, links, 7) poses of links in the world of their scene, in the order of the names.
+
+        Where the articulation of a scene has no such link, its row is NaN.
+
+        Raises:
+            KeyError: no scene has a link of this name.
+            RuntimeError: the articulation is removed, or the batch is closed.
+        """
+        return self._link_values(names, 7, lambda link: link.get_entity().get_pose().__getstate__())
+
+    def link_velocity(self, names: str | Sequence[str]) -> NDArray[np.float32]:
+        """(B, links, 6) velocities of links in the world frame, linear [m/s] then angular [rad/s].
+
+        The linear one is that of the link's centre of mass, as SAPIEN gives it. Otherwise as `link_pose`.
+        """
+        return self._link_values(names, 6, lambda link: (*link.get_linear_velocity(), *link.get_angular_velocity()))
 
     @property
     def qlimits(self) -> NDArray[np.float32]:
@@ -305,10 +346,30 @@ class ArticulationBatch(MovingBatch):
         """Sets (dof,) or (B, dof) velocities [m/s, rad/s] that the drives pull to, otherwise as `set_qpos`."""
         self._set_joint_values("drive_velocity_target", target, scene_idxs)
 
+    def _find(self, names: str | Sequence[str], known: dict[str, Found], what: str) -> list[Found]:
+        """What has one or several names. Raises KeyError."""
+        found = NamedObjects(known, what, self.name)
+        return [found[name] for name in ([names] if isinstance(names, str) else names)]
+
+    @cached_property
+    def _link_rows(self) -> dict[str, list[Any]]:
+        return _index_by_name(self._held.links)
+
+    def _link_values(
+        self, names: str | Sequence[str], width: int, read: Callable[[Any], Sequence[float]]
+    ) -> NDArray[np.float32]:
+        self._check_there()
+        columns = self._find(names, self._link_rows, "link")
+        missing = (np.nan,) * width
+        found = [
+            [missing if column[row] is None else read(column[row]) for column in columns] for row in range(len(self))
+        ]
+        return freeze_array(np.array(found, np.float32).reshape(len(self), len(columns), width))
+
     def _values(self, what: str) -> NDArray[np.float32]:
         """(B, dof) of what the engine holds of an articulation in its scene alone."""
         self._check_there()
-        return pad_rows([getattr(obj, f"get_{what}")() for obj in self._held.objs], self.dof)
+        return freeze_array(pad_rows([getattr(obj, f"get_{what}")() for obj in self._held.objs], self.dof))
 
     def _set_values(self, what: str, numbers: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
         self._check_open()
@@ -321,7 +382,7 @@ class ArticulationBatch(MovingBatch):
         """(B, dof) or (B, dof, 2) of what joints have in and out of a scene. `shape`: of those of one articulation."""
         self._check_open()
         rows = [[getattr(joint, f"get_{what}")() for joint in joints] for joints in self._held.joints]
-        return pad_rows([np.array(row, np.float32).reshape(shape) for row in rows], self.dof)
+        return freeze_array(pad_rows([np.array(row, np.float32).reshape(shape) for row in rows], self.dof))
 
     def _set_joint_values(self, what: str, numbers: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
         self._check_open()
@@ -348,6 +409,7 @@ class ArticulationBatch(MovingBatch):
 
     def _close(self) -> None:
         super()._close()
+        self.__dict__.pop("_link_rows", None)
         self._held = replace(self._held, objs=[], entities=[], links=[])
 
 

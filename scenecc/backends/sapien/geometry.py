@@ -194,7 +194,7 @@ def _visual_plane(geometry: VisualPlane, look: ShapeContext) -> Callable[[int], 
 
 
 def _visual_mesh(geometry: Mesh, look: ShapeContext) -> Callable[[int], Any]:
-    file = look.resources.meshes(select_rows(geometry.file, look.rows), "SC807")
+    file = look.resources.visual_meshes(select_rows(geometry.file, look.rows))
     material: Column = [None] if look.material is None else look.material
     return bind_columns(
         render.RenderShapeTriangleMesh, [file, to_vectors(select_rows(geometry.scale, look.rows)), material]

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.diagnostics.messages import suggest
 from scenecc.geometry.rotations import UNIT_TOLERANCE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
+
+    Array = TypeVar("Array", bound=NDArray[Any])
+
+Named = TypeVar("Named")
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,6 +203,40 @@ def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) ->
     if not all(np.isfinite(row).all() for row in found):
         raise ValueError(f"{what} must be finite")
     return found
+
+
+def unknown_name(name: str, known: Sequence[str], what: str, owner: str | None = None) -> KeyError:
+    """The error for a name that nothing has, with the nearest of those known.
+
+    Args:
+        name: the name.
+        known: the names that there are.
+        what: what these are names of: "link".
+        owner: whose these are.
+    """
+    whose = "" if owner is None else f" of '{owner}'"
+    return KeyError(f"no {what} '{name}'{whose}; {suggest(name, known) or 'there is none'}")
+
+
+class NamedObjects(dict[str, Named]):
+    """Objects by name; a name that none has is a KeyError with the nearest. Arguments are as of `unknown_name`."""
+
+    def __init__(self, objects: Mapping[str, Named], what: str, owner: str | None = None) -> None:
+        super().__init__(objects)
+        self._what, self._owner = what, owner
+
+    def __missing__(self, name: str) -> Named:
+        raise unknown_name(name, tuple(self), self._what, self._owner)
+
+    def converted(self, convert: Callable[[Named], Any]) -> NamedObjects[Any]:
+        """Others by the same names."""
+        return NamedObjects({name: convert(each) for name, each in self.items()}, self._what, self._owner)
+
+
+def freeze_array(array: Array) -> Array:
+    """The array itself, made read-only: writing to a copy of what the engine holds would do nothing."""
+    array.flags.writeable = False
+    return array
 
 
 def pad_rows(rows: list[Any], width: int) -> NDArray[np.float32]:

@@ -12,12 +12,12 @@ from scenecc.emit.output import (
     AssetFolder,
     UnsupportedFeatures,
     XmlElement,
-    compose_poses,
     format_document,
     optional_fields,
     to_pose,
     transform_direction,
 )
+from scenecc.geometry.rotations import compose
 from scenecc.meshes.builder import MeshBuilder
 from scenecc.meshes.surface import MeshError, report_mesh_error
 from scenecc.plan.rendering import (
@@ -171,7 +171,7 @@ def _write_camera(model: MjcfModel, camera: Camera, row: int) -> None:
     _mount_element(model, camera).add(
         "camera",
         name=model.name("camera", camera.name),
-        **pose_attributes(compose_poses(to_pose(camera.pose.row(row)), _CAMERA_TO_MUJOCO)),
+        **pose_attributes(compose(to_pose(camera.pose.row(row)), _CAMERA_TO_MUJOCO)),
         resolution=(camera.width, camera.height),
         **_projection(model, camera, row),
     )

@@ -10,16 +10,13 @@ from scenecc.emit.mjcf.model import InitialState, ModelBody, pose_attributes, wr
 from scenecc.emit.output import (
     MAX_LIMIT,
     UNLIMITED,
-    compose_poses,
     format_number,
-    invert_pose,
     is_pure_damping,
     optional_fields,
     pose_in_row,
-    relative_pose,
     transform_direction,
 )
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert, relative_pose
 from scenecc.plan import ArticulationStructure, BodyStructure, Connection, Distance, Drive, Gear, Weld
 from scenecc.plan.articulation import VELOCITY_FIELDS
 from scenecc.plan.properties import property_fields
@@ -236,7 +233,7 @@ def _write_free_axes(model: MjcfModel, measured: MeasuredEntity, body: MeasuredB
             model.unsupported.leave_out(name, "`locked_axes` that leave two axes to turn about", structure.origin)
         _write_free_joint(model, element, name, body, linear, angular)
         return
-    back = invert_pose(body.pose)
+    back = invert(body.pose)
     for axis, word, speed, is_locked in zip(_AXES, "xyz", linear, locked[:3], strict=True):
         if not is_locked:
             made = element.add(
@@ -283,7 +280,7 @@ def _write_free_joint(
     a, b, c = about
     swept = (y * c - z * b, z * a - x * c, x * b - y * a)
     origin = tuple(speed - part for speed, part in zip(linear, swept, strict=True))
-    turning = transform_direction(invert_pose(body.pose), (x, y, z))
+    turning = transform_direction(invert(body.pose), (x, y, z))
     model.starts[id(made)] = InitialState(body.pose, (*origin, *turning))
 
 
@@ -418,5 +415,5 @@ def _write_sites(model: MjcfModel, constraint: Constraint, row: int) -> tuple[tu
         name = model.name("site", f"{constraint.name}/{word}")
         element = model.world if body is None else body.element
         element.add("site", name=name, **pose_attributes(pose), size=(_SITE_SIZE,), group=_HIDDEN_GROUP)
-        found.append((name, compose_poses(IDENTITY_POSE if body is None else body.pose, pose)))
+        found.append((name, compose(IDENTITY_POSE if body is None else body.pose, pose)))
     return found[0], found[1]

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.emit.output import Z_TO_X, UniqueNames, XmlElement, compose_poses, format_obj, optional_fields
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.emit.output import Z_TO_X, XmlElement, format_obj, optional_fields
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
 from scenecc.meshes.builder import bake_scale
 from scenecc.meshes.surface import encode_png
+from scenecc.names import UniqueNames
 from scenecc.plan import CollisionShape, Heightfield, VisualPlane
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS, Solid
 from scenecc.plan.schema import type_name
@@ -222,7 +223,7 @@ def _is_flat(mesh: MeasuredMesh) -> bool:
 
 def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[Pose7, dict[str, Any]]:
     """Pose and geometry attributes of a geom."""
-    upright = compose_poses(shape.pose, Z_TO_X)
+    upright = compose(shape.pose, Z_TO_X)
     if shape.kind == "plane":
         return upright, {"type": "plane", "size": (0, 0, _GRID_SPACING)}
     if shape.mesh is None:
@@ -255,7 +256,7 @@ def _height_field(
         size=(x, y, z or _BASE_THICKNESS, _BASE_THICKNESS),
         elevation=tuple(height for row in terrain.heights for height in row),
     )
-    return compose_poses(pose, (0.0, 0.0, float(low[2]), *IDENTITY_POSE[3:])), {"type": "hfield", "hfield": asset}
+    return compose(pose, (0.0, 0.0, float(low[2]), *IDENTITY_POSE[3:])), {"type": "hfield", "hfield": asset}
 
 
 def cooked_mesh_asset(model: MjcfModel, name: str, mesh: MeasuredMesh) -> str:
@@ -282,7 +283,7 @@ def write_visuals(
     for shape, plan in zip(model.mesh_builder.visuals(body, row), body.visuals, strict=False):
         parts = bake_scale(shape)
         native = None if parts[0].look.base_color_image else _primitive_geom(plan.geometry, row, is_fixed=is_fixed)
-        pose = shape.pose if native is None else compose_poses(shape.pose, native[0])
+        pose = shape.pose if native is None else compose(shape.pose, native[0])
         for part in parts if native is None else parts[:1]:
             if native is None:
                 data = format_obj(part.vertices, part.faces, part.uvs if part.look.base_color_image else None)

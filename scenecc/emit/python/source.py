@@ -12,6 +12,8 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
+from scenecc.names import UniqueNames
+
 WIDTH = 100
 
 _INDENT_WIDTH = 4
@@ -151,8 +153,7 @@ class Identifiers:
     """Hands out identifiers that clash neither with one another nor with what a script uses."""
 
     def __init__(self) -> None:
-        self._taken = {*_RESERVED, *keyword.kwlist, *keyword.softkwlist, *dir(builtins)}
-        self._last: dict[str, int] = {}
+        self._names = UniqueNames(*_RESERVED, *keyword.kwlist, *keyword.softkwlist, *dir(builtins))
         self._local: dict[str, str] = {}
 
     def take(self, wanted: str) -> str:
@@ -160,14 +161,7 @@ class Identifiers:
         stem = re.sub(r"[^A-Za-z0-9_]+", "_", wanted[:60]).strip("_") or "unnamed"
         if stem[0].isdigit() or len(stem) == 1:  # a lone l, O or I is taken for a digit
             stem = f"the_{stem}"
-        count = self._last.get(stem, 1)
-        name = stem
-        while name in self._taken:
-            count += 1
-            name = f"{stem}_{count}"
-        self._last[stem] = count
-        self._taken.add(name)
-        return name
+        return self._names.new(stem)
 
     def local(self, wanted: str) -> str:
         """An identifier for what is made anew in every block that speaks of it: the same for the same text."""

@@ -37,6 +37,9 @@ INSTALL_HINT = 'run `pip install "scenecc[mjcf]"`, or read the file as ManiSkill
 _MEMORY = 4 * 2**30
 """Address space of the process [bytes]."""
 
+_MOST_ANSWERED = 2**30
+"""The largest compiled model that is taken [bytes]."""
+
 _SECONDS = 60.0
 """Longest time for one model."""
 
@@ -45,6 +48,9 @@ MAX_NUMBER = 1e12
 
 _MOST_KEPT = 8
 """Compiled models that are kept: a scene is often validated and then built."""
+
+_MOST_KEPT_BYTES = 2**28
+"""All of them together, but for the last [bytes]."""
 
 _LINE = re.compile(r"line (\d+)")
 
@@ -68,10 +74,13 @@ class _Compiler:
         with self._lock:
             if key not in self._kept:
                 answer = self._ask(xml, assets)
-                while len(self._kept) >= _MOST_KEPT:
+                while self._kept and (len(self._kept) >= _MOST_KEPT or self._kept_bytes() > _MOST_KEPT_BYTES):
                     del self._kept[next(iter(self._kept))]
                 self._kept[key] = answer
             return self._kept[key]
+
+    def _kept_bytes(self) -> int:
+        return sum(len(part) for _, parts in self._kept.values() for part in parts)
 
     def _ask(self, xml: bytes, assets: dict[str, bytes]) -> tuple[dict[str, Any], list[bytes]]:
         fresh = self._process is None or self._process.poll() is not None
@@ -135,10 +144,14 @@ class _TimedStream:
     def __init__(self, pipe: int, deadline: float) -> None:
         self._pipe = pipe
         self._deadline = deadline
+        self._left = _MOST_ANSWERED
 
     def read(self, size: int) -> bytes:
         """So many bytes, fewer at the end of the stream. Raises _Died."""
         parts: list[bytes] = []
+        self._left -= size
+        if self._left < 0:
+            raise _Died(f"the compiled model has more than {_MOST_ANSWERED} bytes")
         with selectors.DefaultSelector() as selector:
             selector.register(self._pipe, selectors.EVENT_READ)
             while size:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.robots.description import DescribedConstraint
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 _OF_SITES = 6
 """`mjOBJ_SITE`: the equality is between sites and not between bodies."""
+
+
+WORLD_EQUALITY: Final = "equality/world"
+"""The kind of loss of an equality with the world, which a robot in a file cannot have."""
 
 
 def read_constraints(
@@ -35,10 +39,10 @@ def read_constraints(
         if not model["eq_active0"][number]:
             report.left_out("equality/inactive", "an equality that is not active is not built", place)
         elif kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
-            (first, in_first), (second, in_second) = _frames(model, number, kind)
+            (first, in_first), (second, in_second) = equality_frames(model, number, kind)
             if first not in links or second not in links or first == second:
                 message = "an equality with the world is built where the file has a fixed robot that hangs on it"
-                report.left_out("equality/world", message, place)
+                report.left_out(WORLD_EQUALITY, message, place)
                 continue
             name = model.name("eq", number) or f"equality_{number}"
             word = "weld" if kind == WELD_EQUALITY else "connection"
@@ -51,8 +55,8 @@ def read_constraints(
     return made
 
 
-def _frames(model: CompiledModel, number: int, kind: int) -> tuple[tuple[int, Pose7], tuple[int, Pose7]]:
-    """Both bodies, and the frames in them that coincide."""
+def equality_frames(model: CompiledModel, number: int, kind: int) -> tuple[tuple[int, Pose7], tuple[int, Pose7]]:
+    """Both bodies of a weld or connection, and the frames in them that coincide."""
     first, second = int(model["eq_obj1id"][number]), int(model["eq_obj2id"][number])
     if model["eq_objtype"][number] == _OF_SITES:
         return _site(model, first), _site(model, second)

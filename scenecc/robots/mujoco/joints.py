@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.robots.description import DescribedDrive, DescribedJoint, DescribedMimic
@@ -22,10 +22,29 @@ _AXES: dict[str, Vec3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0,
 _TO_JOINT, _TO_JOINT_IN_PARENT = 0, 1
 """`mjtTrn`: an actuator on a joint; both are the same for hinges and slides."""
 
+_GROUPS = 31
+"""Groups of actuators that can be disabled."""
+
 _NO_DYNAMICS, _FIXED_GAIN, _AFFINE_BIAS = 0, 0, 1
 """`mjtDyn`, `mjtGain` and `mjtBias` of the actuators that are drives."""
 
-_REFLECTED = ("actuator_damping", "actuator_armature")
+
+@dataclass(frozen=True, slots=True)
+class _Servo:
+    """A position or velocity actuator, in terms of its joint.
+
+    Attributes:
+        number: of the actuator.
+        stiffness, damping: of the drive.
+        target: position in MuJoCo's joint [rad or m].
+        limit: largest force or torque [N or N·m]; None: there is none.
+    """
+
+    number: int
+    stiffness: float
+    damping: float
+    target: float
+    limit: float | None
 
 
 class JointReader:
@@ -98,7 +117,7 @@ class JointReader:
             limits=limits,
             # SAPIEN's own is 0.05, and MuJoCo's joints slide freely.
             friction=0.0,
-            damping=float(self._model["dof_damping"][dof]),
+            damping=max(0.0, float(self._model["dof_damping"][dof])),
             armature=float(self._model["dof_armature"][dof]) or None,
             qpos=qpos,
         )
@@ -130,6 +149,11 @@ class JointReader:
             kind, place, stiffness = self._kind(joint), model.location("jnt", joint), model["jnt_stiffness"][joint]
             if (stiff is not None and stiff[joint].any()) or (damp is not None and damp[dof].any()):
                 left("spring/power", "of stiffness and damping only the first number is built", place)
+            if stiffness < 0 or model["dof_damping"][dof] < 0:
+                left("spring/sign", "`stiffness` and `damping` below 0 are not built", place)
+            if model["dof_armature"][dof] < 0:
+                message = f"`armature` is {model['dof_armature'][dof]:g}, and an inertia may not be negative"
+                self._report.error("SC481", message, place)
             if kind == BALL and (stiffness or model["jnt_limited"][joint]):
                 left("ball/range", "limits and the spring of a ball joint are not built", place)
             if kind == FREE and (stiffness or model["dof_damping"][dof] or model["dof_armature"][dof]):
@@ -137,10 +161,13 @@ class JointReader:
                 left("spring/free", message, place, "`linear_damping` and `angular_damping` are the scene's")
 
     def _report_flags(self) -> None:
+        if self._model.header["option"]["override"]:
+            message = '`<flag override="enable"/>` is not built: contacts have the friction of their geoms'
+            self._report.left_out("flag/override", message, self._model.source.first("flag").location)
         for flag in ("CONSTRAINT", "LIMIT", "EQUALITY", "ACTUATION", "SPRING", "DAMPER"):
             if flag in self._model.header["disabled"]:
                 message = f'`<flag {flag.lower()}="disable"/>` is not built: what it switches off is'
-                self._report.left_out(f"flag/{flag}", message, self._model.source.elements[0].location)
+                self._report.left_out(f"flag/{flag}", message, self._model.source.first("flag").location)
 
     def _loss(self, joint: int, dof: int) -> bool:
         count = {FREE: 6, BALL: 3}.get(self._kind(joint), 1)
@@ -172,19 +199,21 @@ class JointReader:
 
     # --- actuators
 
-    def _read_drives(self) -> dict[int, tuple[float, float, float, float | None]]:
-        """Stiffness, damping, position of the target in MuJoCo's joint, and force limit, by number of the joint."""
+    def _read_drives(self) -> dict[int, list[_Servo]]:
+        """The position and velocity actuators of each joint, by its number."""
         model = self._model
-        found: dict[int, tuple[float, float, float, float | None]] = {}
+        found: dict[int, list[_Servo]] = {}
         left: Counter[str] = Counter()
         places: dict[str, Location] = {}
         for number in range(len(model["actuator_trntype"])):
             joint = int(model["actuator_trnid"][number][0])
-            self._report_reflected(number)
+            if self._is_disabled(number):
+                continue
             on_joint = model["actuator_trntype"][number] in {_TO_JOINT, _TO_JOINT_IN_PARENT}
             why = self._why_no_drive(number) if on_joint else "that pull on tendons, sites or bodies"
             if why is None and self._kind(joint) in {HINGE, SLIDE}:
-                self._add_drive(number, joint, found)
+                if (servo := self._servo(number)) is not None:
+                    found.setdefault(joint, []).append(servo)
                 continue
             why = why or "on ball and free joints"
             left[why] += 1
@@ -194,18 +223,23 @@ class JointReader:
             self._report.left_out(f"actuator/{why}", message, places[why], "`drives` of the scene gives joints a drive")
         return found
 
-    def _report_reflected(self, number: int) -> None:
-        """Of MuJoCo 4: what an actuator adds to its joint by itself."""
-        if any(self._model.arrays[name][number] for name in _REFLECTED if name in self._model.arrays):
-            place = self._model.location("actuator", number)
-            self._report.left_out("actuator/reflected", "`damping` and `armature` of actuators are not built", place)
-
     def _control(self, number: int) -> float:
         """The control of an actuator in the keyframe. One of MuJoCo 4 may have several, and then it is no drive."""
         if self._keyframe is None:
             return 0.0
-        addresses = self._model.arrays.get("actuator_ctrladr")
-        return float(self._model["key_ctrl"][self._keyframe][number if addresses is None else addresses[number]])
+        model = self._model
+        addresses = model.arrays.get("actuator_ctrladr")
+        address = number if addresses is None else int(addresses[number])
+        control = float(model["key_ctrl"][self._keyframe][address])
+        if model["actuator_ctrllimited"][address] and "CLAMPCTRL" not in model.header["disabled"]:
+            low, high = model["actuator_ctrlrange"][address].tolist()
+            return min(max(control, low), high)
+        return control
+
+    def _is_disabled(self, number: int) -> bool:
+        """Whether `actuatorgroupdisable` names the group of an actuator."""
+        group = int(self._model["actuator_group"][number])
+        return bool(0 <= group < _GROUPS and self._model.header["option"]["disableactuator"] >> group & 1)
 
     def _why_no_drive(self, number: int) -> str | None:
         model = self._model
@@ -216,54 +250,62 @@ class JointReader:
         # A motor is a force that somebody commands: it does nothing by itself.
         return None if model["actuator_biastype"][number] <= _AFFINE_BIAS else "with the bias of a muscle or of a user"
 
-    def _add_drive(self, number: int, joint: int, found: dict[int, tuple[float, float, float, float | None]]) -> None:
-        model = self._model
+    def _servo(self, number: int) -> _Servo | None:
+        """The drive that an actuator is; None: it is none, or cannot be built, which is reported."""
+        model, place = self._model, self._model.location("actuator", number)
         gear = float(model["actuator_gear"][number][0])
-        _, position, velocity = model["actuator_biasprm"][number][:3].tolist()
+        bias, position, velocity = model["actuator_biasprm"][number][:3].tolist()
         if model["actuator_biastype"][number] != _AFFINE_BIAS or not (position or velocity):
-            return
+            return None
         if position > 0 or velocity > 0:
-            place = model.location("actuator", number)
             self._report.left_out("actuator/sign", "an actuator that pushes away from its target is not built", place)
-            return
-        control = self._control(number)
-        gain, bias = float(model["actuator_gainprm"][number][0]), float(model["actuator_biasprm"][number][0])
-        if not position and (gain * control + bias):
+            return None
+        offset = float(model["actuator_gainprm"][number][0]) * self._control(number) + bias
+        if not position and offset:
             message = "a velocity actuator of which the target is not 0 brakes to 0"
-            self._report.left_out("actuator/velocity", message, model.location("actuator", number))
-        target = (gain * control + bias) / (-position * gear) if position and gear else 0.0
+            self._report.left_out("actuator/velocity", message, place)
         limit = None
         if model["actuator_forcelimited"][number]:
-            limit = float(abs(model["actuator_forcerange"][number]).max()) * abs(gear)
-        stiffness, damping, before, known = found.get(joint, (0.0, 0.0, 0.0, None))
-        limits = [one for one in (limit, known) if one is not None]
-        found[joint] = (
-            stiffness - position * gear**2,
-            damping - velocity * gear**2,
-            target if position else before,
-            max(limits) if limits else None,
-        )
+            limit = self._symmetric(model["actuator_forcerange"][number], place) * abs(gear)
+        target = offset / (-position * gear) if position and gear else 0.0
+        # Not -0.0, of an actuator without one of them.
+        return _Servo(number, 0.0 - position * gear**2, 0.0 - velocity * gear**2, target, limit)
+
+    def _symmetric(self, forces: Any, place: Location) -> float:
+        """The one limit of a drive: the larger of both ends."""
+        low, high = forces.tolist()
+        if low != -high:
+            message = "a drive has one limit of force: the larger one of `forcerange` and `actuatorfrcrange`"
+            self._report.left_out("actuator/range", message, place)
+        return max(abs(low), abs(high))
 
     def _drive(self, joint: int, zero: float) -> DescribedDrive | None:
         """The drive of a hinge or slide: its actuators, or the spring that it has itself."""
         model = self._model
         spring = float(model["jnt_stiffness"][joint])
-        found = self._drives.get(joint)
+        servos = self._drives.get(joint, [])
         place = model.location("jnt", joint)
-        if found is None and spring > 0:
+        if not servos and spring > 0:
             rest = float(model["qpos_spring"][model["jnt_qposadr"][joint]]) - zero
             return DescribedDrive(spring, 0.0, None, rest)
-        if found is None:
+        if not servos:
             return None
         if spring > 0:
             message = "a spring of a joint that has a position or velocity actuator too is not built"
             self._report.left_out("spring", message, place)
-        stiffness, damping, target, limit = found
+        limits = [servo.limit for servo in servos if servo.limit is not None]
+        if limits and len(servos) > 1:
+            message = "several actuators of a joint are one drive: their limits of force are added"
+            self._report.left_out("actuator/several", message, model.location("actuator", servos[1].number))
+        limit = sum(limits) if len(limits) == len(servos) else None
         if model["jnt_actfrclimited"][joint]:
-            most = float(abs(model["jnt_actfrcrange"][joint]).max())
+            most = self._symmetric(model["jnt_actfrcrange"][joint], place)
             limit = most if limit is None else min(limit, most)
-        aimed = None if self._keyframe is None else target - zero
-        return DescribedDrive(stiffness, damping, limit, aimed)
+        stiffness = sum(servo.stiffness for servo in servos)
+        # Where the forces of all of them are in balance.
+        pull = sum(servo.stiffness * servo.target for servo in servos)
+        aimed = None if self._keyframe is None else (pull / stiffness if stiffness else 0.0) - zero
+        return DescribedDrive(stiffness, sum(servo.damping for servo in servos), limit, aimed)
 
 
 def _hinge_angles(q: list[float]) -> tuple[float, float, float]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.names import UniqueNames
 from scenecc.robots.description import (
     DescribedInertial,
     DescribedJoint,
@@ -18,7 +19,6 @@ from scenecc.robots.description import (
     DescribedRobot,
     ball_moment,
 )
-from scenecc.robots.mjcf_files import unique_name
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
 from scenecc.robots.mujoco.joints import JointReader
 from scenecc.robots.mujoco.model import FREE, WORLD, CompiledModel
@@ -128,6 +128,9 @@ class ModelReader:
             self._add_links(body, 0, drafts)
         links = tuple(self._describe(draft) for draft in self._with_mimics(drafts))
         kind = "dynamic" if free and len(links) == 1 else None
+        if model["body_mocapid"][body] >= 0:
+            message = "a mocap body with joints in it is the fixed root of a robot, which stands still"
+            self._report.left_out("mocap", message, model.location("body", body))
         robot = DescribedRobot(links, kind, not free, pose, model.location("body", body))
         return robot, [draft.body if draft.is_body else -1 for draft in drafts]
 
@@ -252,11 +255,11 @@ class ModelReader:
     @staticmethod
     def _distinct(robots: list[DescribedRobot]) -> list[DescribedRobot]:
         """The robots, of which no two have a root of the same name."""
-        taken: set[str] = set()
+        names = UniqueNames()
         made: list[DescribedRobot] = []
         for robot in robots:
             root, *others = robot.links
-            made.append(replace(robot, links=(replace(root, name=unique_name(root.name, taken)), *others)))
+            made.append(replace(robot, links=(replace(root, name=names.new(root.name)), *others)))
         return made
 
 

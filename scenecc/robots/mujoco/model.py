@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Location
     from scenecc.geometry.rotations import Pose7
+    from scenecc.robots.description import DescribedFile
     from scenecc.robots.mujoco.source import MujocoSource
 
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -72,8 +73,14 @@ class CompiledModel:
     def location(self, kind: str, number: int) -> Location:
         """Where an element is written; of one that the file does not hold, the file's root."""
         row = self._elements[kind].get(number)
-        found = None if row is None else self.source.element(row[2])
+        # MuJoCo tells no lines of keyframes.
+        found = None if row is None else self.source.element(row[2]) or self.source.named(kind, row[1])
         return (found or self.source.elements[0]).location
+
+    def texture(self, number: int) -> DescribedFile | None:
+        """The file of a texture; None where it is painted or has several. `number`: negative where there is none."""
+        row = self._elements["tex"].get(number)
+        return None if row is None else self.source.textures.get(row[2])
 
     def body_name(self, body: int) -> str:
         """The name of a body; `body_N` where it has none."""

@@ -15,6 +15,7 @@ from scenecc.robots.mujoco.links import ModelReader
 from scenecc.robots.mujoco.model import FREE
 from scenecc.robots.mujoco.shapes import VISUAL_GROUPS
 from scenecc.robots.mujoco.source import SourceBuilder
+from scenecc.robots.mujoco.unbuilt import report_unbuilt
 from scenecc.source.limits import Limits
 
 if TYPE_CHECKING:
@@ -92,6 +93,7 @@ def read_model(
     if number is not None and FREE in model["jnt_type"]:
         message = "the pose of a free root is that of the scene, and not that of the keyframe"
         report.elsewhere("keyframe", message, model.location("key", number))
+    report_unbuilt(model, report, number)
     reader = ModelReader(model, report, number, visual_groups)
     robots = reader.robots()
     constraints = read_constraints(model, reader.links_of_bodies, report)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.geometry.surfaces import ellipsoid_surface
+from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedMaterial,
@@ -77,6 +78,8 @@ class ShapeReader:
         self._report = report
         self._visual_groups = visual_groups
         self._meshes: dict[int, MeshGeometry] = {}
+        self._height_fields: dict[int, HeightfieldGeometry] = {}
+        self._height_count = 0
         self._looks: dict[tuple[int, tuple[float, ...]], DescribedMaterial] = {}
 
     def of_geoms(
@@ -97,7 +100,8 @@ class ShapeReader:
             geometry, pose = made[0], compose_poses(frame, made[1])
             place = model.location("geom", geom)
             if collides:
-                slide = float(model["geom_friction"][geom][0]) if model["geom_condim"][geom] > _FRICTIONLESS else 0.0
+                slide = max(0.0, float(model["geom_friction"][geom][0]))
+                slide = slide if model["geom_condim"][geom] > _FRICTIONLESS else 0.0
                 friction = (slide, slide, 0.0)
                 collisions.append(DescribedCollision(geometry, pose, place, friction, 0.0, self._bits(geom)))
             look = self._look(geom)
@@ -130,7 +134,8 @@ class ShapeReader:
         elif kind == MESH:
             made = self._mesh(geom, pose)
         elif kind == HFIELD:
-            made = self._height_field(int(model["geom_dataid"][geom])), pose
+            field = self._height_field(int(model["geom_dataid"][geom]))
+            made = None if field is None else (field, pose)
         elif kind == ELLIPSOID:
             words = "an ellipsoid becomes a convex mesh of 242 sides, of the same volume"
             self._report.left_out("ellipsoid", words, place)
@@ -171,13 +176,21 @@ class ShapeReader:
             self._report.error("SC450", f"the cache folder cannot be written: {error.strerror or error}", place)
             return MeshGeometry(name, Path(name), (1.0, 1.0, 1.0))
 
-    def _height_field(self, number: int) -> HeightfieldGeometry:
-        """MuJoCo has rows from -y to +y, of heights from 0 to 1."""
+    def _height_field(self, number: int) -> HeightfieldGeometry | None:
+        """MuJoCo has rows from -y to +y, of heights from 0 to 1. None, reported, where there are too many."""
         model = self._model
-        rows, columns, first = (int(model[f"hfield_{name}"][number]) for name in ("nrow", "ncol", "adr"))
-        x, y, top, _ = model["hfield_size"][number].tolist()
-        grid = model["hfield_data"][first : first + rows * columns].reshape(rows, columns)[::-1]
-        return HeightfieldGeometry((2 * x, 2 * y, top), tuple(map(tuple, grid.astype(np.float64).tolist())))
+        if number not in self._height_fields:
+            rows, columns, first = (int(model[f"hfield_{name}"][number]) for name in ("nrow", "ncol", "adr"))
+            self._height_count += rows * columns
+            if rows * columns > MAX_HEIGHTS or self._height_count > MAX_TOTAL_HEIGHTS:
+                message = f"a height field has more than {MAX_HEIGHTS} heights, or all more than {MAX_TOTAL_HEIGHTS}"
+                self._report.error("SC452", message, model.location("hfield", number))
+                return None
+            x, y, top, _ = model["hfield_size"][number].tolist()
+            grid = model["hfield_data"][first : first + rows * columns].reshape(rows, columns)[::-1]
+            heights: list[list[float]] = grid.astype(np.float64).tolist()
+            self._height_fields[number] = HeightfieldGeometry((2 * x, 2 * y, top), tuple(map(tuple, heights)))
+        return self._height_fields[number]
 
     def _look(self, geom: int) -> DescribedMaterial | None:
         """What a geom looks like; None: it is not seen."""
@@ -185,6 +198,7 @@ class ShapeReader:
         rgba, material = tuple(model["geom_rgba"][geom].tolist()), int(model["geom_matid"][geom])
         if material >= 0 and rgba == _DEFAULT_RGBA:
             rgba = tuple(model["mat_rgba"][material].tolist())
+        rgba = tuple(min(max(part, 0.0), 1.0) for part in rgba)
         if rgba[3] <= 0:
             return None
         known = self._looks.get((material, rgba))
@@ -201,7 +215,7 @@ class ShapeReader:
         names = ("mat_emission", "mat_specular", "mat_shininess", "mat_metallic", "mat_roughness")
         emission, specular, shininess, metallic, roughness = (float(model[name][material]) for name in names)
         texture = int(model["mat_texid"][material][_COLOR_ROLE])
-        file = None if texture < 0 else model.source.files.get(model.header["textures"][texture])
+        file = model.texture(texture)
         if texture >= 0 and file is None:
             message = "textures that MuJoCo paints, and those of cubes, are not shown"
             self._report.left_out("texture", message, model.location("tex", texture), "paint the texture into a file")

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import os
 import posixpath
+import struct
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,15 +27,11 @@ if TYPE_CHECKING:
     from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
     from scenecc.robots.xml import SourceElement
 
-FILE_ATTRIBUTES: dict[str, tuple[str, ...]] = {
-    "mesh": ("file",),
-    "hfield": ("file",),
-    "skin": ("file",),
-    "flexcomp": ("file",),
-    "model": ("file",),
-    "texture": ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"),
-}
-"""The attributes that name files, of each kind of element that has any."""
+_PICTURES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
+"""The attributes of a texture that name files."""
+
+_OF_PICTURES = (*_PICTURES, "content_type", "gridsize", "gridlayout", "hflip", "vflip", "nchannel")
+"""The attributes of a texture that say how its files are read."""
 
 _REFUSED = {
     "plugin": "a plugin is code, which is not run",
@@ -51,6 +48,8 @@ _DROPPED_ATTRIBUTES = {
 }
 """Attributes that MuJoCo does not get."""
 
+_PNG = b"\x89PNG\r\n\x1a\n"
+
 _ELSEWHERE = {
     "camera": "cameras are the scene's: declare them under `cameras`, with `mount` where they move with a link",
     "light": "lights are the scene's: declare them under `lights`",
@@ -60,6 +59,10 @@ _ELSEWHERE = {
     "custom": "numbers and texts of the user are not read",
     "visual": "what MuJoCo's viewer shows is not read",
     "statistic": "what MuJoCo's viewer shows is not read",
+    "softness": "contacts and limits of PhysX are stiff: `solref`, `margin` and the like are not built",
+    "hull": "meshes collide by their whole hull, whatever `maxhullvert` says",
+    "sleep": "what sleeps at first, and when, is the scene's `physics`",
+    "look/flip": "textures are shown as their files have them: `hflip` and `vflip` are not built",
 }
 """What a scene has in other places, and what says nothing of the machine: told with a count, as a note."""
 
@@ -70,10 +73,17 @@ _LEFT_OUT = {
 }
 """What changes the machine, and is a warning."""
 
-_SOFTNESS = frozenset(
-    {"solref", "solimp", "solmix", "margin", "gap", "priority", "solreflimit", "solimplimit", "solreffriction"}
-)
-"""Attributes of MuJoCo's soft contacts and limits."""
+_SOFTNESS = """
+solref solimp solmix margin gap priority solreflimit solimplimit solreffriction solimpfriction torquescale
+"""
+
+_ATTRIBUTES_ELSEWHERE = {
+    "softness": _SOFTNESS.split(),
+    "hull": ["maxhullvert"],
+    "sleep": ["sleep"],
+    "look/flip": ["hflip", "vflip"],
+}
+"""Attributes of any element that are told as a note, by the key of the note."""
 
 MAX_ELEMENTS = 100_000
 """How many elements a model has once MuJoCo has replicated and attached what the file says."""
@@ -91,6 +101,7 @@ class MujocoSource:
         length: how many lines the text has.
         assets: content of each file, by the name that the text has for it.
         files: the file that stands behind each name.
+        textures: the pictures, by their lines.
     """
 
     elements: list[SourceElement] = field(default_factory=list["SourceElement"])
@@ -98,11 +109,21 @@ class MujocoSource:
     length: int = 0
     assets: dict[str, bytes] = field(default_factory=dict[str, bytes])
     files: dict[str, DescribedFile] = field(default_factory=dict[str, "DescribedFile"])
+    textures: dict[int, DescribedFile] = field(default_factory=dict[int, "DescribedFile"])
 
     @property
     def text(self) -> str:
         """The whole model."""
         return "\n".join(self.lines[: self.length])
+
+    def first(self, tag: str) -> SourceElement:
+        """The first element of a kind; the file's root where there is none."""
+        return next((element for element in self.elements if element.tag == tag), self.elements[0])
+
+    def named(self, tag: str, name: str) -> SourceElement | None:
+        """The first element of a kind and a name."""
+        found = (element for element in self.elements if element.tag == tag and element.attributes.get("name") == name)
+        return next(found, None)
 
     def element(self, line: int | None) -> SourceElement | None:
         """The element on a line, counted from 1."""
@@ -212,11 +233,12 @@ class SourceBuilder:
         attributes = dict(element.attributes)
         dropped = _DROPPED_ATTRIBUTES.get(element.tag, frozenset())
         attributes = {name: value for name, value in attributes.items() if name not in dropped}
-        for name in FILE_ATTRIBUTES.get(element.tag, ()):
-            if name in attributes:
-                if name == "file" and element.tag in {"mesh", "hfield", "texture"} and not attributes.get("name"):
-                    attributes["name"] = Path(attributes[name]).stem
-                attributes[name] = self._asset(element, name)
+        if element.tag in {"mesh", "hfield", "texture"} and not attributes.get("name") and "file" in attributes:
+            attributes["name"] = Path(attributes["file"]).stem
+        if element.tag == "texture":
+            attributes = self._texture(element, attributes)
+        elif element.tag in {"mesh", "hfield", "model"} and "file" in attributes:
+            attributes["file"] = self._asset(element)
         self.source.elements.append(element)
         words = "".join(f" {name}={quoteattr(value, {chr(10): ' '})}" for name, value in attributes.items())
         if not element.children:
@@ -236,9 +258,10 @@ class SourceBuilder:
         if (kind in _ELSEWHERE or kind in _LEFT_OUT) and count:
             first, before = self._unbuilt.get(kind, (element, 0))
             self._unbuilt[kind] = first, before + count
-        if not _SOFTNESS.isdisjoint(element.attributes):
-            first, before = self._unbuilt.get("softness", (element, 0))
-            self._unbuilt["softness"] = first, before + 1
+        for word, names in _ATTRIBUTES_ELSEWHERE.items():
+            if any(element.attributes.get(name, "false") not in {"false", "-1"} for name in names):
+                first, before = self._unbuilt.get(word, (element, 0))
+                self._unbuilt[word] = first, before + 1
 
     def _report_notes(self) -> None:
         """One finding a kind, at the first element."""
@@ -248,8 +271,7 @@ class SourceBuilder:
                 words, hint = _LEFT_OUT[kind]
                 self.report.left_out(kind, words + more, element.location, hint)
                 continue
-            words = _ELSEWHERE.get(kind, "contacts and limits of PhysX are stiff: `solref`, `margin` and the like")
-            self.report.elsewhere(kind, words + more, element.location)
+            self.report.elsewhere(kind, _ELSEWHERE[kind] + more, element.location)
 
     def _check_cells(self, element: SourceElement) -> None:
         """Counts what MuJoCo would paint or allot."""
@@ -257,29 +279,58 @@ class SourceBuilder:
             names = ("width", "height") if element.tag == "texture" else ("nrow", "ncol")
             sizes = [parse_number(element.attributes.get(name, "0")) or 0 for name in names]
             cells = sizes[0] * sizes[1] * (6 if element.attributes.get("type") in {"cube", "skybox"} else 1)
-            self._cells += int(min(cells, MAX_CELLS + 1)) if math.isfinite(cells) else MAX_CELLS + 1
-            if self._cells > MAX_CELLS:
-                message = f"the model is too large: its textures and height fields have more than {MAX_CELLS} cells"
-                self.report.error("SC452", message, element.location)
+            self._add_cells(cells, element)
 
-    def _asset(self, element: SourceElement, attribute: str) -> str:
+    def _add_cells(self, cells: float, element: SourceElement) -> None:
+        self._cells += int(min(cells, MAX_CELLS + 1)) if math.isfinite(cells) else MAX_CELLS + 1
+        if self._cells > MAX_CELLS:
+            message = f"the model is too large: its textures and height fields have more than {MAX_CELLS} cells"
+            self.report.error("SC452", message, element.location)
+
+    def _asset(self, element: SourceElement) -> str:
         """The name that the compiler gets for a file."""
         if element.tag == "model":
             return self._attached.get(id(element), "")
-        written, place = element.attributes[attribute], element.at(attribute)
-        if self._folders.get("strippath") == "true":
-            written = posixpath.basename(written.replace("\\", "/"))
-        own = "texturedir" if element.tag == "texture" else "meshdir"
-        folder = self._folders.get(own, self._folders.get("assetdir", ""))
-        found = self.files.find("", self._relative(posixpath.join(folder, written) if written else ""), place)
+        found = self._find(element, "file")
         if found is None:
             return ""
         if found.path not in self._known:
             name = f"file{len(self._known)}{found.path.suffix.lower()}"
             limit = self.files.limits.asset_bytes
-            data = read_robot_bytes(found.path, found.uri, self.report.of(place), limit)
+            data = read_robot_bytes(found.path, found.uri, self.report.of(element.location), limit)
             if data is None:
                 return ""
             self._known[found.path] = name
             self.source.assets[name], self.source.files[name] = data, found
-        return self._known[found.path]
+            most = self.files.limits.assets_bytes
+            if sum(map(len, self.source.assets.values())) > most:
+                message = f"the files that the model names have together more than {most} bytes"
+                self.report.error("SC452", message, element.location, "raise it with --limit assets_bytes=N")
+        name = self._known[found.path]
+        if element.tag == "hfield":
+            # A PNG says how large it is before all else.
+            head = self.source.assets[name][:24]
+            if len(head) == 24 and head.startswith(_PNG):
+                width, height = struct.unpack(">2I", head[16:])
+                self._add_cells(width * height, element)
+        return name
+
+    def _texture(self, element: SourceElement, attributes: dict[str, str]) -> dict[str, str]:
+        """A texture without its files: SAPIEN reads the pictures, and MuJoCo need not."""
+        files = [self._find(element, name) for name in _PICTURES if name in attributes]
+        if not files or attributes.get("builtin", "none") != "none":
+            return attributes
+        if files[0] is not None and "file" in attributes:
+            self.source.textures[len(self.source.lines) + 1] = files[0]
+        kept = {name: value for name, value in attributes.items() if name not in _OF_PICTURES}
+        return {**kept, "builtin": "flat", "width": "1", "height": "1"}
+
+    def _find(self, element: SourceElement, attribute: str) -> DescribedFile | None:
+        """The file that an attribute names; None, reported, where it may not be used."""
+        written = element.attributes[attribute]
+        if self._folders.get("strippath") == "true":
+            written = posixpath.basename(written.replace("\\", "/"))
+        own = "texturedir" if element.tag == "texture" else "meshdir"
+        folder = self._folders.get(own, self._folders.get("assetdir", ""))
+        path = self._relative(posixpath.join(folder, written) if written else "")
+        return self.files.find("", path, element.at(attribute))

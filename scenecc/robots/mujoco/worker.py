@@ -22,15 +22,16 @@ _ARRAY_NAMES = """
 body_parentid body_weldid body_pos body_quat body_ipos body_iquat body_mass body_subtreemass body_inertia
 body_gravcomp body_mocapid
 jnt_type jnt_bodyid jnt_pos jnt_axis jnt_range jnt_limited jnt_stiffness jnt_qposadr jnt_dofadr jnt_actfrcrange
-jnt_actfrclimited jnt_stiffnesspoly
+jnt_actfrclimited jnt_stiffnesspoly jnt_springyield
 dof_damping dof_frictionloss dof_armature dof_dampingpoly
 qpos0
 qpos_spring
 geom_type geom_contype geom_conaffinity geom_condim geom_bodyid geom_dataid geom_matid geom_group geom_size
-geom_pos geom_quat geom_friction geom_rgba
+geom_pos geom_quat geom_friction geom_rgba geom_adhesion geom_surfacevel
 mesh_vertadr mesh_vertnum mesh_vert mesh_faceadr mesh_facenum mesh_face mesh_pos mesh_quat mesh_scale
 hfield_nrow hfield_ncol hfield_adr hfield_size hfield_data
 mat_rgba mat_texid mat_emission mat_specular mat_shininess mat_reflectance mat_metallic mat_roughness
+mat_texrepeat mat_texuniform
 site_bodyid site_pos site_quat
 cam_bodyid cam_mode cam_pos cam_quat cam_fovy cam_resolution
 light_bodyid light_type light_active light_castshadow light_cutoff light_pos light_dir light_diffuse
@@ -38,8 +39,8 @@ exclude_signature
 eq_type eq_obj1id eq_obj2id eq_objtype eq_active0 eq_data
 actuator_trntype actuator_trnid actuator_gaintype actuator_biastype actuator_dyntype actuator_gainprm
 actuator_biasprm actuator_gear actuator_forcerange actuator_forcelimited actuator_ctrladr actuator_damping
-actuator_armature
-key_qpos key_ctrl
+actuator_dampingpoly actuator_armature actuator_delay actuator_group actuator_ctrllimited actuator_ctrlrange
+key_qpos key_ctrl key_qvel key_act key_mpos key_mquat key_plastic
 """
 
 ARRAYS = _ARRAY_NAMES.split()
@@ -68,7 +69,18 @@ NAMED = {
 MODEL_PREFIX = "model"
 """How the names of the files begin that the model attaches."""
 
-FLAGS = ("CONTACT", "FILTERPARENT", "GRAVITY", "CONSTRAINT", "LIMIT", "EQUALITY", "ACTUATION", "SPRING", "DAMPER")
+FLAGS = (
+    "CONTACT",
+    "FILTERPARENT",
+    "GRAVITY",
+    "CONSTRAINT",
+    "LIMIT",
+    "EQUALITY",
+    "ACTUATION",
+    "SPRING",
+    "DAMPER",
+    "CLAMPCTRL",
+)
 """What `<flag>` can switch off and is given back."""
 
 
@@ -119,8 +131,13 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict
         "arrays": {name: [array.dtype.str, list(array.shape)] for name, array in arrays.items()},
         "elements": elements,
         "meshes": [[one.file, list(one.scale), list(one.refpos), list(one.refquat)] for one in spec.meshes],
-        "textures": [one.file for one in spec.textures],
-        "option": {"timestep": model.opt.timestep, "gravity": model.opt.gravity.tolist()},
+        "option": {
+            "timestep": model.opt.timestep,
+            "gravity": model.opt.gravity.tolist(),
+            "fluid": [model.opt.density, model.opt.viscosity],
+            "override": bool(model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE),
+            "disableactuator": model.opt.disableactuator,
+        },
         "ambient": model.vis.headlight.ambient.tolist() if model.vis.headlight.active else [0.0, 0.0, 0.0],
         # Their bits differ between versions.
         "disabled": [name for name in FLAGS if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}", 0)],

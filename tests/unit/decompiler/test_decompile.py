@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -12,6 +13,8 @@ from sapien.wrapper.urdf_loader import URDFLoader
 
 import scenecc
 from scenecc.decompiler import record as record_module
+from scenecc.decompiler.prefabs import use_lights
+from scenecc.decompiler.values import aimed_pose_value
 
 ROOT = Path(__file__).parents[3]
 ASSETS = ROOT / "scenes" / "assets"
@@ -194,8 +197,55 @@ def test_what_differs_is_told() -> None:
 
 
 def test_what_is_no_scene_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"sapien\.Scene"):
-        scenecc.decompile({"scenecc": 1})
+    for source in ({"scenecc": 1}, [], [physical_scene(), 3]):
+        with pytest.raises(TypeError, match=r"sapien\.Scene"):
+            scenecc.decompile(source)
+
+
+def test_a_simulation_of_the_gpu_is_refused() -> None:
+    system = type("PhysxGpuSystem", (), {})()
+    with pytest.raises(TypeError, match="sim_backend"):
+        scenecc.decompile(SimpleNamespace(physx_system=system, entities=[]))
+
+
+def test_comparing_writes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "cube.obj").write_bytes((ASSETS / "mug.obj").read_bytes())
+    with scenecc.record() as recording:
+        scene = physical_scene()
+        builder = scene.create_actor_builder()
+        builder.add_convex_collision_from_file(str(tmp_path / "cube.obj"))
+        builder.build(name="cube")
+    before = tmp_path.stat().st_mtime_ns
+    found = scenecc.decompile(scene, recording=recording, base=tmp_path)
+    assert tmp_path.stat().st_mtime_ns == before  # a file that was made and removed would have changed it
+    assert found.is_equal, found.differences
+    assert found.document["entities"]["cube"]["collisions"][0]["file"] == "cube.obj"
+    scene = physical_scene()
+    assert scenecc.decompile(scene, base=tmp_path / "none").is_equal
+
+
+def test_a_camera_looks_at_a_point() -> None:
+    pose = sapien.Pose([0.6, 0.7, 0.6], [0.41419983, 0.11993399, 0.05516183, -0.9005618])
+    aimed = aimed_pose_value(pose, mounted=False)
+    assert aimed == {"p": pytest.approx([0.6, 0.7, 0.6]), "look_at": [0, 0, 0.35]}
+    # Mounted, the other quaternion of the rotation would be a difference.
+    assert set(aimed_pose_value(pose, mounted=True)) == {"p", "q"}
+    assert aimed_pose_value(sapien.Pose([0, 0, 1]), mounted=False) == [0, 0, 1]
+    turned = sapien.Pose([0, 0, 1], [0.5**0.5, 0, 0, 0.5**0.5])
+    assert set(aimed_pose_value(turned, mounted=False)) == {"p", "rpy_deg"}
+
+
+def test_the_lights_of_maniskill_are_included() -> None:
+    white = [1.0, 1.0, 1.0]
+    lights = {
+        "a": {"type": "directional", "direction": [1.0, 1.0, -1.0], "color": white},
+        "b": {"type": "directional", "direction": [0.0, 0.0, -1.0], "color": white},
+    }
+    document = {"environment": {"ambient_light": [0.30000001192092896] * 3}, "entities": {}, "lights": lights}
+    (included,) = use_lights(document)["include"]
+    assert len(scenecc.compile_scene({"scenecc": 1, "include": [included], "entities": {}}).lights) == 2
+    for other in ({"environment": {}}, {"entities": {"sun": {}}}, {"lights": {"a": lights["a"]}}):
+        assert use_lights(document | other) == document | other
 
 
 def test_the_engine_is_as_it_was_after_a_recording() -> None:

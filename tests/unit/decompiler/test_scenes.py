@@ -28,3 +28,14 @@ def test_a_scene_decompiled_is_the_same_scene(file: Path) -> None:
     told = [problem for problem in found.problems if "whose file is unknown" in problem]
     assert bool(told) is not known
     assert not known or found.is_equal, "\n".join(found.differences or ())[:3000]
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", ["cameras", "materials", "parameters", "robot_door", "tutorial"])
+def test_what_is_seen_of_a_scene_is_the_same(name: str) -> None:
+    file = ROOT / "scenes" / f"{name}.yaml"
+    with scenecc.record() as recording:
+        batch = scenecc.load_scene(file, render=True)
+    with batch:
+        found = scenecc.decompile(batch.scenes, recording=recording, base=file.parent)
+    assert found.is_equal, "\n".join(found.differences or ())[:3000]

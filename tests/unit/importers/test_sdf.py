@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from scenecc import SceneError, open_scene
+from scenecc.importers.certificate import Certificate, certificate_of
 from scenecc.importers.import_scene import Imported, import_scene
+from scenecc.importers.imported_scene import ImportedScene
 from scenecc.source.read import read_file
 
 LINK = """<link name="{name}"><pose {frame}>{pose}</pose><inertial><mass>{mass}</mass>
@@ -432,3 +435,37 @@ def test_mutated_files_are_imported_or_refused(folder: Path) -> None:
             codes |= {each.code for each in error.diagnostics}
     assert 10 < built < 70
     assert {code[2] for code in codes} <= set("1345"), codes
+
+
+MANY_BOXES = "".join(
+    f'<collision name="c{i}"><pose>{i} {i * i} 0 0 0 0</pose><geometry><box><size>1 1 {i + 1}</size></box></geometry>'
+    "<surface><friction><ode><mu>0.5</mu></ode></friction></surface></collision>"
+    for i in range(24)
+)
+
+
+def test_equal_models_become_instances_of_a_prefab(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compared: list[set[str]] = []
+
+    def spy(found: ImportedScene, *rest: Any) -> Certificate:
+        compared.append({*found.bodies})
+        return certificate_of(found, *rest)
+
+    monkeypatch.setattr("scenecc.importers.certificate.certificate_of", spy)
+    camera = '<sensor name="eye" type="camera"><camera/></sensor>'
+    models = "".join(
+        f'<model name="rack_{i}"><pose>0 0 {i * 9} 0 0 {i}</pose>{link("top")[:-7]}{MANY_BOXES}{camera}</link></model>'
+        for i in range(2)
+    )
+    found, made = imported(folder, world(models + joint("fixed", "rack_0::top", "rack_1::top", name="tie")))
+    assert [path.name for path in made.paths] == ["scene.yaml", "rack.yaml"]
+    use = "scene_assets/rack.yaml"
+    assert found["entities"]["rack_0"] == {"use": use}
+    assert found["entities"]["rack_1"]["use"] == use
+    assert found["constraints"]["tie"]["child"] == "rack_1/rack"
+    assert "materials" not in found
+    poses = body_poses(folder)
+    assert poses["rack_1/rack"][0] == pytest.approx([0, 0, 9])
+    plan = open_scene(folder / "out/scene.yaml").plan
+    assert [each.mount and each.mount.entity for each in plan.cameras] == ["rack_0/rack", "rack_1/rack"]
+    assert compared == [{"rack_0/rack", "rack_1/rack"}]

@@ -57,6 +57,16 @@ def test_a_robot_that_needs_repair_must_be_allowed(robot: Path, tmp_path: Path) 
     assert "repair: [inertia]" in (tmp_path / "scene.yaml").read_text()
 
 
+def test_a_collision_without_volume_must_be_allowed(robot: Path, tmp_path: Path) -> None:
+    ball = '<collision><geometry><sphere radius="0"/></geometry></collision><inertial>'
+    robot.write_text(ROBOT.format(mesh="meshes/a.obj", ixx=1).replace("<inertial>", ball))
+    with pytest.raises(SceneError) as caught:
+        import_scene(robot, tmp_path / "scene.yaml")
+    assert [each.code for each in caught.value.diagnostics] == ["SC431"]
+    import_scene(robot, tmp_path / "scene.yaml", allow=["colliders"])
+    assert "repair: [shapes]" in (tmp_path / "scene.yaml").read_text()
+
+
 @pytest.mark.parametrize("mesh", ["../../secret.obj", "meshes/gone.obj", "/etc/passwd"])
 def test_a_mesh_that_may_not_be_read_is_an_error(robot: Path, tmp_path: Path, mesh: str) -> None:
     (tmp_path / "secret.obj").write_text(TETRAHEDRON)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import os
 import signal
+import struct
 import time
+import zlib
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -13,6 +15,7 @@ import pytest
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.robots.mujoco import compiler, worker
 from scenecc.robots.mujoco.reader import read_mjcf
+from scenecc.source.limits import Limits
 from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:
@@ -72,6 +75,10 @@ def errors(folder: Path, text: str) -> list[str]:
         ),
         ('<mujoco><worldbody><geom size="-1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
         ('<mujoco><worldbody><geom sise="1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
+        (
+            '<mujoco><worldbody><body><joint armature="-1"/><geom size="1"/></body></worldbody></mujoco>',
+            "SC481 `armature` is -1, and an inertia may not be negative",
+        ),
         ("<mujoco/>", "SC480"),
     ],
 )
@@ -244,6 +251,87 @@ def _not_installed(name: str) -> str:
     raise compiler.importlib.metadata.PackageNotFoundError(name)
 
 
+def chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def png(width: int, height: int, unpacked: int = 0) -> bytes:
+    """A grey picture, whatever its header says. `unpacked`: so many bytes of pixels [MiB]."""
+    pack = zlib.compressobj(9)
+    data = b"".join([*(pack.compress(bytes(2**20)) for _ in range(unpacked)), pack.flush()])
+    head = chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, 0, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+CORNERS = struct.pack("<12f", 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1)
+BOMBS = {
+    "header.png": (png(2**31 - 1, 2**31 - 1), "SC452 the model is too large"),
+    "wide.png": (png(16384, 12000), "SC452 the model is too large"),
+    "inflates.png": (png(2, 2, unpacked=100), "SC4"),
+    "chunk.png": (png(2, 2)[:33] + struct.pack(">I", 2**32 - 5) + b"IDAT", "SC481"),
+    "short.png": (png(2, 2)[:20], "SC481"),
+    "count.bin": (struct.pack("<2i", 2**31 - 1, 2**31 - 1) + bytes(99), "SC481"),
+    "negative.bin": (struct.pack("<2i", -2, -2) + bytes(16), "SC481"),
+    "heights.bin": (struct.pack("<2i", 520, 520) + bytes(4 * 520**2), "SC452 a height field has more than 262144"),
+    "count.stl": (bytes(80) + struct.pack("<I", 2**31 - 1) + bytes(99), "SC481"),
+    "none.stl": (bytes(84), "SC481"),
+    "nan.stl": (bytes(80) + struct.pack("<I", 4) + struct.pack("<12fH", *[float("nan")] * 12, 0) * 4, "SC481"),
+    "count.msh": (struct.pack("<4i", 2**31 - 1, 0, 0, 2**31 - 1) + CORNERS, "SC481"),
+    "negative.msh": (struct.pack("<4i", -4, -1, -1, -4) + CORNERS, "SC481"),
+    "index.msh": (struct.pack("<4i", 4, 0, 0, 4) + CORNERS + struct.pack("<12i", *[2**31 - 1] * 12), "SC481"),
+    "index.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 999999999\nf -9 -8 -7\n", "SC481"),
+    "nan.obj": (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", "SC481"),
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_a_bad_asset_is_an_error_at_the_element_that_names_it(tmp_path: Path, name: str) -> None:
+    data, expected = BOMBS[name]
+    (tmp_path / name).write_bytes(data)
+    kind = "mesh" if name.endswith(("stl", "msh", "obj")) else "hfield"
+    size = "" if kind == "mesh" else 'size="1 1 1 1"'
+    asset = f'\n<asset><{kind} name="a" file="{name}" {size}/></asset>'
+    started = time.process_time()
+    (first, *_) = errors(tmp_path, model_of(asset, f'<geom type="{kind}" {kind}="a"/>'))
+    assert expected in first
+    assert first.startswith("2:")
+    assert time.process_time() - started < 5
+
+
+@pytest.mark.parametrize("attribute", ["file", "fileright"])
+def test_pictures_are_not_unpacked_by_the_compiler(tmp_path: Path, attribute: str) -> None:
+    """The scene's own checks read those that are shown."""
+    (tmp_path / "t.png").write_bytes(png(2**31 - 1, 2**31 - 1))
+    asset = f'<asset><texture name="t" {attribute}="t.png"/><material name="m" texture="t"/></asset>'
+    (tmp_path / "robot.xml").write_text(model_of(asset, '<geom size="1" material="m"/>'))
+    found, told = read(tmp_path / "robot.xml")
+    assert found is not None, told
+    look = found.robots[0].links[0].visuals[0].look
+    assert look.texture_uri == ("t.png" if attribute == "file" else None)
+    assert [one.code for one in told] == ([] if attribute == "file" else ["SC484"])
+
+
+def test_all_files_together_have_a_limit(tmp_path: Path) -> None:
+    for number in range(3):
+        (tmp_path / f"{number}.stl").write_bytes(bytes(600))
+    asset = "<asset>" + "".join(f'\n<mesh file="{number}.stl"/>' for number in range(3)) + "</asset>"
+    path, sink = tmp_path / "robot.xml", Sink()
+    path.write_text(model_of(asset))
+    limits = Limits(assets_bytes=1500)
+    file = ResolvedFile(path, path.name)
+    assert read_mjcf(file, scope=AssetScope(tmp_path), sink=sink, limits=limits) is None
+    (fault,) = sink.diagnostics()
+    assert (fault.code, fault.line) == ("SC452", 4)
+    assert fault.message == "the files that the model names have together more than 1500 bytes"
+
+
+def test_a_large_answer_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiler, "_MOST_ANSWERED", 10_000)
+    body = "".join(f"<body pos='{number} 0 0'><freejoint/><geom size='1'/></body>" for number in range(99))
+    (fault,) = errors(tmp_path, model_of("", body))
+    assert "SC458 the compiled model has more than 10000 bytes" in fault
+
+
 HINGE = '<body name="a"><joint name="a"/><geom size="1"/>{}</body>'
 MORE = '<body pos="1 0 0"><joint name="b"/><geom size="1"/></body><body><joint name="c"/><geom size="1"/></body>'
 
@@ -255,6 +343,8 @@ MORE = '<body pos="1 0 0"><joint name="b"/><geom size="1"/></body><body><joint n
         ('<body><joint type="ball" range="0 9"/><geom size="1"/></body>', "", "limits and the spring of a ball joint"),
         ('<body><joint type="free" damping="1"/><geom size="1"/></body>', "", "stiffness of a free joint"),
         (HINGE.format(""), '<option><flag limit="disable"/></option>', "`<flag limit"),
+        (HINGE.replace("<joint", '<joint stiffness="-3"').format(""), "", "`stiffness` and `damping` below 0"),
+        (HINGE.replace("<joint", '<joint damping="-3"').format(""), "", "`stiffness` and `damping` below 0"),
         (
             HINGE.format(MORE),
             '<equality><joint joint1="a" joint2="b"/><joint joint1="a" joint2="c"/></equality>',
@@ -272,6 +362,16 @@ def test_what_is_not_built_is_told(tmp_path: Path, body: str, rest: str, expecte
     found, told = read(tmp_path / "robot.xml")
     assert found is not None, told
     assert any(one.code == "SC484" and expected in one.message for one in told), told
+
+
+def test_frictions_and_colours_are_within_their_ranges(tmp_path: Path) -> None:
+    geom = '<body><joint damping="-3"/><geom size="1" friction="-2 0 0" rgba="-3 1e11 0.5 9"/></body>'
+    (tmp_path / "robot.xml").write_text(model_of("", geom))
+    found, told = read(tmp_path / "robot.xml")
+    assert found is not None, told
+    link = found.robots[0].links[1]
+    assert (link.collisions[0].friction, link.joint.damping) == ((0, 0, 0), 0)
+    assert link.visuals[0].look.base_color == (0, 1, 0.5, 1)
 
 
 def test_powers_of_springs_are_told(tmp_path: Path) -> None:

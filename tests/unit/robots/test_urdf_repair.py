@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import scenecc
+from scenecc.backends.sapien.assets import visual_file
 from scenecc.diagnostics import Sink
 from scenecc.robots.files import MAX_MISSING
 from scenecc.robots.urdf import read_urdf
@@ -29,6 +31,10 @@ IMPOSSIBLE = {
     "all zero": f'<inertia ixx="0" iyy="0" izz="0" {ZEROS}/>',
     "none": "",
 }
+
+
+BUILT: list[Any] = []
+"""Scenes whose robots are looked at: without its scene a robot has no numbers."""
 
 
 def joint(kind: str, inner: str = "", name: str = "j", ends: str = "ab") -> str:
@@ -53,7 +59,9 @@ def build(folder: Path, content: str, *repair: str) -> Any:
     entity = {"urdf": "robot.urdf", "repair": list(repair)}
     scene = folder / "scene.yaml"
     scene.write_text(f"scenecc: 1\nentities: {{r: {entity}}}\n", encoding="utf-8")
-    return scenecc.load_scene(scene, render=False).articulations["r"].objs[0]
+    built = scenecc.load_scene(scene, render=False)
+    BUILT.append(built)
+    return built.articulations["r"].objs[0]
 
 
 @pytest.mark.parametrize("inertia", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
@@ -92,6 +100,58 @@ def test_an_inertial_without_mass_is_left_out(tmp_path: Path) -> None:
     assert build(tmp_path, content, "inertia").links[0].mass == pytest.approx(1000)
     links, told = read(tmp_path, content, "limits", "files")
     assert (links, told) == (None, ["SC455 <inertial> has no <mass>"])
+
+
+def shape(tag: str, what: str) -> str:
+    return f"<{tag}><geometry><{what}/></geometry></{tag}>"
+
+
+UNSEEN = ['sphere radius="0"', 'cylinder radius="0" length="1"', 'capsule radius="-0.0" length="0"', 'box size="0 1 0"']
+SEEN_ONLY = ['cylinder radius="1" length="0"', 'box size="1 0 1"']
+
+
+@pytest.mark.parametrize("what", UNSEEN)
+def test_a_visual_of_which_nothing_is_seen_is_left_out(tmp_path: Path, what: str) -> None:
+    seen = BOX.replace("collision", "visual")
+    content = f'<link name="foot">{shape("visual", what)}{seen}{BOX}</link>'
+    links, told = read(tmp_path, content)
+    assert links is not None
+    assert len(links[0].visuals) == 1
+    assert [line[:5] for line in told] == ["SC491"]
+    assert f"a <{what.split(maxsplit=1)[0]}> of `foot` has the size" in told[0]
+
+
+@pytest.mark.parametrize("what", SEEN_ONLY)
+def test_a_visual_of_which_something_is_seen_is_an_error(tmp_path: Path, what: str) -> None:
+    links, told = read(tmp_path, f'<link name="a">{shape("visual", what)}{BOX}</link>', "shapes")
+    assert (links, [line[:5] for line in told]) == (None, ["SC466"])
+
+
+@pytest.mark.parametrize("what", [*UNSEEN, *SEEN_ONLY])
+def test_a_collision_without_volume_is_left_out_if_the_scene_says_so(tmp_path: Path, what: str) -> None:
+    inertial = '<inertial><mass value="3"/></inertial>'
+    content = f'<link name="foot">{shape("collision", what)}{BOX}{inertial}</link>'
+    links, told = read(tmp_path, content, "inertia", "shapes")
+    assert links is not None
+    assert len(links[0].collisions) == 1
+    assert told[0].endswith("with which nothing collides: the <collision> is left out")
+    assert "that of its 1 colliding shape," in told[1]
+    alone, told = read(tmp_path, content.replace(BOX, ""), "inertia", "shapes")
+    assert alone is not None
+    assert "that of a ball of water" in told[1]
+    write(tmp_path, content)
+    (tmp_path / "scene.yaml").write_text(
+        "scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [inertia, limits, files]}}\n", encoding="utf-8"
+    )
+    found = [each for each in scenecc.validate(tmp_path / "scene.yaml") if each.severity == "error"]
+    assert {each.code for each in found} == {"SC466"}
+    assert all("let the scene say `repair: [shapes]`" in (each.hint or "") for each in found)
+
+
+@pytest.mark.parametrize("what", ['sphere radius="-1"', 'box size="0 -1 1"', 'capsule radius="1" length="0"'])
+def test_other_sizes_stay_errors(tmp_path: Path, what: str) -> None:
+    links, told = read(tmp_path, f'<link name="a">{shape("collision", what)}{BOX}</link>', "shapes")
+    assert (links, {line[:5] for line in told}) == (None, {"SC466"})
 
 
 def test_a_pair_of_links_that_are_not_there_is_left_out(tmp_path: Path) -> None:
@@ -167,6 +227,20 @@ def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> 
     assert len(scenecc.load_scene(plan, render=False).articulations["r"].objs[0].links) == 2
 
 
+def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -> None:
+    mesh = shape("visual", 'mesh filename="file:///usr/arm.obj"')
+    content = f'<link name="a">{mesh}{BOX}</link>'
+    links, told = read(tmp_path, content, "files")
+    assert links is not None
+    assert told == ["SC488 `file://` is not read, in `file:///usr/arm.obj`: the <visual> is left out"]
+    assert read(tmp_path, content)[1] == ["SC403 `file://` is not read, in `file:///usr/arm.obj`"]
+    links, told = read(tmp_path, content.replace("visual", "collision"), "files")
+    assert (links, [line[:5] for line in told]) == (None, ["SC403"])
+    # What is there and may not be read stays an error.
+    links, told = read(tmp_path, content.replace("file:///usr/arm.obj", "../arm.obj"), "files")
+    assert (links, [line[:5] for line in told]) == (None, ["SC402"])
+
+
 def test_so_many_missing_files_are_looked_for(tmp_path: Path) -> None:
     names = [f"gone{number}.obj" for number in range(MAX_MISSING + 1)]
     visuals = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in [*names[:-1], names[0]]]
@@ -222,3 +296,109 @@ def test_a_fixed_joint_follows_nothing(tmp_path: Path) -> None:
     assert links[2].joint is not None
     assert links[2].joint.mimic is None
     assert told == ["SC489 the joint `j` is fixed and follows nothing"]
+
+
+ARM = '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.04 0.04"/></geometry></collision>'
+SMALL = f'<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" {ZEROS}/>'
+
+
+def test_a_joint_follows_over_a_fixed_joint(tmp_path: Path) -> None:
+    axis, far = '<axis xyz="0 1 0"/>', '<origin xyz="0.4 0 0.1" rpy="0.2 0.3 0.4"/>'
+    content = "".join(f'<link name="{name}">{ARM}</link>' for name in "abcd")
+    content += joint("continuous", axis + '<dynamics damping="5"/>', name="s")
+    content += joint("fixed", '<axis xyz="0 0 1"/>' + far, name="f", ends="bc")
+    content += joint("continuous", f'<mimic joint="s" multiplier="-2"/>{axis}{far}', ends="cd")
+    links, told = read(tmp_path, content)
+    assert links is not None
+    message = (
+        "SC489 a fixed joint lies between `j` and `s`, which it follows: the link `d` hangs on `b` in place of `c`, "
+        "at the same pose"
+    )
+    assert told == [message]
+    assert [link.parent for link in links] == [None, 0, 1, 1]
+    assert [link.ignore_bits for link in links] == [0, 0, 1, 1], "what the file connects does not collide"
+    poses: list[list[float]] = []
+    for written in (content, content.replace('<mimic joint="s" multiplier="-2"/>', "")):
+        robot = build(tmp_path, written)
+        robot.qpos = np.array([0.3, -0.6], np.float32)
+        poses.append([number for link in robot.links for number in (*link.entity_pose.p, *link.entity_pose.q)])
+    assert poses[0] == pytest.approx(poses[1], abs=1e-6)
+
+
+def test_two_joints_of_fixed_links_follow_one_another(tmp_path: Path) -> None:
+    """The tendon hangs on the link that both are fixed to. One arm falls, and the other one with it."""
+    content = "".join(f'<link name="{name}"/>' for name in "abc")
+    content += f'<link name="d">{ARM}</link><link name="e"><inertial><mass value="0.01"/>{SMALL}</inertial></link>'
+    content += joint("fixed", name="f", ends="ab") + joint("fixed", name="g", ends="ac")
+    for mimic, name, ends in (("", "s", "bd"), ('<mimic joint="s" multiplier="0.5"/>', "j", "ce")):
+        content += joint("continuous", f'<axis xyz="0 1 0"/>{mimic}', name, ends)
+    write(tmp_path, content)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, fix_root_link: true}}\n", encoding="utf-8")
+    with scenecc.load_scene(scene, render=False) as built:
+        robot = built.articulations["r"].objs[0]
+        assert [link.parent and link.parent.name for link in robot.links] == [None, "a", "a", "a", "a"]
+        built.step(20)
+        turned, followed = robot.qpos
+    assert turned > 0.1
+    assert followed == pytest.approx(turned / 2, abs=2e-3)
+
+
+PNG = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
+)
+TRIANGLE = "mtllib {0}.mtl\nusemtl m\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"
+
+
+@pytest.fixture
+def pictured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A robot with two meshes: the materials of one name an image that is no image, and one that is missing."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "moving.gif").write_bytes(b"GIF89a")
+    for name in ("whole", "part"):
+        (tmp_path / f"{name}.obj").write_text(TRIANGLE.format(name), encoding="utf-8")
+    (tmp_path / "whole.mtl").write_text("newmtl m\nKd 0 0 1\n", encoding="utf-8")
+    lines = "newmtl m\nKd 0 1 0\nmap_Kd moving.gif\nmap_Ks -s 1 1 1 gone.png\n"
+    (tmp_path / "part.mtl").write_text(lines, encoding="utf-8")
+    meshes = "".join(shape("visual", f'mesh filename="{name}.obj"') for name in ("whole", "part"))
+    return f'<link name="a">{BOX}{meshes}</link><link name="b"/>{joint("fixed")}'
+
+
+def test_an_image_that_cannot_be_read_is_left_out(tmp_path: Path, pictured: str) -> None:
+    assert len(build(tmp_path, pictured, "files").links) == 2
+    found = {each.message for each in scenecc.validate(tmp_path / "scene.yaml") if each.code == "SC488"}
+    why = "cannot be used (`.gif` is no image format that is read, in moving.gif)"
+    assert found == {
+        f"part.obj names `moving.gif`, which {why}: it is left out",
+        "part.obj names `gone.png`, which is missing: it is left out",
+    }
+    (tmp_path / "scene.yaml").write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf}}\n", encoding="utf-8")
+    errors = [each for each in scenecc.validate(tmp_path / "scene.yaml") if each.severity == "error"]
+    assert [each.code for each in errors] == ["SC410", "SC418"]
+    assert all("with `repair: [files]` in the scene it is left out" in (each.hint or "") for each in errors)
+
+
+def test_a_copy_without_the_image_is_seen(tmp_path: Path, pictured: str) -> None:
+    write(tmp_path, pictured)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [files]}}\n", encoding="utf-8")
+    (tmp_path / "picture.png").write_bytes(PNG)
+    (tmp_path / "part.mtl").write_text("map_Ks -s 1 1 1 gone.png\n map_Kd -o 0 0 0 picture.png\r\n", encoding="utf-8")
+    whole, part = (visual_file(file) for file in scenecc.compile_scene(scene).files if file.path.suffix == ".obj")
+    assert whole == tmp_path / "whole.obj"
+    first, *rest = part.read_text(encoding="utf-8").splitlines()
+    assert rest == ["", *TRIANGLE.splitlines()[1:]]
+    material = part.parent / first.removeprefix("mtllib ")
+    assert material.read_text(encoding="utf-8") == f" map_Kd -o 0 0 0 {tmp_path / 'picture.png'}\n"
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("held_renderer")
+def test_what_is_left_out_does_not_end_a_picture(tmp_path: Path, pictured: str) -> None:
+    write(tmp_path, pictured)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [files]}}\n", encoding="utf-8")
+    with scenecc.load_scene(scene, render=True, audit="full") as built:
+        link = built.articulations["r"].objs[0].links[0]
+        seen: Any = link.entity.components[1]
+        assert [each.parts[0].material.base_color[:3] for each in seen.render_shapes] == [[0, 0, 1], [0, 1, 0]]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.assets import axis_signs
+from scenecc.backends.sapien.assets import axis_signs, visual_file
 from scenecc.backends.sapien.audit.comparison import (
     AUDIT_CODE,
     BatchComparison,
@@ -176,6 +176,7 @@ class VisualAudit:
 
     def __init__(self, plan: ScenePlan, defaults: EngineDefaults, comparison: BatchComparison) -> None:
         self._plan = plan
+        self._paths: dict[int, str] = {}
         self._defaults = defaults
         self._comparison = comparison
 
@@ -237,7 +238,9 @@ class VisualAudit:
                 self._comparison.tell(place, name, format_value(value), format_value(actual))
 
     def _path(self, file: int) -> str:
-        return str(self._plan.files[file].path)
+        if file not in self._paths:
+            self._paths[file] = str(visual_file(self._plan.files[file]))
+        return self._paths[file]
 
 
 def expected_texture(plan: ScenePlan, texture: Texture, row: int) -> dict[str, object]:

@@ -275,6 +275,7 @@ class ReferenceMeshes:
         """What one of these shapes encloses and what the engine weighs it by [m³]; 0 where its faces look inwards."""
 
         def weigh() -> tuple[float, float]:
+            """Both volumes [m³]; the first of a hull is below 0 where its faces look inwards."""
             volume = enclosed_volume(shape)
             if not isinstance(shape, physx.PhysxCollisionShapeConvexMesh):
                 volume = abs(volume)

@@ -1,0 +1,158 @@
+"""Contacts of the last step as flat arrays, and the forces that follow from them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from scenecc.backends.sapien.objects import ArticulationObjects, freeze_array, unknown_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.objects import BodyObjects
+
+
+class Contacts(NamedTuple):
+    """Points of contact, one row for each; N is their number in all scenes. The arrays are read-only.
+
+    Bodies whose shapes are nearer than the sum of their `contact_offset` have points too, with an impulse of 0. Rows
+    are by scene, then by build order of `a` and of `b`, then by `point`. Of two bodies that the caller does not name,
+    `a` is the one that was built first.
+
+    Attributes:
+        scene: (N,) int64, indices among all scenes of the plan, ascending.
+        point: (N, 3) float32 [m], in the world of the scene.
+        normal: (N, 3) float32, of length 1, from `b` to `a`.
+        separation: (N,) float32 [m], negative where shapes penetrate each other.
+        impulse: (N, 3) float32 [N·s], on `a`, of one step. SAPIEN leaves friction out.
+        a, b: (N,) names of the two bodies: ENTITY, or ENTITY/LINK of a link.
+    """
+
+    scene: NDArray[np.int64]
+    point: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    separation: NDArray[np.float32]
+    impulse: NDArray[np.float32]
+    a: NDArray[np.str_]
+    b: NDArray[np.str_]
+
+
+class _Body(NamedTuple):
+    """Whose component it is. `number`: in build order; `link` where the entity is an articulation."""
+
+    number: int
+    name: str
+    entity: str | None = None
+    link: str | None = None
+
+    def is_of(self, entity: str | None, link: str | None) -> bool:
+        """Whether it is an entity or one link of it; None: any."""
+        return entity is None or (self.entity == entity and link in {None, self.link})
+
+
+class _Point(NamedTuple):
+    scene: int
+    a: _Body
+    b: _Body
+    position: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    separation: float
+    impulse: NDArray[np.float32]
+
+
+class ContactReader:
+    """Reads the contacts of SAPIEN's scenes by the names of the plan.
+
+    Args:
+        held: name → the engine's objects.
+    """
+
+    def __init__(self, held: Mapping[str, BodyObjects | ArticulationObjects]) -> None:
+        self._held = held
+        self._bodies: dict[Any, _Body] = {}
+        count = 0
+        for name, objects in held.items():
+            if isinstance(objects, ArticulationObjects):
+                for links in objects.links:
+                    for number, link in enumerate(links, count):
+                        own = link.get_name()
+                        self._bodies[link] = _Body(number, f"{name}/{own}", name, own)
+                count += max(map(len, objects.links))
+            else:
+                self._bodies |= dict.fromkeys(objects.components, _Body(count, name, name))
+                count += 1
+        self._count = count
+
+    def read(self, scenes: Iterable[tuple[int, Any]], a: str | None, b: str | None) -> Contacts:
+        """The contacts between two bodies, or of one with all others, or all. `scenes`: index and `sapien.Scene`.
+
+        Raises KeyError for a name that is neither an entity nor ENTITY/LINK.
+        """
+        found = self._points(scenes, *((None, None) if name is None else self._find(name) for name in (a, b)))
+        return Contacts(
+            freeze_array(np.array([each.scene for each in found], np.int64)),
+            freeze_array(np.array([each.position for each in found], np.float32).reshape(-1, 3)),
+            freeze_array(np.array([each.normal for each in found], np.float32).reshape(-1, 3)),
+            freeze_array(np.array([each.separation for each in found], np.float32)),
+            freeze_array(np.array([each.impulse for each in found], np.float32).reshape(-1, 3)),
+            freeze_array(np.array([each.a.name for each in found], np.str_)),
+            freeze_array(np.array([each.b.name for each in found], np.str_)),
+        )
+
+    def net_force(self, scenes: Iterable[tuple[int, Any]], name: str, timestep: float) -> NDArray[np.float32]:
+        """(B, 3) [N] sums over the points of a body or articulation; NaN in a scene whose articulation lacks the link.
+
+        Rows are the scenes that have the entity. `scenes` and errors as of `read`.
+        """
+        entity, link = self._find(name)
+        held = self._held[entity]
+        total = np.zeros((len(held.scene_idxs), 3))
+        if isinstance(held, ArticulationObjects) and link is not None:
+            total[[all(each.get_name() != link for each in links) for links in held.links]] = np.nan
+        for point in self._points(scenes, (entity, link), (None, None)):
+            if not point.b.is_of(entity, link):  # what an articulation does to itself cancels out
+                total[held.row_of[point.scene]] += point.impulse
+        return freeze_array((total / timestep).astype(np.float32))
+
+    def _points(
+        self, scenes: Iterable[tuple[int, Any]], a: tuple[str | None, str | None], b: tuple[str | None, str | None]
+    ) -> list[_Point]:
+        """In an order of their own: that of the engine's contacts follows from addresses in memory."""
+        found: list[_Point] = []
+        for index, scene in scenes:
+            for contact in scene.get_contacts():
+                first, second = (self._body(component) for component in contact.bodies)
+                pairs = [(1, first, second), (-1, second, first)]
+                if first.number > second.number:
+                    pairs.reverse()
+                for sign, one, other in pairs:
+                    if one.is_of(*a) and other.is_of(*b):
+                        found += [
+                            _Point(index, one, other, p.position, sign * p.normal, p.separation, sign * p.impulse)
+                            for p in contact.points
+                        ]
+                        break
+        return sorted(found, key=lambda each: (each.scene, each.a.number, each.b.number, *each.position))
+
+    def _body(self, component: Any) -> _Body:
+        """Whose a component is; of what was added to a scene by hand its name alone, after all others."""
+        return self._bodies.get(component) or _Body(self._count, str(component.get_entity().get_name()))
+
+    def _find(self, name: str) -> tuple[str, str | None]:
+        """The entity of this name, or the longest entity that the name begins with and its link."""
+        if name in self._held:
+            return name, None
+        entity, _, _ = name.rpartition("/")
+        while entity and entity not in self._held:
+            entity, _, _ = entity.rpartition("/")
+        held, link = self._held.get(entity), name[len(entity) + 1 :]
+        if not isinstance(held, ArticulationObjects):
+            raise unknown_name(name, tuple(self._held), "entity")
+        known = dict.fromkeys(each.get_name() for links in held.links for each in links)
+        if link not in known:
+            raise unknown_name(link, tuple(known), "link", entity)
+        return entity, link

@@ -1,0 +1,104 @@
+"""Materials of Wavefront OBJ meshes as SAPIEN's reader finds them, and an OBJ without images that are left out."""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+
+_MAP_LINE = re.compile(r"(?i)(?:map_|bump|norm|disp|decal|refl)[^ \t]*[ \t]+(.*)")
+"""SAPIEN's reader looks at the first letters of the word alone, and takes all that follows it for the name."""
+
+_OPTION_WORDS = (
+    dict.fromkeys(("-blendu", "-blendv", "-boost", "-texres", "-clamp", "-bm", "-imfchan", "-type"), 1)
+    | {"-mm": 2}
+    | dict.fromkeys(("-o", "-s", "-t"), 3)
+)
+"""How many words follow an option, as SAPIEN's reader counts them."""
+
+
+def image_of_line(line: str) -> str:
+    """The image that a line of an MTL names, "" where it names none.
+
+    Raises:
+        ValueError: SAPIEN misreads the line.
+    """
+    match = _MAP_LINE.match(line)
+    return "" if match is None else _strip_options(match[1])
+
+
+def _strip_options(rest: str) -> str:
+    """The file of a `map_…` line: what follows its options, blanks and all."""
+    while rest.startswith("-"):
+        option = rest.split(maxsplit=1)[0].lower()
+        if option not in _OPTION_WORDS:
+            raise ValueError(f"SAPIEN does not know the option `{option[:40]}`, and misreads what follows it")
+        parts = re.split(r"[ \t]+", rest, maxsplit=_OPTION_WORDS[option] + 1)
+        if len(parts) < _OPTION_WORDS[option] + 2:
+            raise ValueError(f"`{option}` has {_OPTION_WORDS[option]} values and then the name of the file")
+        rest = parts[-1]
+    return rest
+
+
+def fallback_materials(material: str, mesh: Path) -> list[str]:
+    """What SAPIEN's reader finds for a material file that is not there: names in the folder of the mesh.
+
+    That is the mesh's own name with `.mtl`, and what begins at a slash of the path of either, as long as its last part.
+    """
+    other = f"{mesh.name[:-3]}mtl"
+    tried = [other]
+    for path in (f"{mesh.parent}/{material}", f"{mesh.parent}/{other}"):
+        at = path.rfind("/")
+        length = len(path) - at
+        while at > 0:
+            tried.append(path[at + 1 : at + length])
+            at = path.rfind("/", 0, at)
+    # Unlike a `Path`, these raise nothing for a name that is too long.
+    return [name for name in dict.fromkeys(tried) if _file_exists(f"{mesh.parent}/{name}")]
+
+
+def _file_exists(path: str) -> bool:
+    return os.path.exists(path) and not os.path.isdir(path)  # noqa: PTH110, PTH112
+
+
+_MTLLIB_LINE = re.compile(rb"(?m)^[ \t]*mtllib[ \t]+([^\r\n]*?)[ \t]*$")
+
+
+def keep_named_images(
+    mesh: bytes, path: Path, named: Mapping[str, Path], read: Callable[[Path], bytes]
+) -> bytes | None:
+    """The materials of an OBJ as one MTL with the images that are there, by their absolute paths.
+
+    SAPIEN gives up where an image is missing.
+
+    Args:
+        mesh: content of the OBJ.
+        path: where it lies.
+        named: material files and images that may be opened, by the names that the files have for them.
+        read: gives the content of one.
+
+    Returns:
+        None: there is nothing to leave out, and the OBJ may be opened as it is.
+    """
+    kept: list[str] = []
+    is_whole = True
+    for found in dict.fromkeys(match[1].decode("utf-8", "replace") for match in _MTLLIB_LINE.finditer(mesh)):
+        file = next((named[name] for name in (found, *fallback_materials(found, path)) if name in named), None)
+        text = "" if file is None else read(file).decode("utf-8", "surrogateescape")
+        for line in text.split("\n"):
+            image = image_of_line(line.lstrip(" \t").rstrip("\r"))
+            if image and image not in named:
+                is_whole = False
+                continue
+            kept.append(line[: line.rindex(image)] + str(named[image].absolute()) if image else line)
+    return None if is_whole else "\n".join(kept).encode("utf-8", "surrogateescape")
+
+
+def with_materials(mesh: bytes, name: str) -> bytes:
+    """An OBJ whose materials are in the file `name` beside it."""
+    return b"mtllib " + name.encode() + b"\n" + _MTLLIB_LINE.sub(b"", mesh)

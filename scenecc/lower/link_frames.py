@@ -1,0 +1,193 @@
+"""Links as reference frames: where a link is in the frame of its entity, the joints at their initial positions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, compose, from_axis_angle
+from scenecc.lower.deferred_checks import report_draw_failure
+from scenecc.lower.local_poses import inverse_pose, seven_numbers
+from scenecc.lower.variation import VariationLowerer
+from scenecc.plan import BodyStructure
+from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
+from scenecc.variation.nodes import NODE_TYPES, Composed, FromAxisAngle, Posed, Rows, Shared, Stacked, draws_read_by
+from scenecc.variation.operations import DrawError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.plan import ArticulationStructure, Value
+    from scenecc.plan.articulation import Joint, Link
+
+
+@frozen
+class LinkFrame:
+    """A link that something is posed relative to. `entity`, `link`: the names."""
+
+    entity: str
+    link: str
+
+
+def find_link(
+    entity: str,
+    structures: Sequence[BodyStructure | ArticulationStructure],
+    link: str | None,
+    place: Origin,
+    sink: Sink,
+) -> str | None:
+    """The name of a link that every structure of an articulation has; None where it was reported.
+
+    Args:
+        entity: the name of the articulation.
+        structures: all that it may be.
+        link: as written; None: the root.
+        place: of the name.
+        sink: takes the diagnostic.
+    """
+    each = [[one.name for one in other.links] for other in structures if not isinstance(other, BodyStructure)]
+    shared = set(each[0]).intersection(*each[1:])
+    name = each[0][0] if link is None else link
+    if name in shared:
+        return name
+    hint = suggest_name(name, [one for one in each[0] if one in shared], sink)
+    message = f"no link of `{cut(entity)}` is called `{cut(name)}`"
+    if len(structures) > 1:
+        message = f"not every robot that `{cut(entity)}` may be has a link `{cut(name)}`"
+    sink.report("SC331", message, place, hint=hint)
+    return None
+
+
+def fix_initial_positions(structures: Sequence[Any], sampling: SamplingContext) -> bool:
+    """Lets the initial positions of all joints stay as they are built, and returns whether a reset drew any."""
+    found = False
+    for joint in (link.joint for structure in structures for link in structure.links if link.joint is not None):
+        reset = sampling.resets.pop(id(joint.qpos), None)
+        if reset is not None:
+            reset.fields.fix(reset.variation)
+            found |= reset.variation.drawn or not sampling.random.isdisjoint(reset.variation.reads)
+    return found
+
+
+class LinkPoseLowerer:
+    """Composes the pose of a link in the frame of its entity, in float64, from the root to the link.
+
+    Of each joint that is its frame in the parent link, the turn or the step, and back from its frame in the child link.
+
+    Args:
+        key: what the link is known as.
+        fields: of its entity.
+        origin: of its entity.
+    """
+
+    def __init__(self, key: str, fields: FieldLowerer, origin: Origin) -> None:
+        self._key = key
+        self._fields = fields
+        self._origin = origin
+        self._shared = 0
+        self.variation = VariationLowerer(fields, origin)
+
+    def lower(self, structures: Sequence[Any], pick: Value | None, link: str) -> Any:
+        """Seven numbers, or a node.
+
+        Args:
+            structures: of the entity, each of which has the link.
+            pick: which of them each scene has.
+            link: its name.
+        """
+        try:
+            poses = [self._pose(structure.links, link) for structure in structures]
+            if pick is None or all(pose == poses[0] for pose in poses):
+                return poses[0]
+            which = self._rows(pick)
+            return Rows(self._fields.scenes, tuple(poses[int(row)] for row in which))
+        except DrawError as error:
+            self.variation.broken = True
+            report_draw_failure(error, self.variation.origins, self._origin, self._fields.sink)
+            return IDENTITY_POSE
+
+    def _pose(self, links: Sequence[Link], name: str) -> Any:
+        joints: list[Joint] = []
+        at: int | None = next(number for number, one in enumerate(links) if one.name == name)
+        while at is not None:
+            joint = links[at].joint
+            joints += () if joint is None else (joint,)
+            at = links[at].parent
+        pose: Any = IDENTITY_POSE
+        depth = 0
+        for joint in reversed(joints):
+            if depth == MAX_COMPOSED_POSES:
+                pose, depth = self._shared_draw(pose), 0
+            pose = composed(pose, self._across(joint))
+            depth += pose.__class__ is Composed
+        return pose
+
+    def _shared_draw(self, pose: Any) -> Shared:
+        """A pose by its name: of a long chain that varies, the rest would nest in it without end."""
+        name = shared_pose_name(f"{self._key}.joints", self._shared)
+        self._shared += 1
+        sampling = self._fields.sampling
+        reads = frozenset(draws_read_by(pose))
+        sampling.add(name, pose, reads)
+        sampling.scenes_of[name] = self._fields.scenes
+        if self.variation.drawn or not sampling.random.isdisjoint(reads):
+            sampling.random.add(name)
+        self.variation.reads.add(name)
+        return Shared(name)
+
+    def _across(self, joint: Joint) -> Any:
+        """The frame of the child link in that of the parent link."""
+        pose: Any = IDENTITY_POSE
+        if joint.pose_in_parent is not None:
+            pose = self._pose_item(joint.pose_in_parent)
+        if joint.qpos is not None and joint.type != "fixed":
+            pose = composed(pose, _moved(self._position(joint.qpos), slides=joint.type == "prismatic"))
+        if joint.pose_in_child is not None:
+            pose = composed(pose, self._pose_item(joint.pose_in_child, back=True))
+        return pose
+
+    def _pose_item(self, value: Value, *, back: bool = False) -> Any:
+        if value.is_constant:
+            pose = seven_numbers(value)
+            return inverse_pose(pose) if back else pose
+        rows = self._rows(value)
+        return Rows(self._fields.scenes, tuple(inverse_pose(row) if back else row for row in rows))
+
+    def _position(self, value: Value) -> Any:
+        if value.is_constant:
+            return value.numbers()[0]
+        reset = self._fields.sampling.resets.get(id(value))
+        if reset is None:
+            return Rows(self._fields.scenes, tuple(self._rows(value)))
+        from scenecc.lower.resets import reset_node  # noqa: PLC0415 - loaded where something varies
+
+        self.variation.join(reset.variation)
+        return reset_node(reset)
+
+    def _rows(self, value: Value) -> list[Any]:
+        """What stays as it is built, a row a scene."""
+        self.variation.computed |= not value.known
+        rows = value.data.tolist()
+        return [tuple(row) if row.__class__ is list else row for row in rows]
+
+
+def composed(outer: Any, inner: Any) -> Any:
+    """The composition of two items: seven numbers, or a node."""
+    if isinstance(outer, tuple) and isinstance(inner, tuple):
+        return compose(outer, inner)  # pyright: ignore[reportUnknownArgumentType]
+    return inner if outer == IDENTITY_POSE else Composed(outer, inner)
+
+
+def _moved(position: Any, *, slides: bool) -> Any:
+    """A turn about x [rad], or a step along it [m]."""
+    if position.__class__ in NODE_TYPES:
+        if slides:
+            return Posed(Stacked((position, 0.0, 0.0)), IDENTITY)
+        return Posed((0.0, 0.0, 0.0), FromAxisAngle((1.0, 0.0, 0.0), position))
+    if slides:
+        return (position, 0.0, 0.0, *IDENTITY)
+    return (0.0, 0.0, 0.0, *from_axis_angle((1.0, 0.0, 0.0), position))

@@ -1,0 +1,27 @@
+"""Names, each once."""
+
+from __future__ import annotations
+
+
+class UniqueNames:
+    """Unique names of one kind.
+
+    Args:
+        taken: names that are given away already.
+        separator: between a name that is taken and its number.
+    """
+
+    def __init__(self, *taken: str, separator: str = "_") -> None:
+        self._taken = set(taken)
+        self._separator = separator
+        self._counts: dict[str, int] = {}
+
+    def new(self, wish: str) -> str:
+        """The requested name, with a number appended if it is taken."""
+        name, count = wish, self._counts.get(wish, 1)
+        while name in self._taken:
+            count += 1
+            name = f"{wish}{self._separator}{count}"
+        self._counts[wish] = count
+        self._taken.add(name)
+        return name
