@@ -1,9 +1,9 @@
 """Trains a Panda to reach: its hand comes within 5 cm of a goal that is drawn anew in every episode.
 
-The scene is a dict, the environments are `scenecc.gymnasium.SceneVectorEnv`, the method is PPO. The robot's URDF and
-PyTorch come with ManiSkill's wheel; nothing of ManiSkill is imported:
+The scene is a dict, the environments are `scenecc.gymnasium.SceneVectorEnv`, the method is PPO. The wheel of ManiSkill
+has the robot's URDF; nothing of ManiSkill is imported.
 
-    pip install 'scenecc[gymnasium,maniskill]'
+    pip install torch 'scenecc[gymnasium,maniskill]'
     python examples/reach.py
 """
 
