@@ -42,7 +42,8 @@ def constraint(
     node |= {"parent": parent, "child": child}
     node["pose_in_parent"] = pose_value(component.pose_in_parent) or [0.0, 0.0, 0.0]
     in_child = pose_value(component.pose_in_child)
-    return node | ({} if in_child is None else {"pose_in_child": in_child})
+    node |= {} if in_child is None else {"pose_in_child": in_child}
+    return node | ({} if component.is_enabled else {"enabled": False})
 
 
 def _drive(component: Any, recording: Recording | None) -> Node:

@@ -519,6 +519,8 @@ def write_constraint(stage: Stage, constraint: Constraint, row: int, paths: dict
     connect_bodies(stage, made, parent, paths[constraint.child.entity, constraint.child.link], in_parent, in_child)
     made.CreateExcludeFromArticulationAttr(defaultValue=True)
     made.CreateCollisionEnabledAttr(defaultValue=True)
+    if constraint.enabled is not None:
+        made.CreateJointEnabledAttr(bool(constraint.enabled.row(row)))
     if isinstance(joint, Distance):
         low, high = map(float, joint.limits.row(row))
         made.CreateMinDistanceAttr(low)

@@ -176,6 +176,9 @@ def _shown_name(reference: str, owner: SceneDocument) -> str:
 SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
 """Keys of the lists whose items may be repeated."""
 
+LINK_LIST = "children"
+"""Key of the list of links that hang on one; they may be repeated, or there on a condition."""
+
 VALUES_PER_OBJECT = 8
 """How many values count as an object."""
 
@@ -246,14 +249,20 @@ def _count_shapes(node: dict[str, Any]) -> int:
 
 def _shape_lists(entity: dict[str, Any]) -> Iterator[Sequence[Any]]:
     """The lists of shapes of an entity as written, with those of all its variants or links."""
-    waiting = [entity]
-    while waiting:
-        body = waiting.pop()
+    for body in _bodies(entity):
         for key in SHAPE_LISTS:
             if is_sequence(shapes := body.get(key)):
                 yield shapes
+
+
+def _bodies(entity: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """An entity as written, and all its variants or links."""
+    waiting = [entity]
+    while waiting:
+        body = waiting.pop()
+        yield body
         # Variants, or the links that hang on one; and what is attached.
-        parts, attached = body.get("variants", body.get("children")), body.get("attach")
+        parts, attached = body.get("variants", body.get(LINK_LIST)), body.get("attach")
         waiting += filter(is_mapping, (body.get("root"), *(parts if is_sequence(parts) else ())))
         waiting += filter(is_mapping, attached.values() if is_mapping(attached) else ())
 
@@ -368,12 +377,17 @@ def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
     # A backslash may stand for any character.
     if text is None or "\\" in text:
         return any(EXPRESSION_START in one for one in iterate_texts(data)) or _repeats(entities)
-    # The word alone is no repetition: textures have it too.
-    return "${" in text or ("repeat" in text and _repeats(entities))
+    # The words alone are no repetition: textures have one of them too.
+    return "${" in text or (("repeat" in text or LINK_LIST in text) and _repeats(entities))
 
 
 def _repeats(entities: Any) -> bool:
-    """Whether any of the bodies repeats a shape."""
-    bodies = entities.values() if is_mapping(entities) else ()
-    lists = (shapes for body in bodies if is_mapping(body) for shapes in _shape_lists(body))
-    return any(is_mapping(shape) and "repeat" in shape for shapes in lists for shape in shapes)
+    """Whether any of the bodies repeats a shape, or any of the trees a link, or leaves one out."""
+    nodes = entities.values() if is_mapping(entities) else ()
+    return any(_repeats_parts(node) for node in nodes if is_mapping(node))
+
+
+def _repeats_parts(entity: dict[str, Any]) -> bool:
+    if any("repeat" in shape for shapes in _shape_lists(entity) for shape in shapes if is_mapping(shape)):
+        return True
+    return any("repeat" in link or "if" in link for link in _bodies(entity) if link is not entity)

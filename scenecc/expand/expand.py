@@ -32,7 +32,7 @@ from scenecc.expand.overrides import (
     says_world,
 )
 from scenecc.expand.params import form_key
-from scenecc.expand.patterns import PatternCompiler, hoist_invariants
+from scenecc.expand.patterns import PatternCompiler, check_condition, hoist_invariants, refuse_structure
 from scenecc.expand.removals import check_removals
 from scenecc.source.document import copy_mapping
 from scenecc.spec.base import NAME_PATTERN, NOTE_PREFIX, PATTERN_HINTS, PREFIX_PATTERN
@@ -285,11 +285,7 @@ class ModuleExpander:
 
     @staticmethod
     def _holds(condition: NodeTemplate, frame: ExpansionFrame) -> bool:
-        value = condition.make(frame)
-        if type(value) is bool:
-            return value
-        _refuse(value, condition, "if", "SC223", f"`if` must be true or false, not {show(value)}", frame)
-        return False
+        return check_condition(condition.make(frame), condition.path, frame)
 
     def _instance(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
         use = unit.use
@@ -300,7 +296,7 @@ class ModuleExpander:
         reference = use.reference.make(frame)
         if not isinstance(reference, str) or isinstance(reference, FailedValue):
             message = f"`use` must be a string, not {show(reference)}"
-            _refuse(reference, use.reference, "use", "SC103", message, frame)
+            refuse_structure(reference, use.reference.path, "use", "SC103", message, frame)
             return
         compiled = self.prefabs.find(reference, unit.body.part.document, place, scope.chain)
         if compiled is None:
@@ -429,18 +425,8 @@ def _checked_name(made: NodeTemplate, key: str, pattern: str, frame: ExpansionFr
     text = made.make(frame)
     if isinstance(text, str) and re.fullmatch(pattern, text):
         return text
-    _refuse(text, made, key, "SC107", f"{show(text)} is not a name", frame, hint=PATTERN_HINTS[pattern])
+    refuse_structure(text, made.path, key, "SC107", f"{show(text)} is not a name", frame, hint=PATTERN_HINTS[pattern])
     return None
-
-
-def _refuse(
-    value: Any, made: NodeTemplate, key: str, code: str, message: str, frame: ExpansionFrame, hint: str | None = None
-) -> None:
-    """Reports a value that cannot decide about structure; nothing more is said of one that was reported."""
-    if is_varying(value):
-        frame.report("SC203", f"`{key}` cannot read a value that differs from scene to scene", made.path)
-    elif not isinstance(value, FailedValue):
-        frame.report(code, message, made.path, hint=hint)
 
 
 Selection = tuple[int, ...] | None

@@ -26,11 +26,23 @@ if TYPE_CHECKING:
 
 @frozen
 class ItemSpan:
-    """The items of an expanded list that one written item stands for, up to the start of the next."""
+    """The items of an expanded list that one written item stands for, up to the start of the next.
+
+    Attributes:
+        start: index of the first.
+        index: of the written item.
+        loop: that repeats it; None: it is one.
+        number: of the copy that is the first.
+    """
 
     start: int
     index: int
     loop: Loop | None
+    number: int = 0
+
+
+ListKey = tuple["Path", tuple[int, ...]]
+"""A list as written below a node, and in which items of the lists with repeated ones around it, as they are built."""
 
 
 @frozen
@@ -64,14 +76,14 @@ class TraceRecord:
 
     Attributes:
         mark: of the node.
-        lists: path as written below the node → items, for each list with repeated ones; None where there is none.
+        lists: the items of each list with repeated ones; None where there is none.
         by_scene: path as written below the node → scenes, for each `per_scene` list that was turned into a mapping.
         overrides: path below the node, in the expanded data → where the override is written that gives what stands
             there.
     """
 
     mark: SourceMark
-    lists: Mapping[Path, tuple[ItemSpan, ...]] | None = None
+    lists: Mapping[ListKey, tuple[ItemSpan, ...]] | None = None
     by_scene: Mapping[Path, tuple[int, ...]] | None = None
     overrides: Mapping[Path, OverridePlace] | None = None
 
@@ -83,15 +95,17 @@ class TraceRecord:
                 end, place = max(given, key=lambda one: one[1].order)
                 return place.record.trace((*place.path, *path[end:]))
         written: list[str | int] = []
+        around: list[int] = []
         mark = self.mark
         copies = [mark.copy] if mark.copies else []
         for step in path:
-            items = self.lists.get(tuple(written)) if self.lists and isinstance(step, int) else None
+            items = self.lists.get((tuple(written), tuple(around))) if self.lists and isinstance(step, int) else None
             if items and isinstance(step, int):
                 item = items[bisect_right(items, step, key=_start) - 1]
                 written.append(item.index)
+                around.append(step)
                 if item.loop is not None:
-                    copies.append(item.loop.text(step - item.start))
+                    copies.append(item.loop.text(item.number + step - item.start))
             elif self.by_scene and (scenes := self.by_scene.get(tuple(written))) is not None:
                 # Its `default` is its first item.
                 written.append(0 if step == "default" else scenes.index(int(step)))
@@ -258,6 +272,7 @@ class ExpansionFrame:
         sink: takes the diagnostics.
         copies: the loops around, with the number of the copy in each.
         lists: of the lists with repeated items met so far, what their items stand for.
+        around: the items of such lists that are being made, the outermost first.
     """
 
     file: str | None
@@ -267,7 +282,8 @@ class ExpansionFrame:
     sink: Sink
     failed: AbstractSet[str] = frozenset()
     copies: list[tuple[Loop, int]] = field(default_factory=list[tuple["Loop", int]])
-    lists: dict[Path, tuple[ItemSpan, ...]] = field(default_factory=dict["Path", tuple[ItemSpan, ...]])
+    lists: dict[ListKey, tuple[ItemSpan, ...]] = field(default_factory=dict["ListKey", tuple[ItemSpan, ...]])
+    around: list[int] = field(default_factory=list[int])
 
     def mark(self, path: Path) -> SourceMark:
         """The place of a node of the document, in the copy at hand."""
@@ -341,7 +357,7 @@ class ExpansionWriter:
         name: str,
         node: Any,
         mark: SourceMark,
-        lists: Mapping[Path, tuple[ItemSpan, ...]] | None = None,
+        lists: Mapping[ListKey, tuple[ItemSpan, ...]] | None = None,
         by_scene: Mapping[Path, tuple[int, ...]] | None = None,
         overrides: Mapping[Path, OverridePlace] | None = None,
     ) -> bool:

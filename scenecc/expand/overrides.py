@@ -174,6 +174,9 @@ _PATTERN_KEYS = frozenset(("links", "joints", "drives"))
 _NAME_KEYS = _PATTERN_KEYS | {"qpos", "qvel"}
 """Keys below which keys are names: none excludes another, and none is a form."""
 
+_ITEM_COPY_KEYS = frozenset(("repeat", "if"))
+"""Of shapes and links, which are repeated when overrides are merged."""
+
 _EXCLUSIVE_KEYS = (
     ("mass", "inertial"),
     ("collision_group", "collision_bits"),
@@ -250,6 +253,10 @@ class OverrideMerger:
             if key.startswith(NOTE_PREFIX):
                 continue
             below, written = (*path, key), (*at, key)
+            if key in _ITEM_COPY_KEYS and isinstance(path[-1] if path else None, int):
+                hint = "the items of a list are overridden as they are built; give the whole list"
+                self._sink.report("SC244", f"`{key}` cannot be overridden", record.trace(written), at="key", hint=hint)
+                continue
             for other in () if names else _EXCLUDED_BY.get(key, frozenset()) & made.keys():
                 del made[other]
             if path[-1:] and path[-1] in _PATTERN_KEYS:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import keyword
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.documents import (
+    LINK_LIST,
     SHAPE_LISTS,
     FailedValue,
     count_added_objects,
@@ -92,16 +93,49 @@ class ContainerPattern:
 
 
 @dataclass(frozen=True, slots=True)
-class RepeatedPattern:
-    """A list some of whose items are repeated.
+class RepeatedItem:
+    """An item of a list that stands for none, one or several.
 
     Attributes:
-        items: the item without its `repeat`, its pattern, what repeats it, and for how many objects each copy counts.
+        node: without what says how often it is there.
+        pattern: of it.
+        axes: what repeats it.
+        counted: for how many objects each copy counts.
+        condition: its `if`, and where that stands; None where it is always there.
+        numbered: whether its copies have the number behind their name.
+    """
+
+    node: Any
+    pattern: Pattern | None
+    axes: RepeatAxes | None = None
+    counted: int = 1
+    condition: tuple[Any, Pattern | None, Path] | None = None
+    numbered: bool = False
+
+    def make(self, frame: ExpansionFrame, number: int = 0) -> Any:
+        """One copy."""
+        made = self.node if self.pattern is None else self.pattern.make(frame)
+        return {**made, "name": f"{made['name']}_{number}"} if self.numbered else made
+
+    def is_there(self, frame: ExpansionFrame) -> bool:
+        """Whether the copy at hand is built; an `if` that is neither true nor false is reported."""
+        if self.condition is None:
+            return True
+        node, pattern, path = self.condition
+        return check_condition(node if pattern is None else pattern.make(frame), path, frame)
+
+
+@dataclass(frozen=True, slots=True)
+class RepeatedPattern:
+    """A list some of whose items are repeated, or there on a condition.
+
+    Attributes:
+        items: as written.
         path: of the list as written.
         below: the same, from the named node on.
     """
 
-    items: tuple[tuple[Any, Pattern | None, RepeatAxes | None, int], ...]
+    items: tuple[RepeatedItem, ...]
     path: Path
     below: Path
 
@@ -109,22 +143,31 @@ class RepeatedPattern:
         """The list, longer or shorter; `frame.lists` says what its items stand for."""
         made: list[Any] = []
         starts: list[ItemSpan] = []
-        for index, (node, pattern, axes, counted) in enumerate(self.items):
-            if axes is None:
-                starts.append(ItemSpan(len(made), index, None))
-                made.append(node if pattern is None else pattern.make(frame))
-                continue
-            loop = axes.loop(frame)
-            if loop is None or not loop.count:
-                continue
-            frame.objects.take(loop.count * counted - 1, frame, axes.path)
-            starts.append(ItemSpan(len(made), index, loop))
-            if pattern is None:
-                made += [node] * loop.count
-            else:
-                made += [pattern.make(frame) for _ in frame.each_copy(loop)]
-        frame.lists[self.below] = tuple(starts)
+        for index, item in enumerate(self.items):
+            loop = None if item.axes is None else item.axes.loop(frame)
+            if item.axes is None:
+                if item.is_there(frame):
+                    starts.append(ItemSpan(len(made), index, None))
+                    self._add(made, item, frame)
+            elif loop is not None and loop.count:
+                frame.objects.take(loop.count * item.counted - 1, frame, item.axes.path)
+                starts.append(ItemSpan(len(made), index, loop))
+                if item.pattern is None and item.condition is None and not item.numbered:
+                    made += [item.node] * loop.count
+                    continue
+                for number in frame.each_copy(loop):
+                    if item.is_there(frame):
+                        if item.condition is not None:
+                            starts.append(ItemSpan(len(made), index, loop, number))
+                        self._add(made, item, frame, number)
+        frame.lists[self.below, tuple(frame.around)] = tuple(starts)
         return made
+
+    @staticmethod
+    def _add(made: list[Any], item: RepeatedItem, frame: ExpansionFrame, number: int = 0) -> None:
+        frame.around.append(len(made))
+        made.append(item.make(frame, number))
+        frame.around.pop()
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,25 +286,61 @@ class PatternCompiler:
         return RepeatAxes(axes, path), PatternCompiler(names, self.frame, self.structure, self.depth)
 
     def _sequence(self, node: Any, path: Path) -> Pattern | None:
-        if path[-1] in SHAPE_LISTS and any(type(item) is dict and "repeat" in item for item in node):
-            items = tuple(self._item(item, (*path, index)) for index, item in enumerate(node))
+        keys = _COPY_KEYS.get(path[-1])
+        if keys is not None and any(type(item) is dict and not keys.isdisjoint(item) for item in node):
+            items = tuple(self._item(item, (*path, index), keys) for index, item in enumerate(node))
             return RepeatedPattern(items, path, path[self.depth :])
         written: list[Any] = node
         patterns = self._patterns(enumerate(written), path)
         return ContainerPattern(node, patterns) if patterns else None
 
-    def _item(self, item: Any, path: Path) -> tuple[Any, Pattern | None, RepeatAxes | None, int]:
-        if not is_mapping(item) or "repeat" not in item:
-            return item, self.pattern(item, path), None, 1
-        axes, inner = self.axes(item["repeat"], (*path, "repeat"))
-        pattern = inner.entries(item, path, _REPEAT_KEY)
+    def _item(self, item: Any, path: Path, keys: frozenset[str]) -> RepeatedItem:
+        if not is_mapping(item) or keys.isdisjoint(item):
+            return RepeatedItem(item, self.pattern(item, path))
+        axes, inner = None, self
+        if "repeat" in item:
+            axes, inner = self.axes(item["repeat"], (*path, "repeat"))
+        condition = None
+        if "if" in item and "if" in keys:
+            place = (*path, "if")
+            fixed = replace(inner, structure="`if`")
+            condition = item["if"], fixed.pattern(item["if"], place), place
+        pattern = inner.entries(item, path, keys)
         assert pattern is not None
-        return pattern.node, pattern if pattern.patterns else None, axes, count_objects(pattern.node)
+        made = pattern.node
+        assert is_mapping(made)
+        # A shape's name is its own; a link has one as an entity has its key.
+        name = made.get("name") if axes is not None and "if" in keys else None
+        numbered = isinstance(name, str) and "${" not in name
+        kept = pattern if pattern.patterns else None
+        return RepeatedItem(made, kept, axes, count_objects(made), condition, numbered)
 
 
 _WITH_PATTERNS = frozenset((str, dict, list))
 
-_REPEAT_KEY = frozenset(("repeat",))
+_COPY_KEYS: dict[str | int, frozenset[str]] = {
+    **dict.fromkeys(SHAPE_LISTS, frozenset(("repeat",))),
+    LINK_LIST: frozenset(("repeat", "if")),
+}
+"""Keys of lists whose items say how often they are there, and the keys that say it."""
+
+
+def check_condition(value: Any, path: Path, frame: ExpansionFrame) -> bool:
+    """Whether an `if` holds; False, reported, where it is neither true nor false."""
+    if type(value) is bool:
+        return value
+    refuse_structure(value, path, "if", "SC223", f"`if` must be true or false, not {show(value)}", frame)
+    return False
+
+
+def refuse_structure(
+    value: Any, path: Path, key: str, code: str, message: str, frame: ExpansionFrame, hint: str | None = None
+) -> None:
+    """Reports a value that cannot decide about structure; nothing more is said of one that was reported."""
+    if is_varying(value):
+        frame.report("SC203", f"`{key}` cannot read a value that differs from scene to scene", path)
+    elif not isinstance(value, FailedValue):
+        frame.report(code, message, path, hint=hint)
 
 
 class LoopInvariant:

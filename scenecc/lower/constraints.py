@@ -5,8 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.field_types import field_type, vector
+from scenecc.lower.field_types import FieldType, field_type, vector
+from scenecc.lower.link_frames import moved_along_x
 from scenecc.lower.local_poses import PoseStep, chain_poses, local_pose, steps_to_link
+from scenecc.lower.poses import (
+    POSE,
+    check_limits_keys,
+    lower_limits,
+    warn_limits_in_degrees,
+)
+from scenecc.lower.variation import VariationLowerer, field_place
 from scenecc.plan import (
     ArticulationStructure,
     AxisDrive,
@@ -21,6 +29,8 @@ from scenecc.plan import (
     literal,
 )
 from scenecc.plan.body import Mount
+from scenecc.plan.constraint import WELD_SWING
+from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.spec.constraint import (
     DRIVE_AXES,
     LIMIT_AXES,
@@ -28,9 +38,12 @@ from scenecc.spec.constraint import (
     DistanceConstraint,
     DriveConstraint,
     GearConstraint,
+    HingeConstraint,
+    SliderConstraint,
     WeldConstraint,
 )
 from scenecc.spec.references import WORLD, qualified_name
+from scenecc.variation.nodes import NODE_TYPES, AffineClamp, Stacked
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,6 +54,7 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.rendering import MountLookup
     from scenecc.plan import Entity
+    from scenecc.plan.constraint import DriveAxis, LimitAxis
     from scenecc.robots.description import DescribedConstraint
     from scenecc.spec.references import NameScopes
 
@@ -53,6 +67,8 @@ _RATIO = field_type("ratio", fallback=1.0)
 _STIFFNESS, _DAMPING, _FORCE = field_type("stiffness"), field_type("damping"), field_type("force_limit")
 _VELOCITY = vector(3)
 _SCALES = field_type("inv_mass_scales")
+_NUMBER = FieldType()
+_ENABLED = FieldType(dtype="bool", fallback=True)
 
 
 def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -> Joint:
@@ -77,8 +93,55 @@ def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -
         case GearConstraint():
             ratio = fields.value(written.ratio, _RATIO, origin, "ratio")
             return Gear(ratio, enable_hinges=bool(written.enable_hinges))
+        case HingeConstraint() | SliderConstraint():
+            return _one_axis(written, fields, origin)
         case _:
             return _drive(written, fields, origin)
+
+
+def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer, origin: Origin) -> Drive:
+    """A drive that moves about x or along it alone, as a weld holds the other axes."""
+    zero = literal((0.0, 0.0))
+    if isinstance(written, HingeConstraint):
+        axis, type_ = "twist", "revolute"
+        check_limits_keys(written, type_, origin, fields.sink)
+        warn_limits_in_degrees(written, type_, origin, fields.sink)
+        limits = lower_limits(written, origin, fields)
+    else:
+        axis, type_ = "x", "prismatic"
+        limits = fields.optional(written.limits, _LIMITS, origin, "limits")
+    each: dict[LimitAxis, Value | None] = {other: limits if other == axis else zero for other in LIMIT_AXES}
+    drives = [AxisDrive("swing", *map(literal, WELD_SWING), mode="acceleration")]
+    target, linear, angular = None, None, None
+    if written.drive is not None:
+        drives = [_axis_drive(axis, written.drive, ("drive",), fields, origin), *drives]
+        target = _motor(written.drive, "target", axis, fields, origin)
+        velocity = _motor(written.drive, "velocity_target", axis, fields, origin)
+        linear, angular = (velocity, None) if axis == "x" else (None, velocity)
+    return Drive(
+        limits=tuple(AxisLimit(axis, one) for axis, one in each.items() if one is not None),
+        drives=tuple(drives),
+        target=target,
+        linear_velocity_target=linear,
+        angular_velocity_target=angular,
+    )
+
+
+def _motor(written: Any, key: str, axis: DriveAxis, fields: FieldLowerer, origin: Origin) -> Value | None:
+    """The target (·, 7) or the velocity (·, 3) of the one axis of a drive; None: as SAPIEN has it."""
+    given = getattr(written, key)
+    if given is None:
+        return None
+    place = field_place(origin.child("drive", key))
+    variation = VariationLowerer(fields, place.origin)
+    item = variation.item(given, _NUMBER, place)
+    if key == "target":
+        return fields.finish(moved_along_x(item, slides=axis == "x"), variation, POSE, place.origin, reset=True)
+    if axis == "twist":
+        # PhysX turns the twist against the sign of the velocity that it is told.
+        item = AffineClamp(item, -1, -FLOAT32_MAX, FLOAT32_MAX, -1.0) if item.__class__ in NODE_TYPES else -item
+    whole = Stacked((item, 0.0, 0.0)) if item.__class__ in NODE_TYPES else (item, 0.0, 0.0)
+    return fields.finish(whole, variation, _VELOCITY, place.origin, reset=True)
 
 
 def _drive(written: DriveConstraint, fields: FieldLowerer, origin: Origin) -> Drive:
@@ -129,12 +192,15 @@ def _axis_drives(written: DriveConstraint, fields: FieldLowerer, origin: Origin)
         drive: Any = None if written.drive is None else getattr(written.drive, axis)
         if drive is None:
             continue
-        at = ("drive", axis)
-        stiffness = fields.optional(drive.stiffness, _STIFFNESS, origin, *at, "stiffness")
-        damping = fields.optional(drive.damping, _DAMPING, origin, *at, "damping")
-        force_limit = fields.optional(drive.force_limit, _FORCE, origin, *at, "force_limit")
-        found.append(AxisDrive(axis, _or_zero(stiffness), _or_zero(damping), force_limit, drive.mode))
+        found.append(_axis_drive(axis, drive, ("drive", axis), fields, origin))
     return tuple(found)
+
+
+def _axis_drive(axis: DriveAxis, drive: Any, at: tuple[str, ...], fields: FieldLowerer, origin: Origin) -> AxisDrive:
+    stiffness = fields.optional(drive.stiffness, _STIFFNESS, origin, *at, "stiffness")
+    damping = fields.optional(drive.damping, _DAMPING, origin, *at, "damping")
+    force_limit = fields.optional(drive.force_limit, _FORCE, origin, *at, "force_limit")
+    return AxisDrive(axis, _or_zero(stiffness), _or_zero(damping), force_limit, drive.mode)
 
 
 def _or_zero(value: Value | None) -> Value:
@@ -238,6 +304,7 @@ class ConstraintLowerer:
             parent=parent,
             pose_in_parent=self._in_parent(written, (child, parent), in_child, fields, origin),
             pose_in_child=in_child,
+            enabled=fields.optional(written.enabled, _ENABLED, origin, "enabled"),
             origin=origin,
         )
 

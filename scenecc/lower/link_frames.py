@@ -145,7 +145,7 @@ class LinkPoseLowerer:
         if joint.pose_in_parent is not None:
             pose = self._pose_item(joint.pose_in_parent)
         if joint.qpos is not None and joint.type != "fixed":
-            pose = composed(pose, _moved(self._position(joint.qpos), slides=joint.type == "prismatic"))
+            pose = composed(pose, moved_along_x(self._position(joint.qpos), slides=joint.type == "prismatic"))
         if joint.pose_in_child is not None:
             pose = composed(pose, self._pose_item(joint.pose_in_child, back=True))
         return pose
@@ -182,8 +182,8 @@ def composed(outer: Any, inner: Any) -> Any:
     return inner if outer == IDENTITY_POSE else Composed(outer, inner)
 
 
-def _moved(position: Any, *, slides: bool) -> Any:
-    """A turn about x [rad], or a step along it [m]."""
+def moved_along_x(position: Any, *, slides: bool) -> Any:
+    """The pose of a turn about x [rad], or of a step along it [m], as an item."""
     if position.__class__ in NODE_TYPES:
         if slides:
             return Posed(Stacked((position, 0.0, 0.0)), IDENTITY)

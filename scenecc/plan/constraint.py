@@ -124,6 +124,7 @@ class Constraint:
         pose_in_parent, pose_in_child: (·, 7) its frame in the parent's (the world's) and in the child's;
             None: the identity.
         parent: None: the world.
+        enabled: (·,) bool, whether it acts at the start; None: it does.
     """
 
     name: str
@@ -133,4 +134,5 @@ class Constraint:
     parent: Mount | None = None
     pose_in_parent: Value | None = None
     pose_in_child: Value | None = None
+    enabled: Value | None = None
     origin: Origin | None = field(default=None, compare=False)

@@ -240,6 +240,7 @@ QUANTITIES: dict[str, Quantity] = {
     "com": _POSE,
     "pose_in_parent": _POSE,
     "pose_in_child": _POSE,
+    "enabled": Quantity("bool"),
     "limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True),
     "Distance.limits": Quantity(shape=(2,), bounds=Bounds(0), infinite=True),
     "multiplier": Quantity(bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True)),

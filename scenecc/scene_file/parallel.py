@@ -59,13 +59,18 @@ def merge_scenes(documents: Sequence[Mapping[str, Any]]) -> Node:
     return merged
 
 
+_DEFAULTS: Final = (("pose", [0.0, 0.0, 0.0]), ("enabled", True))
+"""Keys that may be left out in some scenes, and what they are then."""
+
+
 def _section(sections: list[Node], count: int, section: str) -> Node:
     merged: Node = {}
     for name in _names_in_order(sections):
         present = [index for index, nodes in enumerate(sections) if name in nodes]
         nodes = [sections[index][name] for index in present]
-        if any("pose" in node for node in nodes):
-            nodes = [node if "pose" in node else {**node, "pose": [0.0, 0.0, 0.0]} for node in nodes]
+        for key, default in _DEFAULTS:
+            if any(key in node for node in nodes):
+                nodes = [node if key in node else {**node, key: default} for node in nodes]
         # A cycle goes by the index of the scene, not by those that have the object.
         node = _merged(nodes, count if len(present) == count else 0)
         if node is None and section == "entities" and not any(_is_articulation(each) for each in nodes):

@@ -29,7 +29,7 @@ from scenecc.spec.body import EntityKeys, MotionKeys
 from scenecc.spec.nodes import COMPONENTS, MAPPING, LazyType, union_by_kind
 from scenecc.spec.pose import Direction, Pose
 from scenecc.spec.references import PatternError, compile_name_pattern
-from scenecc.spec.repetition import RepeatKeys
+from scenecc.spec.repetition import CopyKeys, RepeatKeys
 from scenecc.spec.shapes import CollisionBits, CollisionSpec, MaterialRef, ShapeSpec, VisualSpec
 from scenecc.spec.values import Fixed, Leaf
 
@@ -161,10 +161,10 @@ class TreeJoint(SpecModel):
 
 
 if TYPE_CHECKING:
-    Children = list["TreeLink"]
+    Children = list["ChildLink"]
 else:
     Children = list[
-        Annotated[Any, LazyType("scenecc.spec.articulation", "TreeLink"), WithJsonSchema({"x-ref": "TreeLink"})]
+        Annotated[Any, LazyType("scenecc.spec.articulation", "ChildLink"), WithJsonSchema({"x-ref": "ChildLink"})]
     ]
 
 
@@ -187,6 +187,10 @@ class TreeLink(LinkKeys):
     children: Children = Field(
         default_factory=_empty_list, description="Child links.", json_schema_extra={"default": []}
     )
+
+
+class ChildLink(TreeLink, CopyKeys):
+    """A link that hangs on another, or several. Copies without an expression in their `name` are NAME_0, NAME_1, …."""
 
 
 if TYPE_CHECKING:

@@ -224,7 +224,8 @@ def _check_literal(text: str) -> str:
     return text
 
 
-REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*$"
+REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[^/]+)*$"
+"""An entity or a frame, which may be inside an instance, or a link of an entity. A file may call its links anything."""
 
 
 class _MappingKey:
@@ -265,7 +266,7 @@ Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
 NewName = Annotated[Name, ScopedName(), MAPPING_KEY]
 """What something is called from here on."""
 
-Reference = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[^/]+)*$")]
+Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]
 """What names an entity, a frame or a link, which may be inside an instance. A file may call its links anything."""
 
 OuterName = Annotated[Name, ScopedName(whole=True)]

@@ -31,6 +31,9 @@ class ConstraintKeys(RepeatKeys):
         "Frame of the constraint in the parent's frame; default: the initial pose of the child's frame."
     )
     pose_in_child: Maybe[Pose] = key("Frame of the constraint in the child's frame.", default=[0, 0, 0])
+    enabled: Maybe[Leaf[bool]] = key(
+        "Whether it acts at the start; `batch.constraints[NAME].enabled` changes that.", default=True
+    )
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: those that both of its '
         "bodies are in."
@@ -139,7 +142,35 @@ class DriveConstraint(ConstraintKeys):
     inv_inertia_scales: Maybe[Leaf[NonNegative2]] = key("Factors of their inverse inertias.", default=[1, 1])
 
 
-CONSTRAINT_TYPES = ("weld", "connection", "distance", "gear", "drive")
+class AxisMotorKeys(AxisDriveKeys):
+    """The drive of the one axis of a hinge or a slider."""
+
+    target: Maybe[Leaf[Finite]] = key("Where it drives to [rad or m].", default=0)
+    velocity_target: Maybe[Leaf[Finite]] = key("How fast [rad/s or m/s].", default=0)
+
+
+class HingeConstraint(ConstraintKeys):
+    """Leaves one turn free, about x of its frames: a drive whose other axes are locked."""
+
+    type: Literal["hinge"]
+    limits: Maybe[Leaf[AxisRange]] = key(
+        "Lowest and highest angle about x [rad]. Left out: none.", examples=[[0, 1.57]]
+    )
+    limits_deg: Maybe[Leaf[AxisRange]] = key("The same in degrees.", examples=[[0, 90]])
+    drive: Maybe[AxisMotorKeys] = key("Its drive.", examples=[{"stiffness": 10, "damping": 1}])
+
+
+class SliderConstraint(ConstraintKeys):
+    """Leaves one step free, along x of its frames: a drive whose other axes are locked."""
+
+    type: Literal["slider"]
+    limits: Maybe[Leaf[AxisRange]] = key(
+        "Lowest and highest position along x [m]. Left out: none.", examples=[[0, 0.3]]
+    )
+    drive: Maybe[AxisMotorKeys] = key("Its drive.", examples=[{"stiffness": 100, "damping": 10}])
+
+
+CONSTRAINT_TYPES = ("weld", "connection", "distance", "gear", "drive", "hinge", "slider")
 
 Constraint = Annotated[Any, LazyUnion("Constraint", {"constraint": CONSTRAINT_TYPES}), REPEATABLE]
 """What stands under `constraints`."""

@@ -8,6 +8,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
+from scenecc.spec.articulation import ChildLink
 from scenecc.spec.base import NOTE_SCHEMA
 from scenecc.spec.document import SceneFile
 from scenecc.spec.forms import COMPANIONS
@@ -189,6 +190,10 @@ def json_schema() -> dict[str, Any]:
     """The JSON Schema of a scene file."""
     schema = SceneFile.model_json_schema(schema_generator=_SchemaGenerator)
     definitions = {**schema.pop("$defs"), **DEFINITIONS}
+    # Links of links are named alone, where the schema of a link would hold itself.
+    link, copies = definitions["TreeLink"], definitions["RepeatedBody"]["properties"]
+    keys = {**link["properties"], "repeat": copies["repeat"], "if": copies["if"]}
+    definitions["ChildLink"] = {**link, "description": ChildLink.__doc__, "properties": keys}
     ordered = {name: definitions[name] for name in sorted(definitions)}
     return {"$schema": DIALECT, "title": "scenecc scene", **_tidy(schema), "$defs": _tidy_definitions(ordered)}
 

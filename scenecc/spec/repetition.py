@@ -69,8 +69,8 @@ Repeat = TypeAliasType("Repeat", Annotated[dict[Variable, RepeatValues], Field(m
 """Variable → its values, or {count: n}; the product of all, the last varying fastest."""
 
 
-class RepeatKeys(SpecModel):
-    """Keys that say how often an entity is there."""
+class CopyKeys(SpecModel):
+    """Keys that say how often something is there."""
 
     repeat: Maybe[Repeat] = key(
         "Loop variable → its values, or {count: n}; one copy for each of their product, the last varying fastest.",
@@ -79,6 +79,11 @@ class RepeatKeys(SpecModel):
     if_: Maybe[Fixed[bool]] = Field(
         default=None, alias="if", description="An expression over parameters; false omits it."
     )
+
+
+class RepeatKeys(CopyKeys):
+    """Keys that say how often an entity is there, and what its copies are called."""
+
     name: Maybe[Fixed[Name]] = key("Names of the copies; default: NAME_0, NAME_1, …", examples=["leg_${i}_${j}"])
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,38 @@ def turner(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
     return drive
 
 
+def held_but(scene: sapien.Scene, free: str, *ends: Any) -> Any:
+    """A drive of which one axis is free, the swing aside."""
+    return locked(scene.create_drive(*ends), *(axis for axis in ("x", "y", "z", "twist") if axis != free))
+
+
+def hinge(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    x, y, z = START[number]
+    drive = held_but(scene, "twist", post, Pose([x, y, z - 0.75]), bob, Pose([0, 0, 0.25]))
+    drive.set_drive_property_swing(1e10, 1e4, mode="acceleration")
+    return drive
+
+
+def driven_hinge(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    drive = held_but(scene, "twist", post, Pose([0.5, 0, 0], [0.70710678, 0, 0, 0.70710678]), bob, Pose())
+    drive.set_limit_twist(np.deg2rad(-90), np.deg2rad([45, 60, 90][number]))
+    drive.set_drive_property_twist(50, 5, 40)
+    drive.set_drive_property_swing(1e10, 1e4, mode="acceleration")
+    drive.set_drive_target(Pose([0, 0, 0], [np.cos(0.3), np.sin(0.3), 0, 0]))
+    drive.set_drive_velocity_target([0, 0, 0], [-0.5, 0, 0])
+    return drive
+
+
+def one_way(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    drive = held_but(scene, "x", post, apart(number), bob, Pose())
+    drive.set_limit_x(-0.1, 0.3)
+    drive.set_drive_property_x(80, 4, mode="acceleration")
+    drive.set_drive_property_swing(1e10, 1e4, mode="acceleration")
+    drive.set_drive_target(Pose([[0.1, 0.2, -0.05][number], 0, 0]))
+    drive.set_drive_velocity_target([0.25, 0, 0], [0, 0, 0])
+    return drive
+
+
 CASES = {
     "weld": Case({"type": "weld"}, weld),
     "weld to what stands": Case({"type": "weld"}, weld, "static"),
@@ -150,6 +183,31 @@ CASES = {
             "target": {"p": [0, 0, 0], "q": [0.8, 0, 0.6, 0]},
         },
         turner,
+    ),
+    "hinge": Case({"type": "hinge", "pose_in_child": [0, 0, 0.25]}, hinge),
+    "hinge that is driven": Case(
+        {
+            "type": "hinge",
+            "pose_in_parent": {"p": [0.5, 0, 0], "rpy_deg": [0, 0, 90]},
+            "limits_deg": [-90, {"per_scene": [45, 60, 90]}],
+            "drive": {"stiffness": 50, "damping": 5, "force_limit": 40, "target": 0.6, "velocity_target": 0.5},
+        },
+        driven_hinge,
+    ),
+    "slider": Case(
+        {
+            "type": "slider",
+            "pose_in_parent": {"per_scene": [[x, y, z - 1] for x, y, z in START]},
+            "limits": [-0.1, 0.3],
+            "drive": {
+                "stiffness": 80,
+                "damping": 4,
+                "mode": "acceleration",
+                "target": {"per_scene": [0.1, 0.2, -0.05]},
+                "velocity_target": 0.25,
+            },
+        },
+        one_way,
     ),
 }
 
@@ -365,3 +423,122 @@ def test_a_link_is_tied_where_it_starts() -> None:
             assert parent_of(component) == "handle"
             assert np.allclose(component.relative_pose.p, 0, atol=1e-6)
             assert np.allclose(np.abs(component.relative_pose.q), [1, 0, 0, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_is_not_enabled_does_nothing_until_it_is(name: str) -> None:
+    case = CASES[name]
+    off = replace(case, written={**case.written, "enabled": {"per_scene": [False, True, False]}})
+    hand = by_hand(case)
+    for number in (0, 2):
+        hand[number][1].disable()
+    with load_scene(file_of(off), render=False, audit="full") as batch:
+        tie = batch.constraints["tie"]
+        assert tie.enabled.tolist() == [False, True, False]
+        scenes = [scene for scene, _ in hand]
+        assert_same_trajectory(batch.scenes, scenes, 100)
+        tie.enabled = [True, False, False]
+        for (_, component), flag in zip(hand, (True, False, False), strict=True):
+            if flag != component.is_enabled:
+                (component.enable if flag else component.disable)()
+                component.get_entity().components[0].wake_up()
+                if case.kind == "dynamic" and component.get_parent() is not None:
+                    component.get_parent().wake_up()
+        assert_same_trajectory(batch.scenes, scenes, 100)
+        # A reset leaves it as a person set it.
+        batch.reset(exact=True)
+        assert tie.enabled.tolist() == [True, False, False]
+        tie.enabled = True
+        assert tie.enabled.all()
+
+
+@pytest.mark.parametrize("flags", [1, "yes", [True, False], [[True, False, True]], [0, 1, 0]])
+def test_what_is_no_flag_of_a_constraint(flags: Any) -> None:
+    with (
+        load_scene(file_of(CASES["weld"]), render=False) as batch,
+        pytest.raises(ValueError, match="enabled is true or"),
+    ):
+        batch.constraints["tie"].enabled = flags
+
+
+def test_a_body_that_sleeps_falls_once_it_is_let_go() -> None:
+    with load_scene(file_of(CASES["hinge"], angular_velocity=[0, 0, 0]), render=False) as batch:
+        batch.constraints["tie"].enabled = True
+        for body in batch.entities["bob"].objs:
+            component: Any = body.components[0]
+            component.put_to_sleep()
+        before = batch.entities["bob"].pose[:, 2]
+        batch.constraints["tie"].enabled = False
+        batch.step(20)
+        assert (batch.entities["bob"].pose[:, 2] < before - 0.05).all()
+
+
+@pytest.mark.parametrize(
+    ("drive", "sign"),
+    [
+        ({"stiffness": 5, "damping": 1, "target": 0.4}, 1),
+        ({"stiffness": 5, "damping": 1, "target": {"uniform": [-0.4, -0.3]}}, -1),
+        ({"damping": 1, "velocity_target": 0.5}, 1),
+        ({"damping": 1, "velocity_target": {"uniform": [-0.5, -0.4]}}, -1),
+    ],
+)
+def test_a_hinge_turns_and_a_slider_goes_the_way_that_its_drive_says(drive: dict[str, Any], sign: int) -> None:
+    for kind in ("hinge", "slider"):
+        scene = file_of(Case({"type": kind, "parent": "world", "drive": drive}, hinge), angular_velocity=[0, 0, 0])
+        scene["entities"]["bob"]["gravity"] = False
+        with load_scene(scene, render=False) as batch:
+            start = batch.entities["bob"].pose
+            batch.step(50)
+            pose = batch.entities["bob"].pose
+            moved = pose[:, 4] * np.sign(pose[:, 3]) if kind == "hinge" else pose[:, 0] - start[:, 0]
+            assert (sign * moved > 0.02).all()
+            assert np.allclose(pose[:, 1:3], start[:, 1:3], atol=1e-3)
+
+
+BRIDGE = Path(__file__).resolve().parents[2] / "scenes/rope_bridge.yaml"
+
+
+def bridge_by_hand(planks: int, *, rope: bool) -> sapien.Scene:
+    scene = sapien.Scene([physx.PhysxCpuSystem()])
+    scene.add_ground(0, render=False)
+
+    def box(name: str, at: list[float], half_size: Any, density: float, kind: str) -> Any:
+        builder = scene.create_actor_builder()
+        builder.set_physx_body_type(kind)
+        builder.add_box_collision(half_size=half_size, density=density)
+        builder.initial_pose = Pose(at)
+        return builder.build(name=name)
+
+    cliffs = [
+        box(f"{side}", [side * (planks * 0.08 + 0.25), 0, 0.5], [0.25, 0.5, 0.5], 1000, "static") for side in (-1, 1)
+    ]
+    at = [(i - (planks - 1) / 2) * 0.16 for i in range(planks)]
+    bodies = [box(f"plank_{i}", [x, 0, 0.98], [0.075, 0.3, 0.02], 600, "dynamic") for i, x in enumerate(at)]
+    turn = [0.70710678, 0, 0, 0.70710678]
+
+    def tied(parent: Any, here: list[float], child: Any, side: float) -> Any:
+        drive = scene.create_drive(parent, Pose(here, turn), child, Pose([side, 0, 0], turn))
+        return locked(drive, "x", "y", "z")
+
+    def swing(drive: Any) -> Any:
+        drive.set_drive_property_swing(1e10, 1e4, mode="acceleration")
+        return drive
+
+    edge = planks * 0.08 + 0.25
+    swing(tied(cliffs[0], [edge + at[0] - 0.08, 0, 0.98 - 0.5], bodies[0], -0.08))
+    for i in range(planks - 1):
+        drive = tied(bodies[i], [at[i + 1] - at[i] - 0.08, 0, 0], bodies[i + 1], -0.08)
+        drive.set_limit_twist(np.deg2rad(-60), np.deg2rad(60))
+        drive.set_drive_property_twist(0, 0.2)
+        swing(drive)
+    last = swing(tied(cliffs[1], [at[-1] - edge + 0.08, 0, 0.98 - 0.5], bodies[-1], 0.08))
+    if not rope:
+        last.disable()
+    return scene
+
+
+@pytest.mark.parametrize("planks", [2, 12])
+def test_the_rope_bridge_that_ships_is_what_hand_written_code_builds(planks: int) -> None:
+    hand = [bridge_by_hand(planks, rope=scene != 2) for scene in range(4)]
+    with load_scene(BRIDGE, params={"planks": planks}, render=False, audit="full") as batch:
+        assert_same_trajectory(batch.scenes, hand)

@@ -263,3 +263,22 @@ def test_each_robot_that_an_entity_may_be_has_its_own_chain(tmp_path: Path) -> N
             assert np.allclose(ball[:3], wanted.p, atol=1e-5)
     file.write_text(ALTERNATIVES.replace("arm/hand", "arm/upper"))
     assert [one.code for one in validate(file)] == ["SC331"]
+
+
+def test_the_gooseneck_that_ships_has_its_lamp_and_its_camera_where_the_head_is() -> None:
+    file = Path(__file__).resolve().parents[2] / "scenes/gooseneck.yaml"
+    for seed in (0, 3):
+        plan, batch = compile_scene(file, seed=seed), load_scene(file, render=False)
+        batch.reset(seed=seed)
+        for scene in range(plan.num_scenes):
+            links = {
+                link.name: link.entity.pose
+                for name in ("neck", "arm")
+                for link in batch.articulations[name].objs[scene].links
+            }
+            for pose, link, p in (
+                (plan.lights[0].pose.row(scene), "head", [0.1, 0, 0]),
+                (plan.cameras[0].pose.row(scene), "head", [0.1, 0, 0]),
+                (batch.entities["tool"].pose[scene], "tip", [0, 0, 0.08]),
+            ):
+                assert np.allclose(pose[:3], (links[link] * sapien.Pose(p)).p, atol=1e-5)

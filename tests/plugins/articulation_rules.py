@@ -322,3 +322,15 @@ def _limited(joint: Joint, entity: Node) -> Joint:
 def _number(joint: Joint, random: Random, *, bound: bool) -> float:
     number = random.choice([0, random.uniform(-3, 3), round(random.uniform(-3, 3), 2)])
     return min(max(number, joint.limits[0]), joint.limits[1]) if bound else number
+
+
+def link_copies(document: Node, random: Random) -> None:
+    """A link is there once; one on which nothing hangs, and that no joint moves, may be there twice."""
+    for entity in articulations(document):
+        for number, (link, _) in enumerate(links(entity)):
+            if "if" in link:
+                link["if"] = random.choice([True, "${true}"])
+            if "repeat" in link:
+                idle = link["joint"]["type"] == "fixed" and "name" not in link["joint"] and not link.get("children")
+                link["repeat"] = {f"k{number}": random.choice([[""], ["", "_again"]]) if idle else [""]}
+                link["name"] += f"${{k{number}}}"

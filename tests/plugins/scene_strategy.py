@@ -38,7 +38,7 @@ from plugins.scene_nodes import (
 from pydantic import StringConstraints
 
 from scenecc.checks.physics import DYNAMIC_FIELDS, LANGUAGE_KEYS, VISUAL_FIELDS
-from scenecc.spec.articulation import ArticulationKeys, MjcfKeys, TreeJoint, TreeKeys, TreeLink, UrdfKeys
+from scenecc.spec.articulation import ArticulationKeys, ChildLink, MjcfKeys, TreeJoint, TreeKeys, TreeLink, UrdfKeys
 from scenecc.spec.attachments import PartKeys
 from scenecc.spec.base import NAME_PATTERN, REFERENCE_PATTERN
 from scenecc.spec.body import BodySpec
@@ -48,7 +48,7 @@ from scenecc.spec.physics import DefaultMaterial, InertialSpec, PhysicsSpec
 from scenecc.spec.pose import AxisAngle, PoseMapping
 from scenecc.spec.primitive_shapes import PlaneKeys
 from scenecc.spec.rendering import CubeMapKeys, EnvironmentSpec
-from scenecc.spec.repetition import RepeatKeys
+from scenecc.spec.repetition import CopyKeys
 from scenecc.spec.shapes import CollisionKeys, MeshFileKeys, Physical, TextureMapping
 
 FOLDER = GOOD
@@ -104,7 +104,8 @@ def _direction(random: Random) -> list[int]:
 
 def _tree(random: Random) -> dict[str, Any]:
     """One to five links, each but the first hung on an earlier one."""
-    made = [_model(random, TreeLink) for _ in range(random.randint(1, len(articulation_rules.LINK_NAMES)))]
+    more = random.randrange(len(articulation_rules.LINK_NAMES))
+    made = [_model(random, TreeLink), *(_model(random, ChildLink) for _ in range(more))]
     for number, link in enumerate(made):
         drop(link, "joint")
         if number:
@@ -146,8 +147,8 @@ NARROWER: dict[Key, Make] = {
     (MeshFileKeys, "file"): _one_of(*MESHES),
     (TextureMapping, "file"): _one_of(*IMAGES),
     (CoacdKeys, "seed"): _one_of(0, 9),
-    (RepeatKeys, "repeat"): _one_of({"i": {"count": 2}}, {"i": [-1, 1]}, {"j": [0], "i": {"count": 3}}),
-    (RepeatKeys, "if_"): _one_of(True, False),
+    (CopyKeys, "repeat"): _one_of({"i": {"count": 2}}, {"i": [-1, 1]}, {"j": [0], "i": {"count": 3}}),
+    (CopyKeys, "if_"): _one_of(True, False),
     (TreeKeys, "root"): _tree,
     (TreeLink, "children"): _one_of([]),
     **{(TreeLink, shapes): lambda random, of=shapes: _shape_list(random, of) for shapes in SHAPE_LISTS},
@@ -393,7 +394,7 @@ def _scales(document: dict[str, Any], random: Random) -> None:
 
 def _scale(item: float) -> float:
     """Never 0, and large enough for a mesh to weigh a milligram."""
-    return max(item, 0.1) if item >= 0 else item
+    return max(item, 0.2) if item >= 0 else item
 
 
 def _body_types(document: dict[str, Any], random: Random) -> None:
@@ -504,5 +505,6 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     held_rules.constraints,
     held_rules.lights,
     held_rules.cameras,
+    articulation_rules.link_copies,
     _forms,
 )

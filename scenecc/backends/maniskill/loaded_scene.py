@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.maniskill.builders import camera_configs, hidden_objects
 from scenecc.backends.maniskill.compat import Pose, torch
-from scenecc.backends.sapien.objects import ArticulationObjects, is_dynamic, root_is_fixed
+from scenecc.backends.sapien.contacts import ContactReader
+from scenecc.backends.sapien.objects import ArticulationObjects, NamedObjects, is_dynamic, root_is_fixed
 from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulation
 from scenecc.backends.sapien.properties import to_poses
 from scenecc.backends.sapien.reset import ResetSampler
@@ -22,9 +23,11 @@ from scenecc.options import check_scene_idxs, check_seeds
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Mapping, Sequence
 
-    from numpy.typing import ArrayLike
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
     from scenecc.backends.sapien.constraints import ConstraintSet
+    from scenecc.backends.sapien.contacts import Contacts
     from scenecc.backends.sapien.objects import BodyObjects
     from scenecc.backends.sapien.rendering import LightSet
     from scenecc.backends.sapien.state import AnyState, EntityState
@@ -149,8 +152,8 @@ class LoadedScene:
     ) -> None:
         self.plan = plan
         self.scene = scene
-        self.actors = dict(actors)
-        self.articulations = dict(articulations)
+        self.actors = NamedObjects(actors, "actor")
+        self.articulations = NamedObjects(articulations, "articulation")
         self._held = dict(held)
         self._constraints = constraints
         self._lights = lights
@@ -164,6 +167,35 @@ class LoadedScene:
     def hidden_objects(self) -> list[Any]:
         """The `hidden` entities, for `_hidden_objects` of the environment: sensors do not see them."""
         return hidden_objects(self.plan, self.scene)
+
+    def contacts(self, a: str | None = None, b: str | None = None) -> Contacts:
+        """The contacts of the last step of the environments, by the names of the plan, as `SceneBatch.contacts`.
+
+        Right after a reset they are still those of before. The agent's robot has the names of its links.
+
+        Raises:
+            KeyError: the plan has no such entity or link.
+            RuntimeError: the simulation runs on a GPU, where PhysX gives no points.
+        """
+        return self._contact_reader.read(self._stepped(), a, b)
+
+    def net_contact_force(self, name: str) -> NDArray[np.float32]:
+        """(B, 3) [N] of the environments that have the entity, as `SceneBatch.net_contact_force`.
+
+        Errors as of `contacts`.
+        """
+        return self._contact_reader.net_force(self._stepped(), name, self.scene.timestep)
+
+    @cached_property
+    def _contact_reader(self) -> ContactReader:
+        return ContactReader(self._held)
+
+    def _stepped(self) -> Iterable[tuple[int, Any]]:
+        if self.scene.gpu_sim_enabled:
+            message = "PhysX gives no points of contact on a GPU: ask ManiSkill's get_net_contact_forces of an actor"
+            raise RuntimeError(f"{message} or link, or get_pairwise_contact_forces of its scene")
+        scenes: list[Any] = self.scene.sub_scenes
+        return enumerate(scenes)
 
     def initialize(
         self,

@@ -13,7 +13,7 @@ import numpy as np
 
 from scenecc.backends.sapien.audit.comparison import DifferenceGroups
 from scenecc.backends.sapien.engine import physx, sapien
-from scenecc.backends.sapien.objects import ComponentBatch
+from scenecc.backends.sapien.objects import ComponentBatch, is_dynamic
 from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to_scalars, to_vectors, zip_columns
 from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
 from scenecc.geometry.rotations import IDENTITY_POSE
@@ -82,6 +82,8 @@ class PreparedConstraint:
         self.constraint = constraint
         self.scene_idxs = tuple(index for index in scene_idxs if index in having)
         self.rows = np.array([having[index] for index in self.scene_idxs], dtype=np.intp)
+        enabled = literal(1, "bool") if constraint.enabled is None else constraint.enabled
+        self.enabled: list[bool] = select_rows(enabled, self.rows).tolist()
         self.in_parent = self._poses(constraint.pose_in_parent)
         self.in_child = self._poses(constraint.pose_in_child)
         self.calls = list(_joint_calls(constraint, self.rows)) if self.scene_idxs else []
@@ -105,6 +107,8 @@ class PreparedConstraint:
             lookup.entity(constraint.child, number).add_component(component)
             for call in self.calls:
                 getattr(component, call.set)(*call.arguments(row))
+            if not self.enabled[row % len(self.enabled)]:
+                component.disable()
             made.append(component)
         return made
 
@@ -203,9 +207,40 @@ class ConstraintBatch(ComponentBatch):
     or a distance, and `PhysxGearComponent`s of a gear.
     """
 
+    @property
+    def enabled(self) -> NDArray[np.bool_]:
+        """(B,) whether it acts in each of its scenes; one flag, or one a scene, can be assigned.
+
+        SAPIEN's `enable` and `disable` put PhysX's joint into the simulation and take it out. Bodies are woken where
+        that changes. A reset leaves it as it is.
+
+        Raises:
+            RuntimeError: the scenes are closed. ValueError: flags of another shape, or of another type.
+        """
+        return np.array([component.is_enabled for component in self.objs], dtype=np.bool_)
+
+    @enabled.setter
+    def enabled(self, flags: Any) -> None:
+        rows = np.asarray(flags)
+        if rows.dtype != np.bool_ or rows.shape not in ((), (1,), (len(self),)):
+            raise ValueError(f"enabled is true or false, or ({len(self)},) of these, here, not {flags!r}"[:200])
+        for component, flag in zip(self.objs, np.broadcast_to(rows, len(self)).tolist(), strict=True):
+            if flag != component.is_enabled:
+                (component.enable if flag else component.disable)()
+                for body in _bodies_of(component):
+                    body.wake_up()
+
     def in_scene(self, scene_idx: int) -> Any:
         """The component in a scene of the plan; None where there is none. Raises RuntimeError once closed."""
         return self.objs[self._scene_idxs.index(scene_idx)] if scene_idx in self._scene_idxs else None
+
+
+def _bodies_of(component: Any) -> Iterator[Any]:
+    """The bodies that a component connects and PhysX can put to sleep."""
+    own = (one for one in component.get_entity().components if isinstance(one, physx.PhysxRigidBodyComponent))
+    for body in (*own, component.get_parent()):
+        if isinstance(body, physx.PhysxArticulationLinkComponent) or is_dynamic(body):
+            yield body
 
 
 class ConstraintSet:
@@ -331,6 +366,8 @@ def _constraint_differences(prepared: PreparedConstraint, component: Any, number
         found, wanted = flatten_values(getattr(component, name)), flatten_values(column[number % len(column)])
         if found[:3] != wanted[:3] or not np.allclose(found[3:], wanted[3:], rtol=0, atol=_ROTATION_TOLERANCE):
             yield f"{name} = {found}, and the plan asks for {wanted}"
+    if component.is_enabled != (wanted := prepared.enabled[number % len(prepared.enabled)]):
+        yield f"is_enabled = {component.is_enabled}, and the plan asks for {wanted}"
     if (component.get_parent() is None) != (prepared.constraint.parent is None):
         yield "another parent than the plan asks for"
     for call in prepared.calls:

@@ -74,14 +74,16 @@ class ContactReader:
     def __init__(self, held: Mapping[str, BodyObjects | ArticulationObjects]) -> None:
         self._held = held
         self._bodies: dict[Any, _Body] = {}
+        self._links: dict[str, list[list[str]]] = {}
         count = 0
         for name, objects in held.items():
             if isinstance(objects, ArticulationObjects):
-                for links in objects.links:
-                    for number, link in enumerate(links, count):
-                        own = link.get_name()
-                        self._bodies[link] = _Body(number, f"{name}/{own}", name, own)
-                count += max(map(len, objects.links))
+                # ManiSkill's names of links are longer; those of their entities are the plan's.
+                links = self._links[name] = [[each.get_name() for each in row] for row in objects.entities]
+                for components, names in zip(objects.links, links, strict=True):
+                    for number, (component, link) in enumerate(zip(components, names, strict=True), count):
+                        self._bodies[component] = _Body(number, f"{name}/{link}", name, link)
+                count += max(map(len, links))
             else:
                 self._bodies |= dict.fromkeys(objects.components, _Body(count, name, name))
                 count += 1
@@ -111,8 +113,8 @@ class ContactReader:
         entity, link = self._find(name)
         held = self._held[entity]
         total = np.zeros((len(held.scene_idxs), 3))
-        if isinstance(held, ArticulationObjects) and link is not None:
-            total[[all(each.get_name() != link for each in links) for links in held.links]] = np.nan
+        if link is not None:
+            total[[link not in links for links in self._links[entity]]] = np.nan
         for point in self._points(scenes, (entity, link), (None, None)):
             if not point.b.is_of(entity, link):  # what an articulation does to itself cancels out
                 total[held.row_of[point.scene]] += point.impulse
@@ -149,10 +151,10 @@ class ContactReader:
         entity, _, _ = name.rpartition("/")
         while entity and entity not in self._held:
             entity, _, _ = entity.rpartition("/")
-        held, link = self._held.get(entity), name[len(entity) + 1 :]
-        if not isinstance(held, ArticulationObjects):
+        if entity not in self._links:
             raise unknown_name(name, tuple(self._held), "entity")
-        known = dict.fromkeys(each.get_name() for links in held.links for each in links)
+        link = name[len(entity) + 1 :]
+        known = dict.fromkeys(each for links in self._links[entity] for each in links)
         if link not in known:
             raise unknown_name(link, tuple(known), "link", entity)
         return entity, link

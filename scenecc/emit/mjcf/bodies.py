@@ -339,6 +339,9 @@ def write_constraints(model: MjcfModel) -> None:
 
 def _write_constraint(model: MjcfModel, constraint: Constraint, row: int) -> None:
     name, joint = constraint.name, constraint.joint
+    if isinstance(joint, Distance) and not _is_enabled(constraint, row):
+        model.unsupported.leave_out(name, "a distance that is not enabled", constraint.origin)
+        return
     match joint:
         case Weld():
             _write_equality(model, "weld", constraint, row)
@@ -373,7 +376,12 @@ def _is_connection(drive: Drive, row: int) -> bool:
 def _write_equality(model: MjcfModel, kind: str, constraint: Constraint, row: int) -> None:
     parent, child = _write_sites(model, constraint, row)
     name = model.name("equality", constraint.name)
-    model.sections["equality"].add(kind, name=name, site1=parent[0], site2=child[0])
+    active = None if _is_enabled(constraint, row) else False
+    model.sections["equality"].add(kind, name=name, site1=parent[0], site2=child[0], active=active)
+
+
+def _is_enabled(constraint: Constraint, row: int) -> bool:
+    return constraint.enabled is None or bool(constraint.enabled.row(row))
 
 
 def _write_distance(model: MjcfModel, constraint: Constraint, joint: Distance, row: int) -> None:

@@ -203,6 +203,16 @@ def _write_constraint(
             _write_drive(source, drive, columns)
         case Connection():
             pass
+    if constraint.enabled is not None:
+        _write_enabled(source, constraint.enabled, columns)
+
+
+def _write_enabled(source: SourceWriter, enabled: Value, columns: SceneValues) -> None:
+    if not enabled.is_constant:
+        with source.block(f"if not {columns.value(enabled, 'enabled')}:"):
+            source.line(f"{_VARIABLE}.disable()")
+    elif not enabled.numbers()[0]:
+        source.line(f"{_VARIABLE}.disable()")
 
 
 def _write_drive(source: SourceWriter, drive: Drive, columns: SceneValues) -> None:

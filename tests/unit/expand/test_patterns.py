@@ -223,7 +223,7 @@ entities:
 """
     expansion = expanded.good(text)
     records = [expansion.records["entities", name] for name in ("it_0", "it_1")]
-    assert [list(record.lists or ()) for record in records] == [[("shapes",)], [("shapes",)]]
+    assert [list(record.lists or ()) for record in records] == [[(("shapes",), ())], [(("shapes",), ())]]
 
 
 def test_a_failure_is_told_of_every_copy(expanded: Expander) -> None:

@@ -1,0 +1,188 @@
+"""A batch of scenes as a vector environment of Gymnasium. Needs the extra `gymnasium`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+try:
+    from gymnasium import spaces
+    from gymnasium.utils import seeding
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space, iterate
+except ImportError as missing:
+    message = f"scenecc.gymnasium needs Gymnasium 1.1 or newer: pip install 'scenecc[gymnasium]' ({missing})"
+    raise ImportError(message) from missing
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from scenecc.backends.sapien import SceneBatch
+
+__all__ = ["SceneVectorEnv"]
+
+_SEEDS = 2**31
+"""Seeds that a generator draws are below this: those from here on are free for evaluations."""
+
+
+class SceneVectorEnv(VectorEnv[Any, Any, Any]):
+    """Each scene of a batch as an environment; observations, rewards and ends are functions of the batch.
+
+    An environment that ends is reset within the same step (`AutoresetMode.SAME_STEP`): `step` returns the first
+    observation of its next episode, and `infos["final_obs"]` has the last one of the episode that ended. Rows are
+    `batch.scene_idxs`. An episode of seed s is what `batch.reset(seed=s)` draws in this scene. Where `reset` gets no
+    seed, and after an end, a generator of the environment draws the next one.
+
+    Attributes:
+        batch: the scenes; `close` closes them.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}  # pyright: ignore[reportIncompatibleVariableOverride]
+
+    observation_space: spaces.Space[Any]
+    action_space: spaces.Space[Any]
+    single_observation_space: spaces.Space[Any]
+    single_action_space: spaces.Space[Any]
+
+    def __init__(
+        self,
+        batch: SceneBatch,
+        *,
+        observation: Callable[[SceneBatch], Any],
+        reward: Callable[[SceneBatch], ArrayLike],
+        terminated: Callable[[SceneBatch], ArrayLike],
+        act: Callable[[SceneBatch, NDArray[Any]], object],
+        action_space: spaces.Space[Any],
+        observation_space: spaces.Space[Any] | None = None,
+        steps_per_action: int = 1,
+        max_episode_steps: int | None = None,
+    ) -> None:
+        """Sets the spaces; the batch stays as it is until the first `reset`.
+
+        Args:
+            batch: the scenes, N of them.
+            observation: gives (N, …), or what fits in `observation_space`.
+            reward: gives (N,), after each action.
+            terminated: gives (N,) bool: which episodes end here, by success or failure.
+            act: applies actions (N, …), for example to `drive_target`. The batch is stepped after it.
+            action_space: of one environment.
+            observation_space: of one environment; by default an unbounded box of the shape of `observation`.
+            steps_per_action: how many time steps each action lasts.
+            max_episode_steps: after how many actions an episode is truncated; None: never.
+
+        Raises:
+            ValueError: a number is not positive, or `observation` does not give a row for each scene.
+        """
+        for name, number in {"steps_per_action": steps_per_action, "max_episode_steps": max_episode_steps}.items():
+            if number is not None and number < 1:
+                raise ValueError(f"{name} must be positive, not {number}")
+        self.batch = batch
+        self.num_envs = len(batch)
+        self._observation, self._reward, self._terminated, self._act = observation, reward, terminated, act
+        self._steps_per_action, self._max_episode_steps = steps_per_action, max_episode_steps
+        self._elapsed = np.zeros(self.num_envs, np.int64)
+        self._generators = [seeding.np_random()[0] for _ in range(self.num_envs)]
+        self.single_action_space = action_space
+        self.action_space = batch_space(action_space, self.num_envs)
+        if observation_space is None:
+            first = np.asarray(observation(batch))
+            self._check_rows("observation", first.shape[:1])
+            observation_space = spaces.Box(-np.inf, np.inf, first.shape[1:], first.dtype.type)
+        self._dtype: Any = None
+        if isinstance(observation_space, spaces.Box):
+            self._dtype = observation_space.dtype  # pyright: ignore[reportUnknownMemberType]
+        self.single_observation_space = observation_space
+        self.observation_space = batch_space(observation_space, self.num_envs)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begins new episodes, in all environments or in those of a mask.
+
+        Args:
+            seed: of the episodes, for all or one for each environment; scenes of one seed differ. None: new ones.
+            options: `reset_mask`: (N,) bool, which environments are reset.
+
+        Returns:
+            Observations of all environments, and an empty dict.
+
+        Raises:
+            ValueError: seeds or mask do not fit, or something drawn has no value.
+        """
+        mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, np.bool_)))
+        if mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
+            raise ValueError(f"reset_mask is ({self.num_envs},) bool with a True in it, not {mask!r}")
+        if isinstance(seed, (int, np.integer)):
+            seed = [int(seed)] * self.num_envs
+        if seed is not None and len(seed) != self.num_envs:
+            raise ValueError(f"{len(seed)} seeds for {self.num_envs} environments")
+        for row in np.flatnonzero(mask).tolist():
+            if seed is not None and seed[row] is not None:
+                self._generators[row] = seeding.np_random(seed[row])[0]
+        self._begin(mask, seed)
+        return self._observe(), {}
+
+    def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
+        """Applies actions, steps the batch, and resets what ended.
+
+        Args:
+            actions: (N, …), in `action_space`.
+
+        Returns:
+            Observations, rewards (N,) float64, terminated and truncated (N,) bool, infos. Where an episode ended, infos
+            have `final_obs` and `final_info`, with the masks `_final_obs` and `_final_info`.
+
+        Raises:
+            ValueError: the actions have another shape, or a function does not give a value for each scene.
+        """
+        if self.action_space.shape is not None and np.shape(actions) != self.action_space.shape:
+            raise ValueError(f"actions are {self.action_space.shape} here, not {np.shape(actions)}")
+        self._act(self.batch, actions)
+        self.batch.step(self._steps_per_action)
+        self._elapsed += 1
+        observed = self._observe()
+        rewards = np.array(self._reward(self.batch), np.float64)
+        terminated = np.array(self._terminated(self.batch), np.bool_)
+        self._check_rows("reward", rewards.shape)
+        self._check_rows("terminated", terminated.shape)
+        truncated = np.zeros(self.num_envs, np.bool_)
+        if self._max_episode_steps is not None:
+            truncated = self._elapsed >= self._max_episode_steps
+        infos: dict[str, Any] = {}
+        ended = terminated | truncated
+        if ended.any():
+            for row, final in enumerate(iterate(self.observation_space, observed)):
+                if ended[row]:
+                    infos = self._add_info(infos, {"final_obs": final, "final_info": {}}, row)
+            self._begin(ended, None)
+            observed = self._observe()
+        return observed, rewards, terminated, truncated, infos
+
+    def close_extras(self) -> None:
+        """Closes the batch."""
+        self.batch.close()
+
+    def _begin(self, mask: NDArray[np.bool_], seeds: Sequence[int | None] | None) -> None:
+        """Resets the environments of a mask, with their own seeds or, where there is none, the next of a generator."""
+        rows: list[int] = np.flatnonzero(mask).tolist()
+        chosen = [None if seeds is None else seeds[row] for row in rows]
+        drawn = [
+            int(self._generators[row].integers(_SEEDS)) if seed is None else seed
+            for row, seed in zip(rows, chosen, strict=True)
+        ]
+        self.batch.reset(seed=drawn, scene_idxs=[self.batch.scene_idxs[row] for row in rows])
+        self._elapsed[mask] = 0
+
+    def _observe(self) -> Any:
+        found = self._observation(self.batch)
+        if self._dtype is None:
+            return found
+        rows: NDArray[Any] = np.array(found, self._dtype)  # a copy: the user's function may reuse its array
+        self._check_rows("observation", rows.shape[:1])
+        return rows
+
+    def _check_rows(self, name: str, shape: tuple[int, ...]) -> None:
+        if shape != (self.num_envs,):
+            raise ValueError(f"`{name}` must give a row for each of {self.num_envs} scenes, and gave the shape {shape}")

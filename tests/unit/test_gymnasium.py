@@ -1,0 +1,247 @@
+"""Batches as vector environments of Gymnasium, held to its own checker and to its own vector environment."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium import spaces
+from gymnasium.utils.env_checker import check_env, data_equivalence
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers.vector import RecordEpisodeStatistics
+
+import scenecc
+from scenecc import SceneBatch
+from scenecc.gymnasium import SceneVectorEnv
+
+RAIL = {
+    "name": "slide",
+    "type": "prismatic",
+    "axis": [1, 0, 0],
+    "limits": [-1, 1],
+}
+SCENE = {
+    "scenecc": 1,
+    "entities": {
+        "cart": {
+            "root": {
+                "name": "rail",
+                "children": [{"name": "car", "joint": RAIL, "mass": 1, "shapes": [{"type": "sphere", "radius": 0.1}]}],
+            },
+            "fix_root_link": True,
+            "qpos": {"slide": {"uniform": [-0.5, 0.5]}},
+            "drives": {"slide": {"stiffness": 100, "damping": 20}},
+        }
+    },
+}
+
+
+def observe(batch: SceneBatch) -> np.ndarray:
+    cart = batch.articulations["cart"]
+    return np.hstack([cart.qpos, cart.qvel])
+
+
+def reward(batch: SceneBatch) -> np.ndarray:
+    return -np.abs(batch.articulations["cart"].qpos[:, 0])
+
+
+def at_the_end(batch: SceneBatch) -> np.ndarray:
+    return np.abs(batch.articulations["cart"].qpos[:, 0]) > 0.6
+
+
+def act(batch: SceneBatch, actions: np.ndarray) -> None:
+    cart = batch.articulations["cart"]
+    cart.drive_target = cart.qpos + 0.3 * actions
+
+
+def make(count: int = 3, **options: Any) -> SceneVectorEnv:
+    batch = scenecc.load_scene(SCENE, num_scenes=count, render=False, scene_idxs=options.pop("scene_idxs", None))
+    functions: dict[str, Any] = {"observation": observe, "reward": reward, "terminated": at_the_end, "act": act}
+    space = spaces.Box(-1, 1, (1,), np.float32)
+    defaults = {"action_space": space, "steps_per_action": 5, "max_episode_steps": 20}
+    return SceneVectorEnv(batch, **{**functions, **defaults, **options})
+
+
+@pytest.fixture
+def envs() -> Iterator[SceneVectorEnv]:
+    made = make()
+    yield made
+    made.close()
+
+
+class OneEnv(gymnasium.Env[Any, Any]):
+    """One scene of three as Gymnasium's single environment; its episodes begin where `SceneVectorEnv` began them."""
+
+    metadata = {"render_modes": []}  # noqa: RUF012
+
+    def __init__(self, index: int = 0, **options: Any) -> None:
+        self.envs = make(scene_idxs=[index], **options)
+        self.observation_space = self.envs.single_observation_space
+        self.action_space = self.envs.single_action_space
+        self.begun: Any = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        super().reset(seed=seed)
+        if self.begun is None or seed is not None:
+            self.begun, _ = self.envs.reset(seed=seed)
+        observed, self.begun = self.begun, None
+        return observed[0], {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        observed, rewards, terminated, truncated, infos = self.envs.step(action[None])
+        ended = bool(terminated[0] or truncated[0])
+        self.begun = observed if ended else None
+        final = infos["final_obs"][0] if ended else observed[0]
+        return final, float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {}
+
+    def close(self) -> None:
+        self.envs.close()
+
+
+def test_the_checker_of_gymnasium_passes() -> None:
+    check_env(OneEnv(observation_space=spaces.Box(-10, 10, (2,), np.float32)), skip_render_check=True)
+
+
+@pytest.mark.parametrize("scale", [0.1, 1.0])
+def test_it_is_what_gymnasium_makes_of_single_environments(scale: float) -> None:
+    """Episodes are truncated with small actions, and end on their own with large ones."""
+    ours = make(3)
+    theirs = SyncVectorEnv([partial(OneEnv, i) for i in range(3)], autoreset_mode=AutoresetMode.SAME_STEP)
+    assert ours.metadata["autoreset_mode"] is theirs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    for name in ("observation_space", "action_space", "single_observation_space", "single_action_space"):
+        assert getattr(ours, name) == getattr(theirs, name)
+    assert data_equivalence(ours.reset(seed=7), theirs.reset(seed=[7, 7, 7]), exact=True)
+    ours.action_space.seed(1)
+    ends = np.zeros(2, int)
+    for _ in range(60):
+        actions = scale * np.abs(ours.action_space.sample())
+        mine, others = ours.step(actions), theirs.step(actions)
+        assert data_equivalence(mine, others, exact=True)
+        ends += [mine[2].sum(), mine[3].sum()]
+    assert ends[0 if scale == 1 else 1] > 5
+    ours.close()
+    theirs.close()
+
+
+def test_an_episode_is_that_of_its_seed(envs: SceneVectorEnv) -> None:
+    first, infos = envs.reset(seed=5)
+    assert infos == {}
+    assert len(np.unique(first[:, 0])) == 3
+    envs.batch.reset(seed=5)
+    assert (observe(envs.batch) == first).all()
+    mixed, _ = envs.reset(seed=[5, 6, 5])
+    assert (mixed == first).all(axis=1).tolist() == [True, False, True]
+    again = [envs.reset(seed=3)[0], envs.reset()[0], envs.reset()[0]]
+    assert len({each.tobytes() for each in again}) == 3
+    for expected, seed in zip(again, (3, None, None), strict=True):
+        assert (envs.reset(seed=seed)[0] == expected).all()
+
+
+def test_some_can_be_reset_alone(envs: SceneVectorEnv) -> None:
+    envs.reset(seed=1)
+    for _ in range(3):
+        before = envs.step(np.ones((3, 1), np.float32))[0]
+    after, _ = envs.reset(seed=9, options={"reset_mask": np.array([False, True, False])})
+    assert (after[::2] == before[::2]).all()
+    assert (after[1] == envs.reset(seed=9)[0][1]).all()
+
+
+def test_an_end_gives_the_last_observation_and_the_first_of_the_next_episode() -> None:
+    envs = make(2, max_episode_steps=3, terminated=lambda batch: [False, False])
+    envs.reset(seed=0)
+    still = np.zeros((2, 1), np.float32)
+    for _ in range(2):
+        *_, truncated, infos = envs.step(still)
+        assert not truncated.any()
+        assert infos == {}
+    observed, rewards, terminated, truncated, infos = envs.step(still)
+    assert (truncated.all(), terminated.any(), rewards.dtype) == (True, False, np.float64)
+    assert infos["_final_obs"].tolist() == infos["_final_info"].tolist() == [True, True]
+    assert (np.stack(infos["final_obs"])[:, 0] != observed[:, 0]).all()
+    assert rewards == pytest.approx([-abs(final[0]) for final in infos["final_obs"]])
+    assert not observed[:, 1].any()
+    envs.close()
+
+
+def test_wrappers_of_gymnasium_fit() -> None:
+    envs = RecordEpisodeStatistics(make(2, max_episode_steps=4))
+    envs.reset(seed=0)
+    for _ in range(4):
+        *_, infos = envs.step(np.zeros((2, 1), np.float32))
+    assert infos["episode"]["l"].tolist() == [4, 4]
+    envs.close()
+
+
+def test_a_dict_of_observations() -> None:
+    box = partial(spaces.Box, -np.inf, np.inf, (1,), np.float32)
+    envs = make(
+        2,
+        observation=lambda batch: {"q": batch.articulations["cart"].qpos, "v": batch.articulations["cart"].qvel},
+        observation_space=spaces.Dict({"q": box(), "v": box()}),
+        max_episode_steps=1,
+    )
+    observed, _ = envs.reset(seed=0)
+    assert observed in envs.observation_space
+    *_, infos = envs.step(np.ones((2, 1), np.float32))
+    assert infos["final_obs"][1]["v"] > 0
+    envs.close()
+
+
+def test_closing_closes_the_batch(envs: SceneVectorEnv) -> None:
+    envs.close()
+    envs.close()
+    with pytest.raises(RuntimeError, match="the batch is closed"):
+        _ = envs.batch.scenes
+
+
+WRONG: dict[str, tuple[Callable[[], object], str]] = {
+    "steps": (lambda: make(steps_per_action=0), "steps_per_action must be positive, not 0"),
+    "length": (lambda: make(max_episode_steps=0), "max_episode_steps must be positive, not 0"),
+    "observation": (lambda: make(observation=lambda batch: np.zeros(4)), "`observation` must give a row for each of 3"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_cannot_be_made(case: str) -> None:
+    make_it, message = WRONG[case]
+    with pytest.raises(ValueError, match=message):
+        make_it()
+
+
+@pytest.mark.parametrize("name", ["reward", "terminated"])
+def test_a_function_that_gives_one_value_for_all(name: str) -> None:
+    options: dict[str, Any] = {name: lambda batch: 0}
+    envs = make(**options)
+    envs.reset(seed=0)
+    with pytest.raises(ValueError, match=rf"`{name}` must give a row for each of 3 scenes, and gave the shape \(\)"):
+        envs.step(np.zeros((3, 1), np.float32))
+
+
+def test_arguments_that_do_not_fit(envs: SceneVectorEnv) -> None:
+    with pytest.raises(ValueError, match=r"actions are \(3, 1\) here, not \(1,\)"):
+        envs.step(np.zeros(1))
+    with pytest.raises(ValueError, match="2 seeds for 3 environments"):
+        envs.reset(seed=[1, 2])
+    for mask in (np.zeros(3, bool), np.ones(2, bool), [1, 0, 1]):
+        with pytest.raises(ValueError, match=r"reset_mask is \(3,\) bool with a True in it"):
+            envs.reset(options={"reset_mask": mask})
+
+
+def test_the_error_names_the_extra() -> None:
+    script = "import sys, scenecc\nsys.modules['gymnasium'] = None\nimport scenecc.gymnasium"
+    done = subprocess.run([sys.executable, "-c", script], check=False, timeout=60, capture_output=True, text=True)
+    last = done.stderr.strip().splitlines()[-1]
+    assert last.startswith("ImportError: scenecc.gymnasium needs Gymnasium")
+    assert "pip install 'scenecc[gymnasium]'" in last
+
+
+def test_nobody_else_loads_it() -> None:
+    script = "import sys, scenecc, scenecc.scene\nprint('gymnasium' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script], check=True, timeout=60, capture_output=True, text=True)
+    assert done.stdout == "False\n"
