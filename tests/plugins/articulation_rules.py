@@ -326,7 +326,7 @@ def _number(joint: Joint, random: Random, *, bound: bool) -> float:
 
 def link_copies(document: Node, random: Random) -> None:
     """A link is there once; one on which nothing hangs, and that no joint moves, may be there twice."""
-    for entity in articulations(document):
+    for entity in units(document):
         for number, (link, _) in enumerate(links(entity)):
             if "if" in link:
                 link["if"] = random.choice([True, "${true}"])
