@@ -133,7 +133,7 @@ def _check_masses(structure: ArticulationStructure, name: str, origin: Origin, s
         if moves and not weighs[number]:
             place = link.body.origin or origin
             message = f"`{name}/{cut(link.name)}` moves, and neither it nor what hangs on it has a mass"
-            if structure.file is None:
+            if structure.file is None and link.file is None:
                 hint = "give it `shapes` or `collisions`, or `inertial`"
                 sink.report("SC522", message, place, hint=hint)
             else:

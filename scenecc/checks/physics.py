@@ -222,9 +222,9 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
                 check_articulation(
                     structure, entity.name, _structure_origin(structure, entity, plan), sink, drawn=drawn
                 )
-            # Of a robot's file its reader warns, since such inertias are common there and SAPIEN takes them.
-            rules = _ROBOT_FILE_RULES if getattr(structure, "file", None) is not None else NUMBER_RULES
-            for name, body in _named_bodies(structure, entity.name):
+            for name, body, described in _named_bodies(structure, entity.name):
+                # Of a robot's file its reader warns, since such inertias are common there and SAPIEN takes them.
+                rules = _ROBOT_FILE_RULES if described else NUMBER_RULES
                 _check_body(body, name, _structure_origin(body, entity, plan), plan, rules, sink, drawn=drawn)
     _check_optional_sections(plan, sink, drawn=drawn)
     for index, material in enumerate(plan.physical_materials):
@@ -247,13 +247,20 @@ def _check_optional_sections(plan: ScenePlan, sink: Sink, *, drawn: bool) -> Non
         check_render_objects(plan, sink, drawn=drawn)
 
 
-def _named_bodies(structure: BodyStructure | ArticulationStructure, name: str) -> Iterator[tuple[str, BodyStructure]]:
-    """The bodies of a structure with what messages call them. `name`: the entity's."""
+def _named_bodies(
+    structure: BodyStructure | ArticulationStructure, name: str
+) -> Iterator[tuple[str, BodyStructure, bool]]:
+    """The bodies of a structure, what messages call them, and whether a robot's file describes them.
+
+    Args:
+        structure: of the entity.
+        name: the entity's.
+    """
     if isinstance(structure, BodyStructure):
-        yield name, structure
+        yield name, structure, False
     else:
         for link in structure.links:
-            yield f"{name}/{link.name}", link.body
+            yield f"{name}/{link.name}", link.body, not (structure.file is link.file is None)
 
 
 def _check_body(

@@ -287,6 +287,7 @@ class _Bodies:
         link = structure.links[number]
         made = self._made_of(structure)
         facts = [*self._body(link.body, made[number] if made else None)]
+        facts += self._facts.of(link, without=("name", "body", "parent", "joint"))
         shapes = tuple(self._shapes(link.body, in_link=True))
         if link.joint is None or link.parent is None:
             return Item(link.name, "link", tuple(facts), (("shapes", shapes),))

@@ -229,8 +229,8 @@ def _values(plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
 
 def _of_entity(entity: Entity, plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
     for structure in entity.structures:
-        if isinstance(structure, ArticulationStructure) and structure.file is not None:
-            yield "robot", structure.file, entity.name
+        if isinstance(structure, ArticulationStructure):
+            yield from (("robot", file, entity.name) for file in structure.description_files)
     for body in entity.bodies:
         for shape in (*body.collisions, *body.visuals):
             file = getattr(shape.geometry, "file", None)

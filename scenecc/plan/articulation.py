@@ -161,12 +161,14 @@ class Link:
             None: the articulation has these, or nothing has.
         parent: number of the link that it hangs on, which stands before it; None: it is the root.
         joint: to the parent; None at the root alone.
+        file: (·,) index into `ScenePlan.files` of the description of this link, in an articulation of several files.
     """
 
     name: str
     body: BodyStructure
     parent: int | None = None
     joint: Joint | None = None
+    file: Value | None = None
 
 
 @frozen
@@ -196,7 +198,8 @@ class ArticulationStructure:
         solver_position_iterations, solver_velocity_iterations: (·,) integers.
         sleep_threshold: (·,) [m²/s²].
         linear_velocity, angular_velocity: (·, 3) of the root at the start, world frame [m/s, rad/s]; of a free one.
-        file: index into `ScenePlan.files` of the description that it was read from; None: it is the scene's own.
+        file: index into `ScenePlan.files` of the description that it was read from; None: it is the scene's own, or the
+            links say it.
     """
 
     links: tuple[Link, ...]
@@ -214,6 +217,11 @@ class ArticulationStructure:
     def bodies(self) -> tuple[BodyStructure, ...]:
         """The bodies that it is made of, in build order."""
         return tuple(link.body for link in self.links)
+
+    @property
+    def description_files(self) -> tuple[Value, ...]:
+        """Indices into `ScenePlan.files` of the descriptions that it was read from, some of them several times."""
+        return tuple(file for file in (self.file, *(link.file for link in self.links)) if file is not None)
 
     @property
     def active_joints(self) -> tuple[Joint, ...]:

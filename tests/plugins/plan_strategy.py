@@ -148,12 +148,13 @@ def _articulations(draw: st.DrawFn, scope: _Scope) -> ArticulationStructure:
 def _link(draw: st.DrawFn, index: int, name: str, scope: _Scope) -> Link:
     body = draw(_bodies(scope, link=True))
     if index == 0:
-        return Link(name, body)
+        return draw(_nodes(Link, scope, {"name": name, "body": body, "parent": None, "joint": None}))
     fixed = draw(st.integers(0, 4)) == 0
     its = {"name": draw(st.sampled_from(["", f"joint {index}", f"j{index}.é"]))}
     types = st.sampled_from(["revolute", "revolute_unwrapped", "prismatic"])
     its |= {"type": "fixed", **dict.fromkeys(MOVING_JOINT_FIELDS)} if fixed else {"type": draw(types)}
-    return Link(name, body, draw(st.integers(0, index - 1)), draw(_nodes(Joint, scope, its)))
+    parent, joint = draw(st.integers(0, index - 1)), draw(_nodes(Joint, scope, its))
+    return draw(_nodes(Link, scope, {"name": name, "body": body, "parent": parent, "joint": joint}))
 
 
 def _held(draw: st.DrawFn, cls: type, name: str, entities: tuple[Entity, ...], scope: _Scope) -> Any:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.articulation import Mjcf, Tree, Urdf
+from scenecc.spec.articulation import Mjcf, Tree, TreeLink, Urdf
 from scenecc.spec.attachments import PART_TYPES, PartAnnotation, PartKeys
 from scenecc.spec.body import BodySpec
 from scenecc.spec.entities import entity_model
@@ -84,6 +84,10 @@ def field_of(model: type[BaseModel], key: str) -> str:
     return next(name for name, field in model.model_fields.items() if key == (field.alias or name))
 
 
+NEVER_VALID: frozenset[Key] = frozenset(((TreeLink, "joint"),))
+"""Keys that are known only to be refused: the root of a tree hangs on nothing."""
+
+
 def all_keys(*annotations: Any) -> set[Key]:
     """Every key that can be written below some types."""
     found: set[Key] = set()
@@ -94,7 +98,7 @@ def all_keys(*annotations: Any) -> set[Key]:
             todo += PARTS if (PARTS[0], "to") not in found else ()
         elif is_model(bare):
             fields = bare.model_fields
-            new = {(bare, name) for name in fields} - found
+            new = {(bare, name) for name in fields} - found - NEVER_VALID
             found |= new
             todo += [annotation_of(bare, name) for _, name in new]
         elif isinstance(bare, LazyUnion):

@@ -227,8 +227,9 @@ def _write_description(
     tables: ScriptContext,
 ) -> None:
     """What no call says: the files that an articulation was read from, and what sensors do not see."""
-    if isinstance(structure, ArticulationStructure) and structure.file is not None:
-        files = [tables.files.uri(index) for index in dict.fromkeys(columns.of_rows(structure.file).tolist())]
+    if isinstance(structure, ArticulationStructure) and structure.description_files:
+        indices = [index for file in structure.description_files for index in columns.of_rows(file).tolist()]
+        files = [tables.files.uri(index) for index in dict.fromkeys(indices)]
         source.comment(f"As in {', '.join(files)}.")
     if entity.hidden:
         source.comment("Only people see it: who takes pictures for sensors sets its visibility to 0 meanwhile.")

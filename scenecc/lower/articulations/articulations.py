@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.lower.articulations.attachments import ArticulationAssembler
+from scenecc.lower.articulations.attachments import ArticulationAssembler, Assembly
 from scenecc.lower.articulations.drafts import LinkTreeDrafter, read_alternatives
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers
 from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.geometry.rotations import Pose7
-    from scenecc.lower.articulations.attachments import Assembly
     from scenecc.lower.articulations.drafts import Alternative, Alternatives, ArticulationDraft, DraftJoint, Layer
     from scenecc.lower.articulations.initial_state import JointValue
     from scenecc.lower.fields import FieldLowerer
@@ -304,19 +303,26 @@ class ArticulationLowerer:
         whole = [one for one in made if one is not None]
         if len(whole) < len(made):
             return []
-        if found.pick is not None and any(constraints for _, constraints in whole):
-            message = "where files differ from scene to scene, they must have no welds and connections"
+        if found.pick is not None and any(one.constraints or one.pose != IDENTITY_POSE for one in whole):
+            message = (
+                "where files differ from scene to scene, they have no welds and connections, and no pose of the root"
+            )
             hint = "declare an entity for each file, with `scene_idxs` of its own"
             self._sink.report("SC327", message, origin, at="key", hint=hint)
             return []
         fixed = "root" not in entity.model_fields_set
         drafts = [
-            replace(draft, fixed=bool(one.values.get("fix_root_link", fixed if draft.fixed is None else draft.fixed)))
-            for (draft, _), one in zip(whole, found.each, strict=True)
+            replace(
+                made.draft,
+                fixed=bool(one.values.get("fix_root_link", fixed if made.draft.fixed is None else made.draft.fixed)),
+            )
+            for made, one in zip(whole, found.each, strict=True)
         ]
         work = self._work(entity, origin, fields, drafts, one_id=True)
         structures = tuple(self._structure(draft, work) for draft in drafts)
-        return [LoweredArticulation("", None, structures, found.pick, constraints=whole[0][1])]
+        pose = None if whole[0].pose == IDENTITY_POSE else whole[0].pose
+        root = drafts[0].links[0].name
+        return [LoweredArticulation(root, pose, structures, found.pick, constraints=whole[0].constraints)]
 
     def _only(self, keys: Any, origin: Origin, one: Alternative, fields: FieldLowerer) -> Assembly | None:
         """The only articulation in the file of an articulation or a part; None where it was reported."""
@@ -337,7 +343,7 @@ class ArticulationLowerer:
         constraints = tuple(
             replace(one, parent=("", one.parent[1]), child=("", one.child[1])) for one in file[1].constraints
         )
-        return self._draft(robot, file[0], keys, one, key, fields), constraints
+        return Assembly(self._draft(robot, file[0], keys, one, key, fields), constraints, robot.pose)
 
     def _drop_root_motion(self, robot: DescribedRobot, place: Origin) -> None:
         """Notes what the file of a part says of its root."""
@@ -488,7 +494,7 @@ class ArticulationLowerer:
             if joint is not None:
                 drives = work.layers("drives", joint.name, index, draft) if joint.moves else ()
                 made = lower_joint(joint, drives, starts.get(index, (None, None)), values, work.targets)
-            links.append(Link(link.name, body, link.parent, made))
+            links.append(Link(link.name, body, link.parent, made, link.file))
         if bits:
             alike = origin.child("disable_self_collisions") if ignored else None
             warn_ignored_pairs_collide(draft, [link.body for link in links], bits, alike, self._sink)

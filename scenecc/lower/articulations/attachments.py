@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.lower.articulations.drafts import AttachedPart, DraftJoint
 from scenecc.lower.field_types import report_exclusive_keys
 from scenecc.lower.local_poses import local_pose
@@ -20,14 +21,28 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.geometry.rotations import Pose7
     from scenecc.lower.articulations.drafts import Alternative, ArticulationDraft, DraftLink, LinkTreeDrafter
     from scenecc.lower.fields import FieldLowerer
     from scenecc.robots.description import DescribedConstraint
 
-Assembly = tuple["ArticulationDraft", tuple["DescribedConstraint", ...]]
-"""An articulation and the constraints of its files, whose roots are called ""."""
 
-FileDrafter = Callable[[Any, "Origin", "Alternative"], "Assembly | None"]
+@dataclass(frozen=True, slots=True)
+class Assembly:
+    """An articulation with its parts.
+
+    Attributes:
+        draft: of it.
+        constraints: of its files; their roots are called "".
+        pose: of its root in the frame of its file.
+    """
+
+    draft: ArticulationDraft
+    constraints: tuple[DescribedConstraint, ...] = ()
+    pose: Pose7 = IDENTITY_POSE
+
+
+FileDrafter = Callable[[Any, "Origin", "Alternative"], Assembly | None]
 """The draft of the only articulation in a file; None where it was reported."""
 
 
@@ -59,7 +74,7 @@ class ArticulationAssembler:
             one: the alternative.
         """
         made = self._own(keys, origin, one)
-        good = made is not None and self._follows_own(made[0])
+        good = made is not None and self._follows_own(made.draft)
         if keys.attach:
             good &= self._is_by_name(keys, origin)
         # What was reported of a part is not reported again of those that are attached to it.
@@ -83,9 +98,9 @@ class ArticulationAssembler:
         known = (id(keys), tuple(one.values.items()))
         if known not in self._known:
             if "root" in keys.model_fields_set:
-                self._known[known] = self._trees.draft(keys.root, origin.child("root"), self._fields), ()
+                self._known[known] = Assembly(self._trees.draft(keys.root, origin.child("root"), self._fields))
             else:
-                self._known[known] = self._files(keys, origin, one)
+                self._known[known] = _with_files(self._files(keys, origin, one))
         return self._known[known]
 
     def _follows_own(self, draft: ArticulationDraft) -> bool:
@@ -114,7 +129,7 @@ class ArticulationAssembler:
 
     def _attached(self, whole: Assembly, made: Assembly, part: Any, name: str, place: Origin) -> Assembly | None:
         """An articulation with one more part; None where that was reported."""
-        draft, added = whole[0], made[0]
+        draft, added = whole.draft, made.draft
         to = self._number(draft, part.to, place.child("to"))
         ignored = [self._number(draft, one, place.child("ignore", i)) for i, one in enumerate(part.ignore)]
         prefix = _prefix(name, part)
@@ -122,8 +137,8 @@ class ArticulationAssembler:
         root = replace(added.links[0], joint=self._joint(part, place))
         added = replace(added, links=(root, *added.links[1:]))
         links = tuple(_renamed(link, prefix, to or 0, start, shift) for link in added.links)
-        known = {constraint.name for constraint in whole[1]}
-        constraints = tuple(_renamed_constraint(one, prefix) for one in made[1])
+        known = {constraint.name for constraint in whole.constraints}
+        constraints = tuple(_renamed_constraint(one, prefix) for one in made.constraints)
         double = next((one.name for one in constraints if one.name in known), None)
         unique = self._is_unique(draft.links, links, place) if double is None else self._report_double(double, place)
         if to is None or None in ignored or not unique:
@@ -136,7 +151,7 @@ class ArticulationAssembler:
             parts=(*draft.parts, AttachedPart(part, place, added, prefix, start), *nested),
         )
         distinct = self._with_bits(joined, start, [one for one in ignored if one is not None], place)
-        return distinct and (distinct, (*whole[1], *constraints))
+        return distinct and replace(whole, draft=distinct, constraints=(*whole.constraints, *constraints))
 
     def _number(self, draft: ArticulationDraft, name: str, place: Origin) -> int | None:
         """The number of a link; None where there is none, which is reported."""
@@ -224,6 +239,14 @@ class ArticulationAssembler:
         )
         here = dict.fromkeys(range(first, first + len(sets)), place.child("ignore")) if first else {}
         return replace(joined, links=whole, ignored={**joined.ignored, **here})
+
+
+def _with_files(made: Assembly | None) -> Assembly | None:
+    """The same whose links say which file they are of."""
+    if made is None:
+        return None
+    links = tuple(replace(link, file=made.draft.file) for link in made.draft.links)
+    return replace(made, draft=replace(made.draft, links=links, file=None))
 
 
 def _prefix(name: str, part: Any) -> str:

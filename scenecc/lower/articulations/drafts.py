@@ -123,6 +123,7 @@ class DraftLink:
         mass: from its file, without an inertia: the inertia of the shapes is scaled to it.
         ignore_bits, disable_gravity: as `DescribedLink` has them.
         collides: whether it has colliding shapes.
+        file: (·,) index of its file, in an articulation of several.
     """
 
     name: str
@@ -136,6 +137,7 @@ class DraftLink:
     mass: Value | None = None
     disable_gravity: bool = False
     collides: bool = False
+    file: Value | None = None
 
 
 @dataclass(frozen=True, slots=True)
