@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.diagnostics.messages import cut, show, suggest_name
 from scenecc.expand.arguments import ABSOLUTE_PREFIX, map_alternatives
 from scenecc.expand.documents import FailedValue, count_objects
 from scenecc.expand.expansion import OverridePlace, TraceRecord, scoped_name
+from scenecc.expand.patterns import refuse_structure
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import TYPE, is_mapping, is_sequence
 from scenecc.spec.references import WORLD
@@ -117,6 +118,10 @@ def make_overrides(
     for name, template in templates.items():
         frame.lists = {}
         value = template.make(frame)
+        if not is_mapping(value) and value != REMOVE:
+            message = f"`{cut(name)}` must be a mapping of keys, or `{REMOVE}`, not {show(value)}"
+            refuse_structure(value, template.path, name, "SC103", message, frame)
+            value = {}
         # Its names, and the shapes that it may put in place of fewer, count in each use.
         frame.objects.take(count_objects(value) - 1, frame, template.path)
         record = TraceRecord(frame.mark(template.path), frame.lists)

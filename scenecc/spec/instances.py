@@ -12,9 +12,11 @@ from scenecc.spec.values import Fixed, Leaf
 
 Prefix = Annotated[str, StringConstraints(pattern=PREFIX_PATTERN)]
 
-Override = Annotated[
-    Annotated[dict[str, Any], Tag(MAPPING)] | Annotated[Literal["remove"], Tag(WORD)],
-    union_by_kind("a mapping of keys, or `remove`"),
+Override = Fixed[
+    Annotated[
+        Annotated[dict[str, Any], Tag(MAPPING)] | Annotated[Literal["remove"], Tag(WORD)],
+        union_by_kind("a mapping of keys, or `remove`"),
+    ]
 ]
 """Judged when it has been merged: it is a part of an object."""
 

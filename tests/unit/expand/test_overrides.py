@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from scenecc import compile_scene
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.variation.forms import Template
 
 if TYPE_CHECKING:
     from plugins.expander import Expander
 
+ASSETS = Path(__file__).resolve().parents[3] / "scenes" / "assets"
 WORK = """
 params: {n: 2}
 draws: {d: {uniform: [1, 2]}}
@@ -324,3 +327,42 @@ def test_one_name_for_two_things(expanded: Expander) -> None:
     found = expanded.one("entities: {a: {use: p.yaml, override: {lights/cube: {mass: 1}}}}", files)
     assert found.code == "SC243"
     assert found.message == "`lights/cube` names two things inside the prefab: one of `entities` and one of `lights`"
+
+
+def test_an_expression_may_remove(expanded: Expander) -> None:
+    for empty, expected in (("true", ["a/cube"]), ("false", None)):
+        files = {"p.yaml": "entities: {cube: {mass: 1}, goal: {mass: 1}}"}
+        text = (
+            f"params: {{empty: {empty}}}\n"
+            "entities: {a: {use: p.yaml, override: {goal: \"${'remove' if empty else 'keep'}\"}}}"
+        )
+        expansion = expanded(text, files)
+        if expected is None:
+            assert [(found.code, found.column) for found in expanded.found] == [("SC103", 46)]
+        else:
+            assert expansion is not None
+            assert list(expansion.data["entities"]) == expected
+
+
+def test_files_lie_beside_the_file_that_names_them(tmp_path: Path) -> None:
+    for folder in ("outer", "outer/parts"):
+        (tmp_path / folder).mkdir()
+        for name in ("mesh.obj", "other.obj") if folder == "outer" else ("mesh.obj",):
+            (tmp_path / folder / name).write_bytes((ASSETS / "mug.obj").read_bytes())
+    (tmp_path / "outer" / "parts" / "p.yaml").write_text(
+        "scenecc: 1\nparams: {file: {type: file, default: mesh.obj}}\nentities:\n"
+        "  a: {shapes: [{type: convex_mesh, file: mesh.obj}]}\n  b: {shapes: [{type: convex_mesh, file: mesh.obj}]}\n"
+        "  in: {use: q.yaml, with: {file: '${file}'}}\n"
+    )
+    (tmp_path / "outer" / "parts" / "q.yaml").write_text(
+        "scenecc: 1\nparams: {file: {type: file}}\nentities: {c: {shapes: [{type: convex_mesh, file: '${file}'}]}}\n"
+    )
+    scene = tmp_path / "outer" / "scene.yaml"
+    scene.write_text(
+        "scenecc: 1\nentities:\n  x:\n    use: parts/p.yaml\n"
+        "    override: {a: {shapes: {0: {file: other.obj}}}, in: {with: {file: other.obj}}}\n"
+    )
+    plan: Any = compile_scene(scene)
+    shapes = [entity.structures[0].bodies[0].collisions[0] for entity in plan.entities]
+    named = [plan.files[int(shape.geometry.file.data[0])].uri for shape in shapes]
+    assert named == ["other.obj", "parts/mesh.obj", "other.obj"]
