@@ -265,7 +265,9 @@ Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
 NewName = Annotated[Name, ScopedName(), MAPPING_KEY]
 """What something is called from here on."""
 
-Reference = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[^/]+)*$")]
+PARENT_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[^/]+)*$"
+
+Reference = Annotated[str, StringConstraints(pattern=PARENT_PATTERN)]
 """What names an entity, a frame or a link, which may be inside an instance. A file may call its links anything."""
 
 MaterialName = Annotated[Name, ScopedName(whole=True)]

@@ -149,6 +149,13 @@ def _typed(constraint: Node, random: Random) -> None:
             constraint["limits"].sort()
         case "gear":
             constraint["ratio"] = constraint["ratio"] or 1
+        case "hinge" | "slider":
+            keep_one(constraint, random, ("limits",), ("limits_deg",))
+            for key in ("limits", "limits_deg"):
+                if key in constraint:
+                    sides = constraint[key]
+                    near = [min(max(side, -3), 3) for side in sides] if constraint["type"] == "hinge" else sides
+                    constraint[key] = ascending(near, random)
         case "drive":
             _drive(constraint, random)
 

@@ -24,6 +24,7 @@ from plugins.scene_models import ARTICULATIONS, Key, branches, is_model, leaves,
 from plugins.scene_nodes import (
     COPIES,
     FALLBACK,
+    KINDS,
     SHAPE_LISTS,
     articulations,
     bodies,
@@ -38,7 +39,7 @@ from pydantic import StringConstraints
 
 from scenecc.checks.physics import DYNAMIC_FIELDS, LANGUAGE_KEYS, VISUAL_FIELDS
 from scenecc.spec.articulation import Mjcf, Tree, TreeJoint, TreeLink, Urdf
-from scenecc.spec.base import NAME_PATTERN, REFERENCE_PATTERN
+from scenecc.spec.base import NAME_PATTERN, PARENT_PATTERN, REFERENCE_PATTERN
 from scenecc.spec.body import BodySpec
 from scenecc.spec.document import SceneFile
 from scenecc.spec.mesh_shapes import CoacdKeys
@@ -234,7 +235,7 @@ def _scalar(kind: Any, said: list[Any], name: str) -> Make:
     if kind is str:
         pattern = next((item.pattern for item in said if isinstance(item, StringConstraints) and item.pattern), None)
         assert pattern is None or isinstance(pattern, str)
-        if pattern in {NAME_PATTERN, REFERENCE_PATTERN}:
+        if pattern in {NAME_PATTERN, PARENT_PATTERN, REFERENCE_PATTERN}:
             return _one_of(*ENTITIES)
         if pattern is not None:
             assert pattern.startswith("^#"), f"nothing is known of {pattern}: teach the strategy"
@@ -275,7 +276,7 @@ def _one_rotation(document: dict[str, Any], random: Random) -> None:
     """A pose has one rotation, or a matrix alone; a turn has one angle."""
     for node in nodes(document):
         if "matrix" in node:
-            for name in ("p", *ROTATIONS):
+            for name in ("p", "anchor", *ROTATIONS):
                 node.pop(name, None)
         present = [name for name in ROTATIONS if name in node]
         for name in set(present) - {random.choice(present)} if present else ():
@@ -326,6 +327,24 @@ def _relations(document: dict[str, Any], random: Random) -> None:
                 pose["relative_to"] = random.choice(known)
             if section != "lights" and not is_copied(placed) and "scene_idxs" not in placed and "mount" not in placed:
                 known.append(name)
+                if any(key in placed for key in KINDS):
+                    known += [f"{name}/{link}" for link in articulation_rules.robot_of(placed).links]
+
+
+def _anchors(document: dict[str, Any], random: Random) -> None:
+    """Only a body whose shapes end somewhere has an anchor: an articulation would keep some of its joints as built."""
+    kept: set[int] = set()
+    for body in bodies(document):
+        common = shapes(body, *SHAPE_LISTS)
+        everything = [
+            *common,
+            *(shape for variant in body.get("variants", []) for shape in shapes(variant, *SHAPE_LISTS)),
+        ]
+        if common and not any(shape["type"] == "plane" for shape in everything):
+            kept.add(id(body.get("pose")))
+    for node in nodes(document):
+        if id(node) not in kept:
+            drop(node, "anchor")
 
 
 def _references(document: dict[str, Any], random: Random) -> None:
@@ -458,9 +477,9 @@ def _forms(document: dict[str, Any], random: Random) -> None:
         owner[key] = random.choice(forms)
 
 
-WHOLE = frozenset(("relative_to", "px"))
-"""Keys of mappings that no form stands for: it is the same in every scene what a pose is relative to, and six pictures
-vary one by one."""
+WHOLE = frozenset(("relative_to", "anchor", "px"))
+"""Keys of mappings that no form stands for: it is the same in every scene what a pose is relative to and which
+point it places, and six pictures vary one by one."""
 
 
 def _is_endless(value: Any) -> bool:
@@ -486,6 +505,7 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     articulation_rules.whole,
     articulation_rules.joint_numbers,
     _moving_shapes,
+    _anchors,
     _masses,
     held_rules.constraints,
     held_rules.lights,
