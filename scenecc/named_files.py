@@ -13,10 +13,11 @@ from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_asse
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from scenecc.checks.mesh_data import AssetBudget
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.expand.expansion import Expansion
-    from scenecc.lower.references import FileResolver, RobotReader, RobotRequest
+    from scenecc.lower.references import FileResolver, MeshReader, RobotReader, RobotRequest
     from scenecc.robots.description import RobotDescription
     from scenecc.robots.files import ReadBudget
     from scenecc.source import Limits
@@ -68,6 +69,28 @@ def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refus
         return found.path
 
     return find
+
+
+def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink) -> MeshReader:
+    """Reads the vertices of meshes, each file once."""
+    budget: AssetBudget | None = None
+    known: dict[Path, Any] = {}
+
+    def read(asset: AssetFile, origin: Origin) -> Any:
+        """A `MeshReader`."""
+        nonlocal budget
+        from scenecc.checks.assets import read_vertices
+        from scenecc.checks.mesh_data import AssetBudget
+
+        budget = budget or AssetBudget(limits.assets_bytes)
+        if asset.path not in known:
+            find, most = named_resolver(scope), limits.asset_bytes
+            known[asset.path] = read_vertices(
+                asset, origin, sink, resolve_named=find, max_asset_bytes=most, total=budget
+            )
+        return known[asset.path]
+
+    return read
 
 
 Srdf = ResolvedFile | Literal["sibling"] | None

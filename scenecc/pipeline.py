@@ -17,7 +17,7 @@ from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
-from scenecc.named_files import named_resolver, resolver
+from scenecc.named_files import mesh_reader, named_resolver, resolver
 from scenecc.source import Document, Limits, read_dict, read_text
 from scenecc.source.paths import AssetScope, PathCache, ResolvedFile
 from scenecc.source.text import TextLines, decode_text, read_bytes, read_from_stream
@@ -339,6 +339,7 @@ def _lower(
         origin=Origin(document.name),
         resolve=resolver(scope, sink, expansion),
         robots=_robots(scope, limits, sink, expansion),
+        vertices=mesh_reader(scope, limits, sink),
         bounds=LoweringLimits(
             limits.scenes, limits.objects, limits.objects_times_scenes, limits.computed, limits.includes
         ),

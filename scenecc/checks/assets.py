@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import unquote
 
+import numpy as np
+
 from scenecc.checks.images import IMAGE_SUFFIXES, JpegBlockBudget, check_image, image_size
 from scenecc.checks.mesh_data import (
     AssetBudget,
@@ -36,6 +38,8 @@ from scenecc.plan.body import NamedFile
 from scenecc.plan.rendering import CubeMap, TexturedLight
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from scenecc.diagnostics import Sink
     from scenecc.files import State
     from scenecc.plan import ScenePlan
@@ -196,6 +200,35 @@ def check_assets(
     if not sink.failed:
         check_environment_map(plan, sink)
     return tuple(files)
+
+
+def read_vertices(
+    asset: AssetFile,
+    origin: Origin,
+    sink: Sink,
+    *,
+    resolve_named: ResolveNamed,
+    max_asset_bytes: int,
+    total: AssetBudget,
+) -> NDArray[np.float32] | None:
+    """The vertices (n, 3) [m] of a mesh as it is in its file; None where it cannot be read, which is reported.
+
+    Args:
+        asset: the file.
+        origin: where it is asked for.
+        sink: takes the fault.
+        resolve_named: finds the files that it names.
+        max_asset_bytes: the limit `asset_bytes`.
+        total: counts what is read.
+    """
+    checker = _AssetChecker(sink, resolve_named, max_asset_bytes, total)
+    try:
+        parts = _read_mesh_asset(checker, asset, {}).parts
+    except AssetError as fault:
+        _report(checker, asset, origin, fault)
+        return None
+    # Of a point that no triangle has the engine knows nothing.
+    return np.concatenate([part.vertices[np.unique(part.faces)] for part in parts])
 
 
 def _file_uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, AssetUse, Origin]]:

@@ -128,6 +128,7 @@ class EntityLowerer:
         """
         made = self._made(bodies, articulations)
         for one in made:
+            self.frames.structures[one.name] = one.structures, one.pick
             linked = tuple(each for each in one.structures if not isinstance(each, BodyStructure))
             if linked:
                 self.frames.articulations[one.name] = linked, one.pick

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.geometry.rotations import IDENTITY
+from scenecc.lower.deferred_checks import report_draw_failure
+from scenecc.lower.field_types import report_unused_key
 from scenecc.lower.link_frames import LinkFrame, LinkPoseLowerer, composed, find_link, fix_initial_positions
 from scenecc.lower.poses import POSE, lower_pose, pose_item, pose_varies
 from scenecc.lower.references import name_prefixes
@@ -16,7 +19,8 @@ from scenecc.lower.variation import FieldPlace, VariationLowerer
 from scenecc.plan import literal
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.spec.pose import PoseMapping
-from scenecc.variation.nodes import NODE_TYPES, Shared
+from scenecc.variation.nodes import NODE_TYPES, Rows, Shared
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -25,7 +29,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.geometry.rotations import Pose7
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.plan import ArticulationStructure, Value
+    from scenecc.plan import ArticulationStructure, BodyStructure, Value
     from scenecc.spec.references import NameScopes
     from scenecc.variation.nodes import Node
 
@@ -91,6 +95,8 @@ class FrameGraph:
         unread: entities whose files are wrong, which was reported: what these make beside themselves is not known.
         followers: lights and cameras by name.
         articulations: by name the structures of each, and which of them each scene has.
+        structures: of all entities, likewise.
+        vertices: reads the vertices (n, 3) [m] of a file of the plan; None where that is reported.
     """
 
     def __init__(
@@ -114,6 +120,8 @@ class FrameGraph:
         self.unread: set[str] = set()
         self.followers: dict[str, Follower] = {}
         self.articulations: dict[str, tuple[tuple[ArticulationStructure, ...], Value | None]] = {}
+        self.structures: dict[str, tuple[tuple[BodyStructure | ArticulationStructure, ...], Value | None]] = {}
+        self.vertices: Callable[[int, Origin], Any] | None = None
         self._links: dict[str, LinkFrame] = {}
         # Entities of which all joints start where they are built.
         self._still: set[str] = set()
@@ -138,7 +146,7 @@ class FrameGraph:
             fixed: whether it stays as it is built.
         """
         pose = self._placed[name].pose
-        apart = pose.__class__ is not PoseMapping or pose.relative_to is None
+        apart = pose.__class__ is not PoseMapping or (pose.relative_to is None and pose.anchor is None)
         if apart and not self._names.scopes.get(name) and not pose_varies(pose):
             # Most poses are in the world frame, and few of these are asked for again.
             return literal(lower_pose(pose, owner, ("pose",), self._sink))
@@ -199,22 +207,21 @@ class FrameGraph:
         while at is not None and at not in self._fixed:
             self._fixed.add(at)
             if at in self._links:
-                self._fix_start(self._links[at], below)
+                self._fix_start(self._links[at].entity, below, "relative_to")
             below, at = at, self.frame_pose(at).parent
 
-    def _fix_start(self, link: LinkFrame, follower: str) -> None:
-        """Lets the joints of an articulation start where they are built. `follower`: what stands relative to a link."""
-        if link.entity in self._still:
+    def _fix_start(self, entity: str, user: str, key: str) -> None:
+        """Lets the joints of an articulation start where they are built, as a `key` of the pose of `user` asks."""
+        if entity in self._still:
             return
-        self._still.add(link.entity)
-        sampling = self._fields_of(link.entity).sampling
-        if fix_initial_positions(self.articulations[link.entity][0], sampling):
-            what = f"`{cut(follower)}` stays where it is built"
+        self._still.add(entity)
+        sampling = self._fields_of(entity).sampling
+        if fix_initial_positions(self.articulations[entity][0], sampling):
             self._sink.report(
                 "SC347",
-                f"{what}, and so does the `qpos` of `{cut(link.entity)}`, which a reset would draw again",
-                self.origin(follower).child("pose", "relative_to"),
-                hint="let what stands relative to a link be a kinematic body, or give it a pose of its own",
+                f"the `qpos` of `{cut(entity)}` stays as it is built, and a reset would draw it again",
+                self.origin(user).child("pose", key),
+                hint="leave `anchor` out" if key == "anchor" else "let the body be kinematic, which a reset moves",
             )
 
     def link(self, entity: str, link: str) -> str:
@@ -269,10 +276,50 @@ class FrameGraph:
             local = lowerer.lower(*self.articulations[link.entity], link.link)
             return local, lowerer.variation if local.__class__ in NODE_TYPES else None
         pose = self._placed[name].pose
-        if not pose_varies(pose):
-            return lower_pose(pose, origin, ("pose",), self._sink), None
-        variation = VariationLowerer(self._fields_of(name), origin)
-        return pose_item(pose, FieldPlace(origin.child("pose"), "pose"), variation, self._sink), variation
+        local: Any
+        variation = None
+        if pose_varies(pose):
+            variation = VariationLowerer(self._fields_of(name), origin)
+            local = pose_item(pose, FieldPlace(origin.child("pose"), "pose"), variation, self._sink)
+        else:
+            local = lower_pose(pose, origin, ("pose",), self._sink)
+        if pose.__class__ is not PoseMapping or pose.anchor is None:
+            return local, variation
+        return self._anchored(name, local, pose.anchor, variation)
+
+    def _anchored(
+        self, name: str, local: Any, anchor: str, variation: VariationLowerer | None
+    ) -> tuple[Any, VariationLowerer | None]:
+        """The pose of an origin, where that of a point of the bounds is given."""
+        from scenecc.lower.anchors import AnchorError, AnchorPoints  # noqa: PLC0415 - loaded where there is one
+
+        place = self.origin(name).child("pose")
+        if name not in self.structures:
+            if name not in self.unread:
+                report_unused_key("anchor", "here", place, self._sink, hint="only one entity has bounds")
+            return local, variation
+        if name in self.articulations:
+            self._fix_start(name, name, "anchor")
+        fields, place = self._fields_of(name), place.child("anchor")
+        structures, pick = self.structures[name]
+
+        def vertices(index: int) -> Any:
+            return None if self.vertices is None else self.vertices(index, place)
+
+        try:
+            points = AnchorPoints(structures, pick, fields.scenes, vertices)
+            rows = [(0.0 - x, 0.0 - y, 0.0 - z, *IDENTITY) for x, y, z in points.rows(anchor)]
+        except AnchorError as error:
+            self._sink.report("SC348", f"`{cut(name)}` has no {anchor}: {error}", place)
+            return local, variation
+        except DrawError as error:
+            report_draw_failure(error, {}, place, self._sink)
+            return local, variation
+        if len(rows) == 1:
+            return composed(local, rows[0]), variation
+        variation = variation or VariationLowerer(fields, self.origin(name))
+        variation.computed |= not points.known
+        return composed(local, Rows(fields.scenes, tuple(rows))), variation
 
     def _stand(self, name: str, parent: str | None) -> FramePose:
         outer = self._standing.get(parent) if parent is not None else None

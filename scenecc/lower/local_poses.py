@@ -55,11 +55,18 @@ def local_pose(
     if isinstance(pose, PoseMapping) and pose.relative_to is not None:
         where = f"here: {what} stands in the frame of its body"
         report_unused_key("relative_to", where, owner.child(*at), fields.sink)
+    report_unused_anchor(pose, f"on {what}", owner.child(*at), fields.sink)
     if not pose_varies(pose):
         return literal(lower_pose(pose, owner, at, fields.sink))
     place = field_place(owner.child(*at))
     variation = VariationLowerer(fields, place.origin)
     return fields.finish(pose_item(pose, place, variation, fields.sink), variation, POSE, place.origin, reset=reset)
+
+
+def report_unused_anchor(pose: Any, where: str, origin: Origin, sink: Sink) -> None:
+    """Reports an `anchor` of what is no entity. `origin`: of the pose."""
+    if isinstance(pose, PoseMapping) and pose.anchor is not None:
+        report_unused_key("anchor", where, origin, sink, hint="only entities have bounds")
 
 
 def shape_pose(shape: Any, origin: Origin, fields: FieldLowerer) -> Value | None:

@@ -213,7 +213,7 @@ def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple
     given = pose.model_fields_set
     forms = ROTATIONS & given
     if "matrix" in given:
-        others = [*(["p"] if pose.p is not None else []), *_ordered(forms)]
+        others = [*(key for key in ("p", "anchor") if getattr(pose, key) is not None), *_ordered(forms)]
         if others:
             message = f"`matrix` stands alone, not beside {_listed_keys(others)}"
             sink.report("SC111", message, owner.child(*at, others[0]), at="key")
@@ -367,8 +367,9 @@ def pose_item(pose: Any, place: FieldPlace, variation: VariationLowerer, sink: S
     def leaf(given: Any, around: FieldPlace, step: FormStep) -> Any:
         if isinstance(given, PoseMapping):
             inside = around.inside(step) if step else around
-            if given.relative_to is not None:
-                _report_several_frames(inside.origin, sink)
+            for key in ("relative_to", "anchor"):
+                if getattr(given, key) is not None:
+                    _report_several_frames(key, inside.origin, sink)
             return pose_item(given, inside, variation, sink)
         if given.__class__ not in VARYING:
             return (*given, *IDENTITY)
@@ -380,13 +381,14 @@ def pose_item(pose: Any, place: FieldPlace, variation: VariationLowerer, sink: S
     return variation.select(pose, field, leaf)
 
 
-def _report_several_frames(origin: Origin, sink: Sink) -> None:
+def _report_several_frames(key: str, origin: Origin, sink: Sink) -> None:
+    what = "stand relative to something" if key == "relative_to" else "have an anchor"
     sink.report(
         "SC316",
-        "alternatives of a pose cannot each stand relative to something",
-        origin.child("relative_to"),
+        f"alternatives of a pose cannot each {what}",
+        origin.child(key),
         at="key",
-        hint="write one `relative_to`, and the alternatives in `p`, `rpy` or `axis_angle` beside it",
+        hint=f"write one `{key}`, and the alternatives in `p`, `rpy` or `axis_angle` beside it",
     )
 
 

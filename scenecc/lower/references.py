@@ -416,3 +416,6 @@ class RobotRequest:
 RobotReader = Callable[[RobotRequest, Mapping[str, "Origin"]], "tuple[AssetFile, RobotDescription] | None"]
 """The file of a request and what it says; None where it was reported. Takes where the keys are written that are: the
 format's own, `srdf` and `package_dir`."""
+
+MeshReader = Callable[["AssetFile", "Origin"], "NDArray[Any] | None"]
+"""The vertices (n, 3) [m] of a mesh as it is in its file; None where it was reported, at the given place."""

@@ -18,6 +18,7 @@ from scenecc.lower.field_types import (
     report_unused_key,
 )
 from scenecc.lower.link_frames import find_link
+from scenecc.lower.local_poses import report_unused_anchor
 from scenecc.lower.poses import POSE, lower_angle, pose_item
 from scenecc.lower.references import name_prefixes
 from scenecc.lower.variation import FieldPlace, VariationLowerer, field_place
@@ -168,6 +169,7 @@ def read_pose(pose: Any, origin: Origin, fields: FieldLowerer) -> MountPose:
     """A pose as written; None: the identity. `origin`: of the node that has the key `pose`."""
     place = field_place(origin.child("pose"))
     variation = VariationLowerer(fields, place.origin)
+    report_unused_anchor(pose, "on lights and cameras", place.origin, fields.sink)
     relative_to = pose.relative_to if isinstance(pose, PoseMapping) else None
     return MountPose(pose_item(pose, place, variation, fields.sink), variation, relative_to)
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scenecc.lower.articulations.articulations import ArticulationLowerer
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.frames import FrameGraph
-    from scenecc.lower.references import RobotReader, RobotRequest
+    from scenecc.lower.references import MeshReader, RobotReader, RobotRequest
     from scenecc.lower.rendering import RenderObjects
     from scenecc.lower.shapes import GroupBits
     from scenecc.plan import Constraint, Entity
@@ -239,6 +239,7 @@ def lower(
     robots: RobotReader,
     bounds: LoweringLimits,
     sink: Sink,
+    vertices: MeshReader | None = None,
     names: NameScopes = _NO_SCOPES,
     selections: Mapping[str, tuple[int, ...]] | None = None,
     draws: Mapping[str, Any] | None = None,
@@ -255,6 +256,7 @@ def lower(
         robots: reads those of robots.
         bounds: limits.
         sink: takes the diagnostics.
+        vertices: reads the vertices of meshes, whose bounds have anchors.
         names: what its names mean, where it has instances.
         selections: the scenes of the entities and frames that instances narrow.
         draws: arrays, (num_scenes,) or (num_scenes, k), that take the place of shared draws.
@@ -274,6 +276,8 @@ def lower(
     bounded = LimitedRobotReader(robots, bounds.objects, sink)
     articulations = partial(_articulation_lowerer, scene, tables, shapes, materials, groups, bounded.read, sink)
     entities = EntityLowerer(scene, narrowed, sampling, names, origin, sink)
+    if vertices is not None:
+        entities.frames.vertices = lambda index, place: vertices(tables.files.rows[index], place)
     built = entities.lower(BodyLowerer(shapes, materials, groups, sink), articulations)
     if bounded.exhausted or not check_built_limits(entities.linked, bounds, origin, sink):
         return None

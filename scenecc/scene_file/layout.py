@@ -26,7 +26,7 @@ KEY_ORDER: Final[tuple[str, ...]] = tuple(
     num_scenes seed params draws include physics environment ambient_light map
     materials collision_groups frames entities constraints lights cameras
     body_type scene_idxs hidden mount parent child pose fix_root_link
-    p q rpy rpy_deg axis_angle look_at matrix relative_to
+    p q rpy rpy_deg axis_angle look_at matrix anchor relative_to
     joint file size half_size radius half_length inner_radius outer_radius axis normal offset texture_repeat heights
     scale decomposition decomposition_params sdf position direction pose_in_parent pose_in_child origin
     mass com inertia inertial density material color

@@ -193,7 +193,9 @@ def _holds_form(value: Any) -> bool:
     return is_mapping(value) or (isinstance(value, str) and "${" in value)
 
 
-_FIXED_KEYS: Final = frozenset(("type", "body_type", "use", "relative_to", "mount", "hidden", "scene_idxs", "variants"))
+_FIXED_KEYS: Final = frozenset(
+    ("type", "body_type", "use", "anchor", "relative_to", "mount", "hidden", "scene_idxs", "variants")
+)
 """Keys of which the values may not be expressions, or should not be."""
 
 

@@ -304,7 +304,7 @@ COMPANIONS = {"choice": "weights", **{key: one.companion for key, one in DISTRIB
 
 DEFAULT = "default"
 
-_POSE_KEYS = frozenset(("p", "q", "rpy", "rpy_deg", "axis_angle", "look_at", "relative_to"))
+_POSE_KEYS = frozenset(("p", "q", "rpy", "rpy_deg", "axis_angle", "look_at", "anchor", "relative_to"))
 
 _INDEX = re.compile(r"0|[1-9][0-9]{0,17}")
 

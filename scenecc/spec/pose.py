@@ -56,6 +56,9 @@ class PoseMapping(SpecModel):
         "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m]."
     )
     matrix: Maybe[ExpressionOnly[Matrix]] = key("A rigid 4×4 transformation, row by row; excludes the other keys.")
+    anchor: Maybe[Fixed[Literal["bottom", "center", "top"]]] = key(
+        "The point of an entity's bounds that is at `p`, in place of its origin."
+    )
     relative_to: Maybe[Fixed[OuterReference]] = key(
         "The entity, ENTITY/LINK, frame or camera that this pose is relative to."
     )

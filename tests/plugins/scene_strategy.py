@@ -24,6 +24,7 @@ from plugins.scene_models import ARTICULATIONS, PARTS, Key, branches, is_model, 
 from plugins.scene_nodes import (
     COPIES,
     FALLBACK,
+    KINDS,
     SHAPE_LISTS,
     articulations,
     bodies,
@@ -289,7 +290,7 @@ def _one_rotation(document: dict[str, Any], random: Random) -> None:
     """A pose has one rotation, or a matrix alone; a turn has one angle."""
     for node in nodes(document):
         if "matrix" in node:
-            for name in ("p", *ROTATIONS):
+            for name in ("p", "anchor", *ROTATIONS):
                 node.pop(name, None)
         present = [name for name in ROTATIONS if name in node]
         for name in set(present) - {random.choice(present)} if present else ():
@@ -340,6 +341,24 @@ def _relations(document: dict[str, Any], random: Random) -> None:
                 pose["relative_to"] = random.choice(known)
             if section != "lights" and not is_copied(placed) and "scene_idxs" not in placed and "mount" not in placed:
                 known.append(name)
+                if any(key in placed for key in KINDS):
+                    known += [f"{name}/{link}" for link in articulation_rules.robot_of(placed).links]
+
+
+def _anchors(document: dict[str, Any], random: Random) -> None:
+    """Only a body whose shapes end somewhere has an anchor: an articulation would keep some of its joints as built."""
+    kept: set[int] = set()
+    for body in bodies(document):
+        common = shapes(body, *SHAPE_LISTS)
+        everything = [
+            *common,
+            *(shape for variant in body.get("variants", []) for shape in shapes(variant, *SHAPE_LISTS)),
+        ]
+        if common and not any(shape["type"] == "plane" for shape in everything):
+            kept.add(id(body.get("pose")))
+    for node in nodes(document):
+        if id(node) not in kept:
+            drop(node, "anchor")
 
 
 def _references(document: dict[str, Any], random: Random) -> None:
@@ -472,9 +491,9 @@ def _forms(document: dict[str, Any], random: Random) -> None:
         owner[key] = random.choice(forms)
 
 
-WHOLE = frozenset(("relative_to", "px"))
-"""Keys of mappings that no form stands for: it is the same in every scene what a pose is relative to, and six pictures
-vary one by one."""
+WHOLE = frozenset(("relative_to", "anchor", "px"))
+"""Keys of mappings that no form stands for: it is the same in every scene what a pose is relative to and which
+point it places, and six pictures vary one by one."""
 
 
 def _is_endless(value: Any) -> bool:
@@ -501,6 +520,7 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     articulation_rules.whole,
     articulation_rules.joint_numbers,
     _moving_shapes,
+    _anchors,
     _masses,
     held_rules.constraints,
     held_rules.lights,

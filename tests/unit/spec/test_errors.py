@@ -93,7 +93,8 @@ def test_a_file_that_says_no_version_is_told_how_it_starts() -> None:
 
 def test_where_nothing_is_near_the_known_keys_are_listed() -> None:
     assert (
-        only(body(pose={"zzz": 1})).hint == "known here: p, q, rpy, rpy_deg, axis_angle, look_at, matrix, relative_to"
+        only(body(pose={"zzz": 1})).hint
+        == "known here: p, q, rpy, rpy_deg, axis_angle, look_at, matrix, anchor, relative_to"
     )
 
 
