@@ -33,12 +33,12 @@ class Certificate:
 
     Attributes:
         bodies: bodies that were built.
-        mass: of all bodies that move [kg].
+        mass: of all dynamic bodies and links [kg].
         judge: what the scene was compared with; "" where none is installed.
         compared: bodies that both have.
         position: largest difference of positions [m].
         angle: largest difference of rotations [rad].
-        masses: bodies whose mass was compared.
+        masses: bodies whose mass was compared; those of kinematic bodies have no effect, and are not.
         relative_mass: largest relative difference of masses.
     """
 
@@ -92,7 +92,9 @@ def _bodies(snapshot: EngineSnapshot) -> dict[str, ReferencePose]:
         for body in entity.bodies:
             is_link = isinstance(entity.structure, ArticulationStructure)
             name = f"{entity.entity.name}/{body.name}" if is_link else entity.entity.name
-            found[name] = ReferencePose(body.pose, None if body.mass is None else body.mass.mass)
+            # PhysX ignores the mass of a kinematic body, so that a scene does not have the file's.
+            mass = None if body.body_type == "kinematic" else body.mass
+            found[name] = ReferencePose(body.pose, None if mass is None else mass.mass)
     return found
 
 
