@@ -108,7 +108,12 @@ def ask_module(
     variables = {**environment, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     pipe = subprocess.PIPE
     with child(command, **{"stdin": pipe, "stdout": pipe, "stderr": pipe, "env": variables, **options}) as process:
-        output, errors = process.communicate(json.dumps(request).encode(), timeout=seconds)
+        try:
+            output, errors = process.communicate(json.dumps(request).encode(), timeout=seconds)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()  # closes its pipes
+            raise
         return subprocess.CompletedProcess(command, process.returncode, output, errors)
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from scenecc.cli.options import takes_compile_options
-from scenecc.cli.output import end, print_asides, print_out, scene_errors, usage_error
+from scenecc.cli.output import end, print_asides, print_out, progress, scene_errors, usage_error
 from scenecc.cli.paths import STDIN, path_faults
 
 _takes = partial(takes_compile_options, names=("asset_roots", "allow_outside_assets", "limits"))
@@ -49,6 +50,7 @@ def import_(
       scenecc import world.xml -o scene.yaml
       scenecc import robot.urdf -o scene.yaml
     """
+    from scenecc.importers.assets import output_fault
     from scenecc.importers.import_scene import import_scene
     from scenecc.importers.imported_scene import LOSSES
 
@@ -56,14 +58,19 @@ def import_(
     if unknown is not None:
         known = ", ".join(kind for kind, row in LOSSES.items() if row.changes_machine)
         raise typer.BadParameter(f"there is no loss '{unknown}'; the losses are {known}", param_hint="'--allow'")
-    if STDIN in {file, output}:
-        raise typer.BadParameter("import reads a file and writes a file", param_hint="'FILE'")
-    faults = path_faults(file, output)
+    if file == STDIN:
+        raise typer.BadParameter("the source is a file, and not standard input", param_hint="'FILE'")
+    if output == STDIN:
+        raise typer.BadParameter("an import writes several files: name the scene file", param_hint="'--output' / '-o'")
+    faults = path_faults(file, output, source="source")
+    if not faults and (fault := output_fault(Path(output))) is not None:
+        hint = "name another file after -o: the scene names the files beside it by this name"
+        faults = [usage_error("SC904", f"`{output}` cannot be written: {fault}", file=output, hint=hint)]
     if faults:
         end(faults)
-    with scene_errors(options):
+    with scene_errors(options), progress("import") as show:
         try:
-            made = import_scene(file, output, allow=allow or (), **options)
+            made = import_scene(file, output, allow=allow or (), progress=show, **options)
         except OSError as error:
             end(
                 [usage_error("SC904", f"`{error.filename or output}` cannot be written: {error.strerror}", file=output)]

@@ -117,22 +117,30 @@ def checked_source(
 
 
 def path_faults(
-    scene: str, output: str | None, form: Format = Format.text, *, folder: bool = False
+    scene: str, output: str | None, form: Format = Format.text, *, folder: bool = False, source: str = "scene"
 ) -> list[Diagnostic]:
-    """Faults of the scene's path and the output's. `output`: None writes nothing. `folder`: whether it is to be one."""
+    """Faults of the scene's path and the output's.
+
+    Args:
+        scene: the file that is read.
+        output: None writes nothing.
+        form: of the diagnostics.
+        folder: whether the output is to be one.
+        source: what messages call the file that is read.
+    """
     faults: list[Diagnostic] = []
     if scene != STDIN and not os.path.lexists(scene):
         faults.append(usage_error("SC901", f"there is no file `{scene}`", file=scene))
     elif scene != STDIN and Path(scene).is_dir():
         message = f"`{scene}` is a folder, not a file"
-        faults.append(usage_error("SC901", message, file=scene, hint="name a scene file in it"))
+        faults.append(usage_error("SC901", message, file=scene, hint=f"name a {source} file in it"))
     if output is None:
         return faults
     if output == STDOUT and form is not Format.text:
         message = f"standard output cannot hold both the result (`-o -`) and diagnostics as {form.value}"
         faults.append(usage_error("SC906", message, file=output, hint="name a file after -o"))
     elif scene != STDIN and _is_same_file(scene, output):
-        message = f"`{output}` is the scene itself and would be overwritten"
+        message = f"`{output}` is the {source} itself and would be overwritten"
         faults.append(usage_error("SC904", message, file=output, hint="name another file after -o"))
     elif (reason := folder_refusal(output) if folder else refusal(output)) is not None:
         faults.append(usage_error("SC904", reason, file=output))

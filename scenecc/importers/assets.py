@@ -8,14 +8,32 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from scenecc.diagnostics.messages import cut
+from scenecc.expand.documents import SHIPPED_PREFIX
 from scenecc.files import open_regular
 from scenecc.importers.imported_scene import Asset
-from scenecc.source.paths import has_package
+from scenecc.source.paths import check_scheme, check_uri, has_package
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from scenecc.source.paths import AssetScope
+
+
+def assets_of(output: Path) -> Path:
+    """The folder of the files that are written beside a scene file."""
+    return output.with_name(f"{output.stem}_assets")
+
+
+def output_fault(output: Path) -> str | None:
+    """Why a scene file of this name could not name the files beside it; None: it can."""
+    name = assets_of(output).name if output.name else ""
+    refusal = check_uri(name) or check_scheme(f"{name}/", ())
+    if refusal is not None:
+        return refusal.message
+    if name.startswith(SHIPPED_PREFIX):
+        return f"`{SHIPPED_PREFIX}` begins the name of a prefab that scenecc has"
+    return f"`${{` in `{cut(name)}` would be an expression" if "${" in name else None
 
 
 def map_assets(node: Any, name: Callable[[Asset], str]) -> Any:
@@ -54,7 +72,7 @@ class AssetNames:
     def __init__(self, output: Path, scope: AssetScope, companions: Mapping[Path, tuple[Path, ...]]) -> None:
         self.copies: dict[str, bytes] = {}
         self._folder = output.parent
-        self._copied = f"{output.stem}_assets"
+        self._copied = assets_of(output).name
         self._scope = scope
         self._companions = companions
         self._made: dict[str, str] = {}

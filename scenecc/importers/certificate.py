@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.messages import cut
 from scenecc.importers.imported_scene import ReferencePose
 from scenecc.interrupt import ask_module
 from scenecc.pipeline import build_batch, compile_or_raise
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 _JUDGE_SECONDS: Final = 120
 
+_READ_BY_DRAKE: Final = frozenset({".sdf", ".world", ".urdf"})
+
 
 @frozen
 class Certificate:
@@ -33,12 +36,13 @@ class Certificate:
 
     Attributes:
         bodies: bodies that were built.
-        mass: of all bodies that move [kg].
-        judge: what the scene was compared with; "" where none is installed.
+        mass: of all dynamic bodies and links [kg].
+        judge: what the scene was compared with; "" where there is none.
+        why_no_judge: why the engine that is installed was not compared with; "" where none is.
         compared: bodies that both have.
         position: largest difference of positions [m].
         angle: largest difference of rotations [rad].
-        masses: bodies whose mass was compared.
+        masses: bodies whose mass was compared; those of kinematic bodies have no effect, and are not.
         relative_mass: largest relative difference of masses.
     """
 
@@ -50,12 +54,14 @@ class Certificate:
     angle: float = 0.0
     masses: int = 0
     relative_mass: float = 0.0
+    why_no_judge: str = ""
 
     def lines(self) -> list[str]:
         """The figures as text."""
         lines = [f"built {_bodies_in_words(self.bodies)}; those that move weigh {self.mass:.6g} kg"]
         if not self.judge:
-            return [*lines, "compared with no other engine: none that reads the file is installed"]
+            why = self.why_no_judge or "none that reads the file is installed"
+            return [*lines, f"compared with no other engine: {why}"]
         lines.append(f"compared with {self.judge}: {_bodies_in_words(self.compared)}")
         if not self.compared:
             return lines
@@ -73,11 +79,14 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
         from scenecc.backends.sapien.measure import measure  # noqa: PLC0415 - with the engine
 
         built = _bodies(measure(batch))
-    judge, reference = found.judge, dict(found.reference)
-    # Drake would look for models that the import was not allowed to read.
-    if not judge and not any(loss.kind == "models" for loss in found.losses):
-        judge, reference = _ask_drake(source, options)
     certificate = Certificate(len(built), math.fsum(body.mass or 0.0 for body in built.values()))
+    judge, reference = found.judge, dict(found.reference)
+    if not judge and find_spec("pydrake") is not None and source.suffix.lower() in _READ_BY_DRAKE:
+        judge = "Drake"
+        answer = _ask_drake(source, found, options)
+        if isinstance(answer, str):
+            return replace(certificate, why_no_judge=answer)
+        reference = answer
     return _compare(certificate, built, found.bodies, judge, reference)
 
 
@@ -92,7 +101,9 @@ def _bodies(snapshot: EngineSnapshot) -> dict[str, ReferencePose]:
         for body in entity.bodies:
             is_link = isinstance(entity.structure, ArticulationStructure)
             name = f"{entity.entity.name}/{body.name}" if is_link else entity.entity.name
-            found[name] = ReferencePose(body.pose, None if body.mass is None else body.mass.mass)
+            # PhysX ignores the mass of a kinematic body, so that a scene does not have the file's.
+            mass = None if body.body_type == "kinematic" else body.mass
+            found[name] = ReferencePose(body.pose, None if mass is None else mass.mass)
     return found
 
 
@@ -122,18 +133,20 @@ def _angle(a: tuple[float, ...], b: tuple[float, ...]) -> float:
     return 4 * math.asin(min(1.0, chord / 2))
 
 
-def _ask_drake(source: Path, options: Options) -> tuple[str, dict[str, ReferencePose]]:
-    """Poses and masses of Drake's own reader, in a process of its own; nothing where Drake is missing or refuses."""
-    if find_spec("pydrake") is None or source.suffix.lower() not in {".sdf", ".world", ".urdf"}:
-        return "", {}
+def _ask_drake(source: Path, found: ImportedScene, options: Options) -> dict[str, ReferencePose] | str:
+    """Poses and masses of Drake's own reader, in a process of its own; else why there are none."""
+    if any(loss.kind == "models" for loss in found.losses):
+        return "Drake would read models that are left out"
     request = {"file": str(source.absolute()), "roots": [str(root) for root in options.asset_roots]}
     try:
         done = ask_module("scenecc.importers.drake_poses", request, seconds=_JUDGE_SECONDS)
-        done.check_returncode()
-        rows: dict[str, Any] = json.loads(done.stdout)
-    except (subprocess.SubprocessError, ValueError):
-        return "", {}
+    except subprocess.TimeoutExpired:
+        return f"Drake did not read the file in {_JUDGE_SECONDS} s"
+    if done.returncode:
+        *_, last = "", *done.stderr.decode(errors="replace").strip().splitlines()
+        return f"Drake refuses the file: {cut(last)}" if done.returncode > 0 else "Drake crashes on the file"
+    rows: dict[str, Any] = json.loads(done.stdout)
     # The bodies of a URDF are named by their links, and it has one robot.
     is_urdf = source.suffix.lower() == ".urdf"
     named = {name.rpartition("::")[2] if is_urdf else name: row for name, row in rows.items()}
-    return "Drake", {name: ReferencePose(tuple(row["pose"]), row["mass"]) for name, row in named.items()}
+    return {name: ReferencePose(tuple(row["pose"]), row["mass"]) for name, row in named.items()}

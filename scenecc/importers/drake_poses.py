@@ -2,7 +2,7 @@
 
 Standard input is JSON: `{"file": PATH, "roots": [FOLDER, …]}`. The result is JSON: `MODEL::BODY` →
 `{"pose": …, "mass": …}`, a pose as p [m] and q (wxyz). Drake reads the file in a process of its own, since it ends the
-process for some files.
+process for some files. If it refuses a file, the last line of standard error says why.
 """
 
 from __future__ import annotations
@@ -32,7 +32,10 @@ def main() -> None:
         packages.Remove(name)  # one of them would be downloaded
     for root in asked["roots"]:
         packages.PopulateFromFolder(root)
-    parser.AddModels(asked["file"])
+    try:
+        parser.AddModels(asked["file"])
+    except RuntimeError as error:
+        sys.exit(str(error).partition("\n")[0])
     plant.Finalize()
     context = plant.CreateDefaultContext()
     # A joint that cannot be at 0 starts at its limit in a scene.

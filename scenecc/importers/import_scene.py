@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -17,7 +18,7 @@ from scenecc.diagnostics.diagnostic import Location
 from scenecc.errors import SceneError
 from scenecc.files import open_regular, replace_all, replace_set
 from scenecc.importers import FORMATS
-from scenecc.importers.assets import AssetNames, map_assets
+from scenecc.importers.assets import AssetNames, assets_of, map_assets, output_fault
 from scenecc.importers.imported_scene import LOSSES, REPAIRED, ImportContext, ImportedScene, Loss
 from scenecc.importers.prefabs import Prefabs, find_prefabs
 from scenecc.interrupt import undoing
@@ -39,10 +40,11 @@ if TYPE_CHECKING:
     from scenecc.pipeline import CompileResult
 
 _ROOT_ELEMENT: Final = re.compile(rb"<([A-Za-z_][\w.-]*)")
-_COMMENT: Final = re.compile(rb"<!--.*?-->|<[?!][^>]*>", re.DOTALL)
+_COMMENT: Final = re.compile(rb"<!--.*?(?:-->|\Z)|<[?!][^>]*>", re.DOTALL)
 _HEAD_BYTES: Final = 65536
 _SHOWN_PLACES: Final = 5
 _PACKAGE_LEVELS: Final = 6
+_STEPS: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +74,7 @@ def import_scene(
     asset_roots: Iterable[str | PathLike[str]] = (),
     allow_outside_assets: bool = False,
     limits: Mapping[str, int] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Imported:
     """Writes a scene file for a file of another format, builds it and compares it with the source.
 
@@ -83,50 +86,65 @@ def import_scene(
         asset_roots: as for `validate`; the file and the scene may read them.
         allow_outside_assets: as for `validate`.
         limits: as for `validate`.
+        progress: called with (steps done, steps in all): the source is read, compiled and written, then built.
 
     Raises:
         SceneError: the file cannot be imported, or not without a loss that is not allowed. Nothing is written.
         OSError: the output cannot be written.
         TypeError: an argument is of another type.
-        ValueError: there is no such loss or limit.
+        ValueError: there is no such loss or limit, or a scene file cannot name the files beside an output of that name.
     """
-    check_types(import_scene, {"allow": allow}, {"allow": Iterable[str]})
+    check_types(import_scene, {"allow": allow, "progress": progress}, _TYPES)
     allow = {allow} if isinstance(allow, str) else {*allow}
     source, target = (path_argument(import_scene, key, path) for key, path in (("file", file), ("output", output)))
     unknown = next((kind for kind in allow if kind not in LOSSES), None)
     if unknown is not None:
         raise ValueError(f"there is no loss `{unknown}`; the losses are {', '.join(LOSSES)}")
     options = Options.of(asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
+    if (fault := output_fault(target)) is not None:
+        raise ValueError(f"import_scene(): output: {fault}")
     sink, target = Sink(), target.absolute()
     scope = AssetScope(_root_of(source), options.asset_roots, options.allow_outside_assets)
     context = ImportContext(sink, scope, options.limits, frozenset(allow))
+    _tell(progress, 0)
     found = _read(source, context)
     if found is None or sink.failed:
         raise SceneError(sink.diagnostics())
     _report_losses(found.losses, context)
     if sink.failed:
         raise SceneError(sink.diagnostics())
+    _tell(progress, 1)
     compiled = _compile(found, source, context, options)
+    _tell(progress, 2)
     names = AssetNames(target, scope, _companions(compiled))
     files, prefabs = _texts(found, source, target, names)
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
     targets = [target.parent / name for name in files]
+    beside = assets_of(target)
+    if len(files) > 1 and beside.exists() and not beside.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(beside))
     before = {path: path.read_bytes() for path in targets if path.is_file()}
     folders = {each for path in targets for each in path.parents if not each.exists()}
     paths = replace_set(target, files, folder=False)
     with undoing() as undo:
         undo.callback(_put_back, targets, before, folders)
         certificate_of = import_module("scenecc.importers.certificate").certificate_of
+        _tell(progress, 3)
         certificate = certificate_of(found, source, target, options)
         undo.pop_all()
     return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
+
+
+def _tell(progress: Callable[[int, int], None] | None, done: int) -> None:
+    if progress is not None:
+        progress(done, _STEPS)
 
 
 def _texts(found: ImportedScene, source: Path, target: Path, names: AssetNames) -> tuple[dict[str, bytes], Prefabs]:
     """The scene file, the prefabs that it uses and what they name, by paths relative to the scene's folder."""
     document = simplify(map_assets(found.document, lambda asset: _FILE_MARK + names.name(asset)))
     taken = (Path(path).stem for path in names.copies if path.endswith(".yaml"))
-    prefabs = find_prefabs(document, taken, lambda name: f"{_FILE_MARK}{target.stem}_assets/{name}.yaml")
+    prefabs = find_prefabs(document, taken, lambda name: f"{_FILE_MARK}{assets_of(target).name}/{name}.yaml")
     head = {(): f"Imported from {source.name} by scenecc."}
     texts = {target.name: scene_text(_with_paths(prefabs.document, "."), comments=head)}
     for path, content in prefabs.files.items():
@@ -134,6 +152,8 @@ def _texts(found: ImportedScene, source: Path, target: Path, names: AssetNames) 
         texts[name] = scene_text(_with_paths(content, str(Path(name).parent)), comments=head)
     return {**{path: text.encode("utf-8") for path, text in texts.items()}, **names.copies}, prefabs
 
+
+_TYPES: Final[Mapping[str, Any]] = {"allow": Iterable[str], "progress": Callable[[int, int], None] | None}
 
 _FILE_MARK: Final = "\0"
 """Before a path that is relative to the scene's folder, or a uri."""
@@ -173,6 +193,8 @@ def _read(source: Path, context: ImportContext) -> ImportedScene | None:
     try:
         with open_regular(source) as stream:
             head = stream.read(_HEAD_BYTES)
+            if not _root_element(head) and _may_be_xml(source):
+                head += stream.read(context.limits.asset_bytes)
     except OSError as error:
         context.sink.report("SC430", f"the file cannot be read: {error.strerror or error}", Location(str(source)))
         return None
@@ -195,14 +217,23 @@ def _format_of(source: Path, head: bytes, sink: Sink) -> SourceFormat | None:
         message = f"no format has the suffix `{suffix}`" if suffix else "the file has no suffix"
         sink.report("SC430", message, place, hint=f"the suffixes are {known}")
         return None
-    root = _ROOT_ELEMENT.search(_COMMENT.sub(b"", head))
-    tag = "" if root is None else root[1].decode("ascii", "replace")
+    tag = _root_element(head)
     found = next((one for one in takers if not one.root or one.root == tag), None)
     if found is None:
         expected = " or ".join(f"<{one.root}> ({one.name})" for one in takers)
         seen = f"the first element is <{tag}>" if tag else "there is no XML element"
         sink.report("SC430", f"the file is not what its name says: {seen}, not {expected}", place)
     return found
+
+
+def _may_be_xml(source: Path) -> bool:
+    return any(one.root and source.suffix.lower() in one.suffixes for one in FORMATS)
+
+
+def _root_element(head: bytes) -> str:
+    """The name of the first element; "" where there is none. A long comment may stand before it."""
+    root = _ROOT_ELEMENT.search(_COMMENT.sub(b"", head))
+    return "" if root is None else root[1].decode("ascii", "replace")
 
 
 def _is_installed(chosen: SourceFormat, sink: Sink) -> bool:

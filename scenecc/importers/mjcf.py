@@ -168,7 +168,7 @@ class _Importer:
         return made
 
     def _reference(self) -> dict[str, ReferencePose]:
-        """Where MuJoCo's own kinematics has the bodies, and what it lets them weigh."""
+        """Where MuJoCo's own kinematics has the bodies with joints within their limits, and what it lets them weigh."""
         model = self._model
         return {
             model.body_name(body): ReferencePose(self._world_pose(body), float(model["body_mass"][body]) or None)

@@ -11,13 +11,16 @@ from scenecc.robots.urdf import read_urdf as read_robots
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics import Diagnostic, Sink
     from scenecc.importers.imported_scene import ImportContext
     from scenecc.robots.description import RobotDescription
     from scenecc.source.paths import ResolvedFile
 
 _REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files", "shapes": "colliders"}
 """What the scene can repair in a file, and the loss that this is."""
+
+_UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
+"""Warnings about masses and inertias that other programs do not read as SAPIEN does."""
 
 
 def read_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
@@ -37,26 +40,36 @@ def read_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
         bodies |= {f"{entity}/{link.name}": link.name for link in robot.links}
         if len(robot.links) == 1:
             bodies[entity] = robot.links[0].name
-    return ImportedScene({"scenecc": 1, "name": name, "entities": entities}, losses, bodies)
+    document = {"scenecc": 1, "name": name, "entities": entities}
+    return ImportedScene(document, losses, bodies, codes_of_losses=_UNREAL_INERTIAS)
 
 
 def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription | None, tuple[Loss, ...], list[str]]:
     """What the file describes, with as few repairs as it needs."""
     described, trial = _attempt(file, frozenset(), context)
-    if described is not None:
-        return described, (), []
-    errors = _count(trial)
-    needed = [name for name in _REPAIRS if _count(_attempt(file, frozenset({name}), context)[1]) < errors]
-    described, trial = _attempt(file, frozenset(needed), context)
+    needed: list[str] = []
+    if described is None:
+        errors = _count(trial)
+        needed = [name for name in _REPAIRS if _count(_attempt(file, frozenset({name}), context)[1]) < errors]
+        described, trial = _attempt(file, frozenset(needed), context)
     if described is None:
         read_robots(file, scope=context.scope, sink=context.sink, repair=frozenset(needed))
         return None, (), []
+    if "inertia" not in needed and _unreal(trial):
+        whole, repaired = _attempt(file, frozenset({*needed, "inertia"}), context)
+        if whole is not None and len(_unreal(repaired)) < len(_unreal(trial)):
+            described, trial, needed = whole, repaired, ["inertia", *needed]
     losses: list[Loss] = []
     for name in needed:
         notes = _attempt(file, frozenset({name}), context)[1].diagnostics()
         told = [note for note in notes if note.code == REPAIRED]
         losses += [Loss(_REPAIRS[name], note.message, note.location) for note in told]
+    losses += [Loss("inertias", note.message, note.location) for note in _unreal(trial)]
     return described, tuple(losses), needed
+
+
+def _unreal(sink: Sink) -> list[Diagnostic]:
+    return [note for note in sink.diagnostics() if note.code in _UNREAL_INERTIAS]
 
 
 def _attempt(

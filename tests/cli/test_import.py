@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from scenecc import import_scene
+
 SDF = """<sdf version="1.9"><model name="cube"><link name="body">
 <collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision>{more}
 </link></model></sdf>"""
@@ -54,6 +56,44 @@ def test_a_loss_that_is_not_allowed_ends_the_import(run, cube: Path) -> None:
 def test_wrong_usage_has_its_status(run, cube: Path, arguments: tuple[str, ...]) -> None:
     done = run("import", cube, *(arguments if "-o" in arguments else ("-o", "cube.yaml", *arguments)))
     assert done.returncode == 2
+
+
+@pytest.mark.parametrize("output", ["w${1}.yaml", "scenecc:x.yaml", "~.yaml", "a\nb.yaml"])
+def test_an_output_that_no_scene_can_name_is_refused_before_any_work(run, cube: Path, output: str) -> None:
+    cube.write_text("no SDF")
+    done = run("import", cube, "-o", output)
+    assert done.returncode == 2
+    assert "SC904" in done.stderr
+    assert "-o" in done.stderr
+    assert "SC430" not in done.stderr
+    with pytest.raises(ValueError, match="output"):
+        import_scene(cube, cube.with_name(output))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((".", "-o", "x.yaml"), "name a source file in it"),
+        (("cube.sdf", "-o", "-"), "name the scene file"),
+        (("cube.sdf", "-o", "cube.sdf"), "`cube.sdf` is the source itself"),
+    ],
+)
+def test_wrong_paths_are_told_in_words_of_an_import(run, cube: Path, arguments: tuple[str, ...], words: str) -> None:
+    done = run("import", *arguments)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert cube.read_text() == SDF.format(more="")
+
+
+def test_a_folder_of_assets_that_is_a_file_is_named(run, tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in/arm.urdf").write_text(URDF.format(more=""))
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/arm_assets").write_text("mine")
+    done = run("import", "in/arm.urdf", "-o", "out/arm.yaml")
+    assert done.returncode == 2
+    assert "out/arm_assets` cannot be written: Not a directory" in done.stderr
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["arm_assets"]
 
 
 def test_a_urdf_stays_a_file(run, tmp_path: Path) -> None:

@@ -107,6 +107,10 @@ def write_message(stream: BinaryIO, header: dict[str, Any], parts: list[bytes]) 
     stream.flush()
 
 
+_MOVES_ALONG_AXIS = {2, 3}
+"""`mjJNT_SLIDE` and `mjJNT_HINGE`."""
+
+
 def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict[str, Any], list[bytes]]:
     """The arrays of a model; under "error" what MuJoCo says of one that it does not compile.
 
@@ -124,6 +128,11 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict
     disable = mujoco.mjtDisableBit
     arrays = {name: getattr(model, name) for name in ARRAYS if hasattr(model, name)}
     data = mujoco.MjData(model)
+    # A joint that cannot be where the file puts it starts at its limit.
+    for joint in model.jnt_limited.nonzero()[0]:
+        if int(model.jnt_type[joint]) in _MOVES_ALONG_AXIS:
+            place = model.jnt_qposadr[joint]
+            data.qpos[place] = data.qpos[place].clip(*model.jnt_range[joint])
     mujoco.mj_kinematics(model, data)
     arrays |= {"xpos": data.xpos, "xquat": data.xquat}
     elements = {kind: [_element(one) for one in getattr(spec, several)] for kind, several in NAMED.items()}

@@ -45,6 +45,24 @@ def test_a_file_without_a_moving_body_is_compared_all_the_same(folder: Path) -> 
     assert made.certificate.lines() == ["built 1 body; those that move weigh 0 kg", "compared with MuJoCo: 0 bodies"]
 
 
+def test_joints_that_cannot_be_at_0_are_compared_within_their_limits(folder: Path) -> None:
+    (folder / "arm.xml").write_text("""<mujoco><worldbody><body pos="0 0 1">
+<joint type="hinge" axis="0 1 0" range="30 60"/><geom size="0.1" pos="0 0 1"/><body pos="0 0 1">
+<joint type="hinge" axis="1 0 0" ref="10" range="-60 -20"/><joint type="slide" axis="0 0 1" range="0.1 0.2"/>
+<geom size="0.1" pos="0 1 0"/></body></body></worldbody></mujoco>""")
+    found = import_scene(folder / "arm.xml", folder / "arm.yaml").certificate
+    assert found.compared == 2
+    assert max(found.position, found.angle, found.relative_mass) < 1e-6
+
+
+def test_the_mass_of_a_mocap_body_is_not_compared(folder: Path) -> None:
+    (folder / "table.xml").write_text("""<mujoco><worldbody><body mocap="true"><geom size="1" density="0"/>
+<inertial pos="0 0 0" mass="120" diaginertia="1 1 1"/></body><body pos="0 0 3"><freejoint/><geom size="0.1" mass="2"/>
+</body></worldbody></mujoco>""")
+    found = import_scene(folder / "table.xml", folder / "table.yaml").certificate
+    assert (found.compared, found.masses, found.mass) == (2, 1, pytest.approx(2))
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

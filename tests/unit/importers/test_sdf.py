@@ -444,6 +444,41 @@ MANY_BOXES = "".join(
 )
 
 
+def test_a_long_comment_may_stand_before_the_root(folder: Path) -> None:
+    text = f"<!-- <mujoco> {'-' * 70000}\n -->" + model(link("a")).partition("\n")[2]
+    assert list(imported(folder, text)[0]["entities"]) == ["m"]
+
+
+@pytest.mark.parametrize(
+    ("drake", "words"),
+    [
+        (
+            "raise RuntimeError('w.sdf:3: error: no such joint\\nand more')",
+            "Drake refuses the file: w.sdf:3: error: no such",
+        ),
+        ("import os; os.abort()", "Drake crashes on the file"),
+        ("import time; time.sleep(60)", "Drake did not read the file in 0.5 s"),
+    ],
+)
+def test_an_engine_that_does_not_read_the_file_is_told(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, drake: str, words: str
+) -> None:
+    (folder / "pydrake/multibody").mkdir(parents=True)
+    (folder / "pydrake/__init__.py").touch()
+    for name in ("__init__", "tree"):
+        (folder / f"pydrake/multibody/{name}.py").touch()
+    (folder / "pydrake/multibody/plant.py").write_text("class MultibodyPlant:\n    def __init__(self, **_): pass\n")
+    (folder / "pydrake/multibody/parsing.py").write_text(
+        f"class Parser:\n    def __init__(self, _): pass\n    def package_map(self): return self\n"
+        f"    def GetPackageNames(self): return []\n    def AddModels(self, _):\n        {drake}\n"
+    )
+    monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setattr("scenecc.importers.certificate._JUDGE_SECONDS", 0.5 if "sleep" in drake else 60)
+    _, made = imported(folder, model(link("a")))
+    assert made.certificate.judge == ""
+    assert words in made.certificate.lines()[1]
+
+
 def test_equal_models_become_instances_of_a_prefab(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     compared: list[set[str]] = []
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,32 @@ def test_a_robot_that_needs_repair_must_be_allowed(robot: Path, tmp_path: Path) 
     assert not (tmp_path / "scene.yaml").exists()
     import_scene(robot, tmp_path / "scene.yaml", allow=["inertias"])
     assert "repair: [inertia]" in (tmp_path / "scene.yaml").read_text()
+
+
+ZERO = 'ixx="0" iyy="0" izz="0"'
+
+
+@pytest.mark.parametrize(
+    ("inertial", "mass", "repair"),
+    [
+        (f'<mass value="5"/><inertia {ZERO} ixy="0" ixz="0" iyz="0"/>', 5, True),
+        ('<mass value="5"/><inertia ixx="1" iyy="1" izz="9" ixy="0" ixz="0" iyz="0"/>', 5, True),
+        # No body has an inertia and no mass: the mass is that of the mesh, 1/6 m³ of water.
+        ('<mass value="0"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>', 1000 / 6, False),
+    ],
+)
+def test_a_mass_or_an_inertia_that_is_0_or_impossible_must_be_allowed(
+    robot: Path, tmp_path: Path, inertial: str, mass: float, repair: bool
+) -> None:
+    robot.write_text(re.sub("<inertial>.*</inertial>", f"<inertial>{inertial}</inertial>", ROBOT, flags=re.DOTALL))
+    robot.write_text(robot.read_text().format(mesh="meshes/a.obj"))
+    with pytest.raises(SceneError) as caught:
+        import_scene(robot, tmp_path / "scene.yaml")
+    assert [each.code for each in caught.value.diagnostics] == ["SC431"]
+    made = import_scene(robot, tmp_path / "scene.yaml", allow=["inertias"])
+    assert [each.code for each in made.diagnostics if each.code != "SC525"] == ["SC432"]
+    assert ("repair: [inertia]" in (tmp_path / "scene.yaml").read_text()) == repair
+    assert masses(tmp_path / "scene.yaml") == pytest.approx({"robot": mass}, rel=1e-4)
 
 
 def test_a_collision_without_volume_must_be_allowed(robot: Path, tmp_path: Path) -> None:
