@@ -12,11 +12,11 @@ from scenecc.decompiler.bodies import BodyReader, friction_of, inertial, is_equa
 from scenecc.decompiler.patterns import by_pattern
 from scenecc.decompiler.values import Files, Node, pose_value, same_single, to_number, to_numbers
 from scenecc.geometry.rotations import normalized
+from scenecc.names import UniqueNames
 from scenecc.plan.properties import properties_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
+    from scenecc.decompiler.names import SceneNames
     from scenecc.decompiler.record import Recording, RobotSource
 
 _JOINT_KEYS: Final = tuple(row.field for row in properties_of("joint"))
@@ -62,13 +62,13 @@ class ArticulationReader:
         recording: Recording | None,
         files: Files,
         bodies: BodyReader,
-        rename: Callable[[str], str],
+        names: SceneNames,
         physics: Node,
     ) -> None:
         self._recording = recording
         self._files = files
         self._bodies = bodies
-        self._rename = rename
+        self._names = names
         self._physics = physics
 
     def entity(self, name: str, articulation: Any, *, alone: bool) -> Node:
@@ -97,7 +97,7 @@ class ArticulationReader:
         if not fixed or source.format == "mjcf":
             node["fix_root_link"] = fixed
         reference = self._reference({**node, source.format: str(file.resolve())})
-        if reference is None or [self._rename(link.name) for link in articulation.links] != [
+        if reference is None or [self._names.rename(link.name) for link in articulation.links] != [
             link.name for link in reference[0].links
         ]:
             self._bodies.problems.append(f"`{name}`: its file builds other links; it is written as a tree")
@@ -107,6 +107,7 @@ class ArticulationReader:
             reference_type = self._reference({**free, source.format: str(file.resolve())})
             if reference_type and (reference_type[0].links[0].joint.type == "fixed") == fixed:
                 del node["fix_root_link"]
+        self._names.keep([*(link.entity for link in articulation.links), *articulation.joints])
         node |= self._state(articulation, reference[0])
         node |= self._link_differences(articulation, reference[0], name)
         return node | self._joint_differences(articulation, *reference)
@@ -235,6 +236,9 @@ class ArticulationReader:
 
     def _tree(self, name: str, articulation: Any) -> Node:
         links = articulation.links
+        self._names.replace("link", [link.entity for link in links], ["link"] * len(links), UniqueNames(), of=name)
+        joints = [joint for joint in articulation.joints if joint.name or joint.dof]
+        self._names.replace("joint", joints, ["joint"] * len(joints), UniqueNames(), of=name)
         fixed = links[0].joint.type == "fixed"
         node: Node = {"fix_root_link": True} if fixed else {}
         nodes: dict[int, Node] = {}
@@ -247,24 +251,24 @@ class ArticulationReader:
             for each in nodes.values():
                 del each["gravity"]
         node |= self._state(articulation, None)
-        joints: dict[str, Node] = {}
+        settings: dict[str, Node] = {}
         drives: dict[str, Node] = {}
-        names = [self._rename(joint.name) for joint in articulation.active_joints]
+        names = [self._names.of(joint) for joint in articulation.active_joints]
         for joint, start in zip(articulation.active_joints, articulation.qpos.tolist(), strict=True):
-            state, joint_name = JointState.of(joint), self._rename(joint.name)
+            state, joint_name = JointState.of(joint), self._names.of(joint)
             drive = {key: value for key, value in state.drive.items() if value != _UNDRIVEN[key]}
             if state.target != to_number(start) and (drive or state.target):
                 drive["target"] = state.target
             if drive.keys() - {"damping", "target"} or state.target:
                 drives[joint_name] = drive
             if not same_single([state.numbers["max_velocity"]], [_USUAL_MAX_VELOCITY]):
-                joints[joint_name] = {"max_velocity": state.numbers["max_velocity"]}
-        node |= {"joints": by_pattern(joints, names)} if joints else {}
+                settings[joint_name] = {"max_velocity": state.numbers["max_velocity"]}
+        node |= {"joints": by_pattern(settings, names)} if settings else {}
         node |= {"drives": by_pattern(drives, names)} if drives else {}
         return {**node, "root": nodes[links[0].index]}
 
     def _tree_link(self, name: str, link: Any) -> Node:
-        link_name = self._rename(link.name)
+        link_name = self._names.of(link.entity)
         node: Node = {"name": link_name}
         if not link.is_root:
             node["joint"] = self._tree_joint(link)
@@ -277,7 +281,7 @@ class ArticulationReader:
     def _tree_joint(self, link: Any) -> Node:
         joint = link.joint
         record = getattr(self._recording and self._recording.builder_of(link), "joint_record", None)
-        name = self._rename(joint.name)
+        name = self._names.of(joint)
         node: Node = {"name": name, "type": str(joint.type)} if name else {"type": str(joint.type)}
         for key in ("pose_in_parent", "pose_in_child"):
             live, given = getattr(joint, key), getattr(record, key, None)

@@ -23,11 +23,18 @@ _DRIVES: Final = (*_AXES, "swing", "slerp")
 
 def constraint(
     component: Any, parent: str, child: str, recording: Recording | None, name: str, problems: list[str]
-) -> Node:
-    """A component that connects two bodies; `parent`, `child`: ENTITY or ENTITY/LINK, or "world"."""
+) -> Node | None:
+    """A component that connects two bodies; `parent`, `child`: ENTITY or ENTITY/LINK, or "world".
+
+    None: a drive without limits and drives, which does nothing.
+    """
     node: Node = {}
     if isinstance(component, physx.PhysxDriveComponent):
         node |= _drive(component, recording)
+        if not node.keys() & {"limits", "drive"}:
+            unknown = "; build the scene in `scenecc.record()` if it locks axes" if recording is None else ""
+            problems.append(f"the drive `{name}` between `{parent}` and `{child}`, which does nothing{unknown}")
+            return None
     elif isinstance(component, physx.PhysxGearComponent):
         node |= {"type": "gear", "ratio": to_number(component.gear_ratio)}
         node |= {"enable_hinges": True} if component.is_hinges_enabled else {}

@@ -84,31 +84,30 @@ def decompile(
     live, folder = _live_scenes(source), Path(base)
     problems: dict[str, None] = {}
     documents: list[dict[str, Any]] = []
-    facts = [read_scene(scene) for scene in live.scenes]
+    facts: list[Any] = []
     for index, scene in enumerate(live.scenes):
         reader = SceneReader(recording, Files(folder), _of_scene(live.rename, index), live.hidden)
         documents.append(reader.document(scene))
+        facts.append(read_scene(scene, reader.names.of))
         problems.update(dict.fromkeys(reader.problems))
     render = has_render_system(live.scenes[0])
     merged = merge_scenes(documents)
     if render or live.maniskill:  # what ManiSkill builds is seen as prefabs show it
-        merged = use_lights(use_prefabs(merged, facts[0], rename=_of_scene(live.rename, 0), render=render))
+        merged = use_lights(use_prefabs(merged, facts[0], render=render))
     head = {"scenecc": 1} | ({"name": name} if name else {}) | ({"description": description} if description else {})
     document = {**head, **simplify(merged)}
     differences = None
     if check:
-        differences = tuple(_differences(document, folder, facts, live.rename, render=render))
+        differences = tuple(_differences(document, folder, facts, render=render))
     return Decompiled(document, scene_text(document), tuple(problems), differences)
 
 
-def _differences(
-    document: dict[str, Any], base: Path, facts: list[Any], rename: Callable[[int, str], str], *, render: bool
-) -> list[str]:
+def _differences(document: dict[str, Any], base: Path, facts: list[Any], *, render: bool) -> list[str]:
     import scenecc  # noqa: PLC0415 - the facade is above this module's other users
     from scenecc.decompiler.verify import rebuilt_differences  # noqa: PLC0415 - loads the engine
 
     try:
-        return rebuilt_differences(document, base, facts, rename=rename, render=render)
+        return rebuilt_differences(document, base, facts, render=render)
     except scenecc.SceneError as error:
         return [f"the file does not build: {line}" for line in str(error).strip().splitlines()]
 

@@ -9,6 +9,7 @@ from scenecc.backends.sapien.engine import physx, render
 from scenecc.decompiler.articulations import ArticulationReader
 from scenecc.decompiler.bodies import BodyReader, SceneDefaults, friction_of, physical_material, plain_value, untouched
 from scenecc.decompiler.constraints import COMPONENTS, constraint
+from scenecc.decompiler.names import SceneNames
 from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
 from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single
 from scenecc.names import UniqueNames
@@ -29,7 +30,7 @@ class SceneReader:
 
     Attributes:
         problems: what cannot be said in a scene file, one sentence each.
-        names: the names in the document, by those of the scene's entities.
+        names: the names in the document, by the scene's objects.
     """
 
     def __init__(
@@ -37,10 +38,10 @@ class SceneReader:
     ) -> None:
         self._recording = recording
         self._files = files
-        self._rename = rename
+        self.names = SceneNames(rename)
         self._hidden = frozenset(hidden)
         self.problems: list[str] = []
-        self._names = UniqueNames()
+        self._taken = UniqueNames()
         self._mounts: dict[int, tuple[Any, str]] = {}
         self._many_robots = False
 
@@ -52,10 +53,11 @@ class SceneReader:
         document: Node = {"scenecc": 1}
         physics = _physics(scene, defaults)
         document |= {"physics": physics} if physics else {}
-        rename, ignoring = self._rename, _ignoring_articulations(components)
-        self._many_robots = ignoring > 1
-        robots = ArticulationReader(self._recording, self._files, bodies, rename, physics)
+        self._many_robots = _ignoring_articulations(components) > 1
+        robots = ArticulationReader(self._recording, self._files, bodies, self.names, physics)
         entities: Node = {}
+        found = [each for each in map(_named, scene.entities) if each is not None]
+        self.names.replace("entity", [each for each, _ in found], [name for _, name in found], self._taken)
         for entity in scene.entities:
             self._entity(entity, bodies, robots, entities)
         system = _render_system(scene)
@@ -65,7 +67,7 @@ class SceneReader:
         ties = self._constraints(components)
         document |= {"constraints": ties} if ties else {}
         document |= self._seen(components)
-        self.problems += bodies.problems
+        self.problems += [*self.names.problems, *bodies.problems]
         return document
 
     def _defaults(self, bodies: list[Any]) -> SceneDefaults:
@@ -107,20 +109,20 @@ class SceneReader:
             return
         if body is None and look is None:
             return
-        name = self._name(entity.name, "body")
+        name = self.names.of(entity)
         self._mounts[id(entity)] = (entity, name)
         node = bodies.body(name, body, look)
         pose = pose_value(entity.pose)
         node |= {} if pose is None else {"pose": pose}
-        node |= {"hidden": True} if self._rename(entity.name) in self._hidden else {}
+        node |= {"hidden": True} if self.names.rename(entity.name) in self._hidden else {}
         entities[name] = node
 
     def _articulation(self, articulation: Any, robots: ArticulationReader, entities: Node) -> None:
-        name = self._name(articulation.name, "articulation")
+        name = self.names.of(articulation)
+        entities[name] = robots.entity(name, articulation, alone=not self._many_robots)
         for link in articulation.links:
             entity = link.entity
-            self._mounts[id(entity)] = (entity, f"{name}/{self._rename(link.name)}")
-        entities[name] = robots.entity(name, articulation, alone=not self._many_robots)
+            self._mounts[id(entity)] = (entity, f"{name}/{self.names.of(entity)}")
 
     def _constraints(self, components: list[Any]) -> Node:
         found: Node = {}
@@ -129,7 +131,8 @@ class SceneReader:
                 parent = None if component.parent is None else self._mount(component.parent.entity)
                 name = self._name(component.name, "constraint")
                 child = self._mount(component.entity) or ""
-                found[name] = constraint(component, parent or "world", child, self._recording, name, self.problems)
+                node = constraint(component, parent or "world", child, self._recording, name, self.problems)
+                found |= {} if node is None else {name: node}
         return found
 
     def _seen(self, components: list[Any]) -> Node:
@@ -152,10 +155,20 @@ class SceneReader:
 
     def _name(self, given: str, otherwise: str) -> str:
         """A name of the language that nothing else has."""
-        plain = plain_name(self._rename(given)) or otherwise
-        if plain != (self._rename(given) or otherwise):
-            self.problems.append(f"`{given}` is called `{plain}`: a name in a scene file has no other characters")
-        return self._names.new(plain)
+        plain = plain_name(self.names.rename(given)) or otherwise
+        if plain != (self.names.rename(given) or otherwise):
+            self.problems.append(f"the name {given!r}; a name in a scene file has other characters: `{plain}`")
+        return self._taken.new(plain)
+
+
+def _named(entity: Any) -> tuple[Any, str] | None:
+    """The object that is named after an entity, and its name if it has none; None: nothing is."""
+    bodies: list[Any] = [each for each in entity.components if isinstance(each, physx.PhysxRigidBaseComponent)]
+    component: Any = bodies[0] if bodies else None
+    if isinstance(component, physx.PhysxArticulationLinkComponent):
+        return (component.articulation, "articulation") if component.is_root else None
+    seen = any(isinstance(each, render.RenderBodyComponent) for each in entity.components)
+    return (entity, "body") if component is not None or seen else None
 
 
 def _ignoring_articulations(components: list[Any]) -> int:

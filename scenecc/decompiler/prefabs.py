@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.decompiler.facts import Facts, renamed
 from scenecc.decompiler.reading import read_scene
 from scenecc.decompiler.verify import tidy, untouched_engine
 from scenecc.diagnostics import Sink
@@ -16,22 +15,20 @@ from scenecc.scene_file import is_list, is_mapping
 from scenecc.source import read_file
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
+    from scenecc.decompiler.facts import Facts
     from scenecc.decompiler.values import Node
 
 
-def use_prefabs(document: Node, live: Facts, *, rename: Callable[[str], str], render: bool) -> Node:
+def use_prefabs(document: Node, live: Facts, *, render: bool) -> Node:
     """The document with instances of prefabs in place of the bodies that these build.
 
     Args:
         document: a scene document; it is not changed.
-        live: the first of its scenes as it was read.
-        rename: gives the document's names of the scene's objects.
+        live: the first of its scenes as it was read, with the document's names.
         render: whether visuals were read. Without, an instance also brings those of the prefab.
     """
     entities: Node = document.get("entities", {})
-    bodies = {part.name: part for part in (_physical(renamed(each, rename)) for each in live.of_kind("entity"))}
+    bodies = {part.name: part for part in (_physical(each) for each in live.of_kind("entity"))}
     for instance, names, given in _candidates(entities, render=render):
         if not all(name in entities and name in bodies for name in names) or instance in entities:
             continue

@@ -6,7 +6,8 @@ scales of a drive, limits of a distance joint, how long a body stays awake.
 
 from __future__ import annotations
 
-from typing import Any, cast
+from collections.abc import Callable
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -14,16 +15,24 @@ from scenecc.decompiler import tables
 from scenecc.decompiler.facts import Facts, Plain, plain
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS
 
+NameOf: TypeAlias = Callable[[Any], str]
+"""Gives the name of an entity, an articulation, a link or a joint."""
 
-def read_scene(scene: Any) -> Facts:
+
+def _own_name(thing: Any) -> str:
+    return thing.name
+
+
+def read_scene(scene: Any, name_of: NameOf = _own_name) -> Facts:
     """A `sapien.Scene`: its settings, its entities in their order, then its articulations by their root links."""
     system = scene.physx_system
     values: list[tuple[str, Plain]] = [("timestep", plain(system.timestep))]
     values += _values(system.config, SCENE_CONFIG_FIELDS)
     if (renders := _system(scene, "render")) is not None:
         values.append(("ambient_light", plain(renders.ambient_light)))
-    entities = [read_entity(entity) for entity in scene.entities]
-    return Facts("scene", "", tuple(values), (*entities, *(read_articulation(a) for a in articulations(scene))))
+    entities = [read_entity(entity, name_of) for entity in scene.entities]
+    robots = [read_articulation(articulation, name_of) for articulation in articulations(scene)]
+    return Facts("scene", "", tuple(values), (*entities, *robots))
 
 
 def articulations(scene: Any) -> list[Any]:
@@ -40,28 +49,28 @@ def _system(scene: Any, name: str) -> Any:
         return None
 
 
-def read_entity(entity: Any) -> Facts:
+def read_entity(entity: Any, name_of: NameOf = _own_name) -> Facts:
     """An entity and its components in their order."""
     return Facts(
         "entity",
-        entity.name,
+        name_of(entity),
         (("pose", plain(entity.pose)),),
-        tuple(_component(component) for component in entity.components),
+        tuple(_component(component, name_of) for component in entity.components),
     )
 
 
-def read_articulation(articulation: Any) -> Facts:
+def read_articulation(articulation: Any, name_of: NameOf = _own_name) -> Facts:
     """What belongs to an articulation as a whole; its links stand among the scene's entities, a joint in its link."""
     order: list[tuple[str, Plain]] = [
-        ("links", plain([link.name for link in articulation.links])),
-        ("joints", plain([joint.name for joint in articulation.joints])),
-        ("active_joints", plain([joint.name for joint in articulation.active_joints])),
+        ("links", plain([name_of(link.entity) for link in articulation.links])),
+        ("joints", plain([name_of(joint) for joint in articulation.joints])),
+        ("active_joints", plain([name_of(joint) for joint in articulation.active_joints])),
     ]
     values = _values(articulation, tables.ARTICULATION)
-    return Facts("articulation", articulation.name, tuple(order + values))
+    return Facts("articulation", name_of(articulation), tuple(order + values))
 
 
-def _component(component: Any) -> Facts:
+def _component(component: Any, name_of: NameOf) -> Facts:
     kind = type(component).__name__
     values = _values(component, tables.COMPONENTS[kind])
     parts: list[Facts] = []
@@ -71,16 +80,16 @@ def _component(component: Any) -> Facts:
         parts += [_visual(shape) for shape in component.render_shapes]
     if hasattr(component, "parent"):
         parent = component.parent
-        values.append(("parent", None if parent is None else parent.name or parent.entity.name))
+        values.append(("parent", None if parent is None else name_of(parent.entity)))
     if kind == "PhysxArticulationLinkComponent":
-        values.append(("articulation", component.articulation.name))
-        parts.append(_joint(component.joint))
+        values.append(("articulation", name_of(component.articulation)))
+        parts.append(_joint(component.joint, name_of))
     return Facts(kind, component.name, tuple(values), tuple(parts))
 
 
-def _joint(joint: Any) -> Facts:
+def _joint(joint: Any, name_of: NameOf) -> Facts:
     names = tables.JOINT + (tables.AXIS if joint.dof else ())
-    return Facts("joint", joint.name, tuple(_values(joint, names)))
+    return Facts("joint", name_of(joint), tuple(_values(joint, names)))
 
 
 def _shape(shape: Any) -> Facts:

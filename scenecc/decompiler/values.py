@@ -140,12 +140,14 @@ def scale_value(scale: Any) -> Any:
     return numbers
 
 
-def plain_name(name: str) -> str:
-    """A name of the language for one of the engine, the same where that is one; empty of an empty one."""
+def plain_name(name: str, *, local: bool = False) -> str:
+    """A name of the language for one of the engine, the same where that is one; empty of an empty one.
+
+    `local`: of a link or joint, which may be called `world`.
+    """
     plain = _NOT_IN_NAMES.sub("_", name)
-    if not plain or (plain != "world" and not plain.startswith("x-") and (plain[0].isalpha() or plain[0] == "_")):
-        return plain
-    return f"_{plain}"
+    reserved = plain.startswith("x-") or (plain == "world" and not local)
+    return plain if not plain or (not reserved and (plain[0].isalpha() or plain[0] == "_")) else f"_{plain}"
 
 
 class Files:

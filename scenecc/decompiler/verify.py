@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -14,9 +13,9 @@ import numpy as np
 from scenecc.backends.sapien.engine import physx
 from scenecc.decompiler.bodies import flat_grid
 from scenecc.decompiler.differing import differences
-from scenecc.decompiler.facts import Facts, Numbers, Plain, plain, renamed
+from scenecc.decompiler.facts import Facts, Numbers, Plain, plain
 from scenecc.decompiler.reading import read_scene
-from scenecc.decompiler.values import SEEN_TOLERANCE, plain_name
+from scenecc.decompiler.values import SEEN_TOLERANCE
 from scenecc.diagnostics import Sink
 from scenecc.geometry.rotations import IDENTITY_POSE, compose, rotate, to_pose
 from scenecc.source import read_text
@@ -29,16 +28,13 @@ _SEEN: Final = ("Render", "material", "part")
 """Kinds of objects of which the last bits of a pose do not count: nobody sees them."""
 
 
-def rebuilt_differences(
-    document: Mapping[str, Any], base: Path, live: list[Facts], *, rename: Callable[[int, str], str], render: bool
-) -> list[str]:
+def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[Facts], *, render: bool) -> list[str]:
     """Builds a document and tells what differs from live scenes, one line each; empty if all is equal.
 
     Args:
         document: the scene file as plain data.
         base: the folder in which its relative paths start.
-        live: the scenes as they were read before, in the order of their indices.
-        rename: gives the document's names of the live scenes' objects, by the index of the scene.
+        live: the scenes as they were read before, with the document's names, in the order of their indices.
         render: whether visuals, lights and cameras were read.
 
     Raises:
@@ -56,14 +52,9 @@ def rebuilt_differences(
         found = [read_scene(scene) for scene in batch.scenes]
     lines: list[str] = []
     for index, (first, second) in enumerate(zip(live, found, strict=True)):
-        named = renamed(first, partial(_name, rename, index))
-        told = differences(tidy(named), tidy(second), tolerance=_tolerance)
+        told = differences(tidy(first), tidy(second), tolerance=_tolerance)
         lines += told if len(live) == 1 else [f"scene {index}: {line}" for line in told]
     return lines
-
-
-def _name(rename: Callable[[int, str], str], index: int, name: str) -> str:
-    return plain_name(rename(index, name))
 
 
 @contextmanager

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.maniskill.compat import REGISTERED_ENVS, gym, torch
+from scenecc.backends.sapien.build import DRIVER_HINT
 from scenecc.backends.sapien.engine import render_problem
 from scenecc.decompiler.decompile import decompile
 from scenecc.decompiler.record import record
+from scenecc.diagnostics.messages import suggest
 from scenecc.scene_file.parallel import UnlikeScenes
 
 if TYPE_CHECKING:
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class TaskFailure(Exception):
-    """A task that cannot be built here; the message says why in one sentence."""
+    """A task that cannot be built here; the message says why, and on further lines what helps."""
 
 
 def decompile_task(task: str, *, base: Path, seed: int = 0, num_envs: int = 1, check: bool = True) -> Decompiled:
@@ -37,10 +39,11 @@ def decompile_task(task: str, *, base: Path, seed: int = 0, num_envs: int = 1, c
         TaskFailure: there is no such task, it does not build here, or its scenes are too different for one file.
     """
     if task not in REGISTERED_ENVS:
-        raise TaskFailure(f"ManiSkill has no task `{task}`")
+        hint = suggest(task, sorted(REGISTERED_ENVS))
+        raise TaskFailure(f"ManiSkill has no task `{task}`; {hint}")
     problem = render_problem()
     if problem is not None:
-        raise TaskFailure(f"ManiSkill's tasks need a device that renders: {problem}")
+        raise TaskFailure(f"ManiSkill's tasks need a device that renders: {problem}\n{DRIVER_HINT}")
     where = "gpu" if torch.cuda.is_available() else "cpu"
     envs: list[Any] = []
     try:
