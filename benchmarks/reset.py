@@ -27,7 +27,7 @@ entities:
     color: {color}
     shapes: [{{type: box, half_size: [0.6, 0.6, 0.1]}}]
   cube:
-    repeat: {{i: {{count: 4}}}}
+    repeat: {{i: {{count: 8}}}}
     pose: {{p: {{uniform: [[-0.5, -0.5, 0.25], [0.5, 0.5, 0.5]]}}, q: uniform}}
     mass: {mass}
     color: {color}

@@ -15,6 +15,7 @@ import numpy as np
 from scenecc.backends.sapien.audit.comparison import ROTATION_TOLERANCE, DifferenceGroups
 from scenecc.backends.sapien.live_properties import (
     ANGLE_TOLERANCE,
+    ENTITY_POSE,
     MASS_AND_INERTIA,
     LiveProperty,
     live_property,
@@ -91,6 +92,11 @@ class DrawnField:
     scenes: frozenset[int]
     densities: Mapping[Any, tuple[float, Any]]
 
+    def objs(self, scenes: Sequence[int]) -> list[Any]:
+        """The objects of some scenes, in their order."""
+        held = self.holder.objs
+        return list(held.values()) if scenes == list(held) else [held[scene] for scene in scenes]
+
     @property
     def key(self) -> str:
         """What a saved state calls it."""
@@ -113,10 +119,9 @@ class DrawnField:
         """The numbers that the engine is given for rows of the plan."""
         if self.prop is not MASS_AND_INERTIA:
             return drawn
-        found = [self.densities[self.holder.objs[scene]] for scene in scenes]
-        computed = np.array([mass for mass, _ in found])
+        masses, inertias = zip(*map(self.densities.__getitem__, self.objs(scenes)), strict=True)
         # In float64, and rounded once by the engine, as when it is built.
-        inertia = np.array([inertia for _, inertia in found]) * (drawn / computed)[:, None]
+        inertia = np.array(inertias) * (drawn / np.array(masses))[:, None]
         return np.concatenate((drawn[:, None], inertia), axis=1)
 
     def _check_bounds(self, drawn: Floats, batch: Batch) -> None:
@@ -141,19 +146,19 @@ class FieldWrite(NamedTuple):
 
     def apply(self) -> None:
         """Sets it."""
-        prop, holder, objs = self.field.prop, self.field.holder, self.field.holder.objs
+        prop, holder = self.field.prop, self.field.holder
         rows = self.rows if self.field.quantity.dtype != "bool" else self.rows != 0
         setter = prop.set
-        for scene, item in zip(self.scenes, prop.convert(rows), strict=True):
-            setter(objs[scene], item)
+        for obj, item in zip(self.field.objs(self.scenes), prop.convert(rows), strict=True):
+            setter(obj, item)
         if holder.moved is not None and self.field.name == "com":
             for scene in self.scenes:
                 holder.moved(scene)
 
     def read(self) -> NDArray[np.float32]:
         """What the engine holds, (B, n)."""
-        get, objs = self.field.prop.get, self.field.holder.objs
-        return np.array([get(objs[scene]) for scene in self.scenes], np.float32).reshape(len(self.scenes), -1)
+        objs = self.field.objs(self.scenes)
+        return np.array([*map(self.field.prop.get, objs)], np.float32).reshape(len(objs), -1)
 
     def differing(self) -> list[tuple[int, Floats, Floats]]:
         """The scenes in which the engine does not hold it, with what is wanted and what is there."""
@@ -166,8 +171,6 @@ class FieldWrite(NamedTuple):
             same = (np.abs(found - wanted) <= ANGLE_TOLERANCE * wanted).all(axis=1)
         else:
             same = (found == wanted).all(axis=1)
-        # What was taken out of its scene for good holds nothing.
-        same |= np.isnan(found).all(axis=1)
         return [(self.scenes[row], wanted[row], found[row]) for row in np.flatnonzero(~same).tolist()]
 
 
@@ -183,17 +186,17 @@ class DrawnFieldSet:
     def __init__(self, holders: Iterable[Holder], drawn: DrawnObjects, *, rendered: bool) -> None:
         self._rendered = rendered
         self._fields = [one for holder in holders for one in _drawn_fields(holder, drawn)]
-        # Of each field, what it was given last in each scene.
-        self._given = [self._as_built(one) for one in self._fields]
+        # Of each field, its scenes, and what it was given last in each of them.
+        self._scenes = [sorted(one.scenes) for one in self._fields]
+        self._given = list(map(self._as_built, self._fields, self._scenes))
 
     def __len__(self) -> int:
         return len(self._fields)
 
     @staticmethod
-    def _as_built(one: DrawnField) -> dict[int, Floats]:
-        scenes = sorted(one.scenes)
+    def _as_built(one: DrawnField, scenes: list[int]) -> Floats:
         rows = np.array([one.value.row(one.holder.rows[scene]) for scene in scenes], np.float64)
-        return dict(zip(scenes, one.engine_rows(rows, scenes), strict=True))
+        return one.engine_rows(rows, scenes)
 
     def draw(self, batch: Batch) -> list[FieldWrite]:
         """What all of them are in the scenes of a batch; nothing is set.
@@ -217,7 +220,12 @@ class DrawnFieldSet:
         number_of = {id(one): number for number, one in enumerate(self._fields)}
         for write in writes:
             write.apply()
-            self._given[number_of[id(write.field)]].update(zip(write.scenes, write.rows, strict=True))
+            number = number_of[id(write.field)]
+            if write.scenes == self._scenes[number]:
+                self._given[number] = write.rows
+            else:
+                whole = self._given[number] = self._given[number].copy()
+                whole[np.searchsorted(self._scenes[number], write.scenes)] = write.rows
 
     @staticmethod
     def audit(writes: Sequence[FieldWrite], sink: Sink) -> None:
@@ -238,11 +246,11 @@ class DrawnFieldSet:
     def state(self, scene_idxs: Sequence[int]) -> dict[str, DrawnFieldState]:
         """What all of them are in some scenes, by what a saved state calls them."""
         found: dict[str, DrawnFieldState] = {}
-        for one, given in zip(self._fields, self._given, strict=True):
+        for one, mine, given in zip(self._fields, self._scenes, self._given, strict=True):
             scenes = [scene for scene in scene_idxs if scene in one.scenes]
             if not scenes:
                 continue
-            write = FieldWrite(one, scenes, np.array([given[scene] for scene in scenes]))
+            write = FieldWrite(one, scenes, given[np.searchsorted(mine, scenes)])
             # What was set by hand meanwhile is in the engine alone.
             for scene, _, there in write.differing():
                 write.rows[scenes.index(scene)] = there.reshape(write.rows.shape[1:])
@@ -264,7 +272,7 @@ class DrawnFieldSet:
             row_of = {} if there is None else {scene: row for row, scene in enumerate(there.scene_idxs)}
             if there is None or not row_of.keys() >= set(scenes):
                 raise ValueError(f"the state is of another plan: it lacks '{one.key}', which a reset draws here")
-            shape = next(iter(given.values())).shape
+            shape = given.shape[1:]
             if there.numbers.shape[1:] != shape or not np.isfinite(there.numbers).all():
                 raise ValueError(f"'{one.key}' must be finite numbers ({len(there.scene_idxs)}, *{shape})")
             writes.append(FieldWrite(one, scenes, there.numbers[[row_of[scene] for scene in scenes]]))
@@ -283,11 +291,13 @@ def is_seen(holder: Holder) -> bool:
 _SEEN = VisualMaterial | Light | Camera | Perspective | Intrinsic | Orthographic | Environment
 
 
-def _drawn_fields(holder: Holder, drawn: DrawnObjects) -> Iterator[DrawnField]:
-    for slot in plan_fields(holder.node.__class__):
-        value = getattr(holder.node, slot.name)
+def _drawn_fields(found: Holder, drawn: DrawnObjects) -> Iterator[DrawnField]:
+    for slot in plan_fields(found.node.__class__):
+        holder, value = found, getattr(found.node, slot.name)
         if isinstance(value, Value) and value.recipe is not None and isinstance(slot.kind, Quantity):
             prop = live_property(holder.node, slot.name)
+            if prop is ENTITY_POSE:
+                holder = holder._replace(objs={scene: obj.get_entity() for scene, obj in holder.objs.items()})
             if prop is not None and holder.objs:
                 scenes = frozenset(holder.objs)
                 yield DrawnField(holder, slot.name, value, slot.kind, prop, scenes, drawn.densities)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.engine import physx, render
+from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.properties import (
     BODY_PROPERTIES,
     JOINT_LIMITS,
@@ -69,17 +69,20 @@ def _pose_getter(name: str) -> Callable[[Any], Any]:
 _Body = physx.PhysxRigidBodyComponent
 
 
-def _set_mass_and_inertia(body: Any, row: Any) -> None:
-    mass, *inertia = row
-    body.set_mass(mass)
-    body.set_inertia(inertia)
+def _set_mass_and_inertia(body: Any, item: tuple[float, Any]) -> None:
+    body.set_mass(item[0])
+    body.set_inertia(item[1])
 
 
-def _mass_and_inertia(body: Any) -> tuple[float, ...]:
-    return (body.mass, *body.inertia)
+def _mass_and_inertia(body: Any) -> list[float]:
+    return [body.get_mass(), *body.get_inertia().tolist()]
 
 
-MASS_AND_INERTIA = LiveProperty(_set_mass_and_inertia, _mass_and_inertia, to_scalars, stored="inverse")
+def _to_masses_and_inertias(rows: NDArray[Any]) -> Column:
+    return list(zip(rows[:, 0].tolist(), rows[:, 1:], strict=True))
+
+
+MASS_AND_INERTIA = LiveProperty(_set_mass_and_inertia, _mass_and_inertia, _to_masses_and_inertias, stored="inverse")
 """`mass` of `BodyStructure`, with the inertia that it scales: (B, 4)."""
 
 
@@ -203,19 +206,8 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
 """By the dataclass of the plan and its field. Those of an axis and of an angle of view depend on the rest of it."""
 
 
-def _set_entity_pose(component: Any, pose: Any) -> None:
-    entity = component.get_entity()
-    if entity is not None:
-        entity.set_pose(pose)
-
-
-def _entity_pose(component: Any) -> Any:
-    entity = component.get_entity()
-    return (np.nan,) * 7 if entity is None else entity.get_pose().__getstate__()
-
-
-ENTITY_POSE = LiveProperty(_set_entity_pose, _entity_pose, to_poses)
-"""`pose` of a light or a camera that stands in the world: the pose of its own entity."""
+ENTITY_POSE = LiveProperty(sapien.Entity.set_pose, _pose_getter("pose"), to_poses)
+"""`pose` of a light or a camera that stands in the world: of its own entity."""
 
 
 def _set_local_pose(component: Any, pose: Any) -> None:
