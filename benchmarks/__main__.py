@@ -22,6 +22,7 @@ BENCHMARKS = {
     "robots": "benchmarks.robots",
     "maniskill": "benchmarks.maniskill",
     "render": "benchmarks.render",
+    "reset": "benchmarks.reset",
     "view": "benchmarks.view",
     "conversion": "benchmarks.conversion",
     "process": "benchmarks.process",

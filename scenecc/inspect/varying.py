@@ -230,6 +230,7 @@ def _material(
             f"{where}.material.{name}",
             support,
             varies=len(given) < len(rows) or not one,
+            at_reset=any(value.recipe is not None for value in given),
             drawn=any(drawn for _, drawn in shown),
         )
 

@@ -66,6 +66,8 @@ _LIMITS = field_type("limits")
 _RATIO = field_type("ratio", fallback=1.0)
 _STIFFNESS, _DAMPING, _FORCE = field_type("stiffness"), field_type("damping"), field_type("force_limit")
 _VELOCITY = vector(3)
+_SPRING = field_type("AxisLimit.stiffness")
+"""Of the spring of a limit, which stays as it is built."""
 _SCALES = field_type("inv_mass_scales")
 _NUMBER = FieldType()
 _ENABLED = FieldType(dtype="bool", fallback=True)
@@ -87,8 +89,8 @@ def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -
         case DistanceConstraint():
             return Distance(
                 limits=fields.value(written.limits, _DISTANCES, origin, "limits"),
-                stiffness=fields.optional(written.stiffness, _STIFFNESS, origin, "stiffness"),
-                damping=fields.optional(written.damping, _DAMPING, origin, "damping"),
+                stiffness=fields.optional(written.stiffness, _SPRING, origin, "stiffness"),
+                damping=fields.optional(written.damping, _SPRING, origin, "damping"),
             )
         case GearConstraint():
             ratio = fields.value(written.ratio, _RATIO, origin, "ratio")
@@ -180,8 +182,8 @@ def _axis_limits(written: DriveConstraint, fields: FieldLowerer, origin: Origin)
         stiffness, damping = None, None
         if spring is not None:
             at = ("limit_springs", axis)
-            stiffness = fields.optional(spring.stiffness, _STIFFNESS, origin, *at, "stiffness")
-            damping = fields.optional(spring.damping, _DAMPING, origin, *at, "damping")
+            stiffness = fields.optional(spring.stiffness, _SPRING, origin, *at, "stiffness")
+            damping = fields.optional(spring.damping, _SPRING, origin, *at, "damping")
         found.append(AxisLimit(axis, fields.value(limits, _LIMITS, origin, "limits", axis), stiffness, damping))
     return tuple(found)
 

@@ -229,7 +229,7 @@ def _locked(axes: list[str]) -> tuple[bool, ...]:
 
 def _field_type(row: Property) -> FieldType:
     if row.field == "disable_gravity":
-        return FieldType(dtype="bool", convert=opposite, fallback=False)
+        return FieldType(dtype="bool", convert=opposite, fallback=False, reset=row.reset)
     if row.field == "locked_motion_axes":
         return FieldType((6,), "bool", convert=_locked)
     return field_type(row.field)
@@ -241,9 +241,6 @@ BODY_FIELDS: dict[str, tuple[str, FieldType]] = {
 """Key of the language → field of the plan, and what a row of it holds."""
 
 _BODY_KEYS = frozenset(BODY_FIELDS)
-
-RESETTABLE_KEYS = frozenset(row.field for row in properties_of("body") if row.reset)
-"""Knobs that a reset draws anew."""
 
 _NUMBERS = frozenset((int, float))
 
@@ -264,7 +261,7 @@ def lower_inertial(given: Any, owner: Origin, fields: FieldLowerer) -> Inertial:
     place = owner.child("inertial")
     return Inertial(
         fields.value(given.mass, BODY_FIELDS["mass"][1], place, "mass"),
-        local_pose(given.com, owner, ("inertial", "com"), "a centre of mass", fields),
+        local_pose(given.com, owner, ("inertial", "com"), "a centre of mass", fields, reset=True),
         fields.value(given.inertia, _INERTIA_TYPE, place, "inertia"),
     )
 
@@ -359,7 +356,7 @@ class BodyLowerer:
             if item.__class__ in _NUMBERS and kind.convert is None:
                 properties[field] = literal(item, kind.dtype)
             else:
-                properties[field] = fields.value(item, kind, origin, name, reset=name in RESETTABLE_KEYS)
+                properties[field] = fields.value(item, kind, origin, name)
         if body.collision_group is None:
             return
         if "collision_bits" in given:

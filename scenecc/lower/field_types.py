@@ -65,6 +65,7 @@ class FieldType:
         pad: of a row's last component where only the others are written.
         wide: a single number is used for every component.
         free: a row may have any shape; that of a form which draws follows from its bounds.
+        reset: whether a reset may draw it anew.
     """
 
     shape: tuple[int, ...] = ()
@@ -76,6 +77,7 @@ class FieldType:
     wide: bool = False
     free: bool = False
     within: Bounds | None = None
+    reset: bool = False
 
     @property
     def bounds(self) -> Bounds:
@@ -95,7 +97,9 @@ def field_type(
     row = QUANTITIES[quantity]
     if fallback is None:
         fallback = (0.0,) * row.shape[0] if row.shape else 0.0
-    return FieldType(row.shape, row.dtype, convert, fallback=fallback, pad=pad, wide=wide, within=row.bounds)
+    return FieldType(
+        row.shape, row.dtype, convert, fallback=fallback, pad=pad, wide=wide, within=row.bounds, reset=row.reset
+    )
 
 
 def vector(count: int) -> FieldType:

@@ -12,7 +12,7 @@ from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.scene import is_shared_pose
 from scenecc.variation.bounds import UNKNOWN, ValueBounds
 from scenecc.variation.forms import Template
-from scenecc.variation.nodes import BUILTIN_NAMES, NODE_TYPES, NODES, Const, Rows
+from scenecc.variation.nodes import BUILTIN_NAMES, NODE_TYPES, NODES, Const, Rows, holds_infinity
 from scenecc.variation.operations import COMPUTE_LIMIT_HINT, DrawError, OperationCounter
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class FieldLowerer:
         self.sink = sampling.sink
         self._batch: Batch | None = None
 
-    def value(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool = False) -> Value:
+    def value(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool | None = None) -> Value:
         """A leaf as a value.
 
         Args:
@@ -71,7 +71,7 @@ class FieldLowerer:
             kind: of the field.
             owner: of the node that has the field.
             at: the field's keys there.
-            reset: whether a reset may change it.
+            reset: whether a reset may change it; None: the type of the field says so.
         """
         if given.__class__ not in VARYING:
             return literal(given if kind.convert is None else kind.convert(given), kind.dtype)
@@ -81,14 +81,15 @@ class FieldLowerer:
             return convert_expressions(given, kind, place, self)
         return self.finish(variation.item(given, kind, place), variation, kind, place.origin, reset=reset)
 
-    def optional(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool = False) -> Value | None:
+    def optional(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool | None = None) -> Value | None:
         """As `value`; None where the key was left out."""
         return None if given is None else self.value(given, kind, owner, *at, reset=reset)
 
     def finish(
-        self, item: Any, variation: VariationLowerer, kind: FieldType, origin: Origin, *, reset: bool = False
+        self, item: Any, variation: VariationLowerer, kind: FieldType, origin: Origin, *, reset: bool | None = None
     ) -> Value:
         """An item that was read as a value: of what is known by scene the rows, of the rest how they are drawn."""
+        reset = kind.reset if reset is None else reset
         if not reset:
             self.fix(variation)
         if item.__class__ not in NODE_TYPES:
@@ -126,6 +127,13 @@ class FieldLowerer:
     def fix(self, variation: VariationLowerer) -> None:
         """Notes that a field stays as it is built, and with it all shared draws that it reads."""
         self.sampling.fixed |= variation.reads
+
+    def keep_infinite(self, value: Value) -> None:
+        """Has a value stay as it is built if it may be infinite in some scene: the engine cannot change that later."""
+        reset = self.sampling.resets.get(id(value))
+        if reset is not None and holds_infinity(reset.node, self.sampling.draws):
+            del self.sampling.resets[id(value)]
+            self.fix(reset.variation)
 
     def _rows(self, node: Node, variation: VariationLowerer, kind: FieldType, origin: Origin) -> Value:
         from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies

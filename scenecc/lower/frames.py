@@ -70,11 +70,13 @@ class Follower:
 
     Attributes:
         local: its own pose, as it is built: seven numbers, or a node.
+        variation: what was read of it.
         parent: the entity or frame in whose frame that is; None: the world.
         fields: of it.
     """
 
     local: Pose7 | Node
+    variation: VariationLowerer
     parent: str | None
     fields: FieldLowerer
 
@@ -173,7 +175,7 @@ class FrameGraph:
     ) -> Value:
         """The world pose of a light or a camera as a value.
 
-        Its own pose stays as built; its reference frame may be drawn again, and a reset follows it.
+        Its own pose and its reference frame may be drawn again; a reset moves it.
 
         Args:
             key: what it is known as, as `scenecc.spec.references.qualified_name` has it.
@@ -183,7 +185,6 @@ class FrameGraph:
             fields: of it.
             origin: of the node that has the key `pose`.
         """
-        fields.fix(variation)
         parent = self._known_parent(key, relative_to, origin)
         whole = VariationLowerer(fields, origin)
         whole.join(variation)
@@ -195,7 +196,7 @@ class FrameGraph:
             world = composed(outer.world, local)
             for other in self._readings(parent):
                 whole.join(other)
-            self.followers[key] = Follower(local, parent, fields)
+        self.followers[key] = Follower(local, variation, parent, fields)
         if world.__class__ not in NODE_TYPES:
             return literal(world)
         return fields.finish(world, whole, POSE, origin.child("pose"), reset=True)
@@ -234,10 +235,6 @@ class FrameGraph:
     def fields(self, name: str) -> FieldLowerer:
         """The field lowerer of an entity, a frame or a link."""
         return self._fields_of(self._links[name].entity if name in self._links else name)
-
-    def is_still(self, name: str) -> bool:
-        """Whether the pose that something has of its own stays as it is built, though what is around it need not."""
-        return name in self._sections.get("cameras", {})
 
     def is_fixed(self, name: str) -> bool:
         """Whether something stays where it is built."""

@@ -16,13 +16,15 @@ from scenecc.variation.nodes import NODE_TYPES, Composed, FromAxisAngle, Posed, 
 from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.deferred_checks import ResettableValue
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.plan import ArticulationStructure, Value
     from scenecc.plan.articulation import Joint, Link
+    from scenecc.variation.nodes import Node
 
 
 @frozen
@@ -163,10 +165,21 @@ class LinkPoseLowerer:
         reset = self._fields.sampling.resets.get(id(value))
         if reset is None:
             return Rows(self._fields.scenes, tuple(self._rows(value)))
-        from scenecc.lower.resets import reset_node  # noqa: PLC0415 - loaded where something varies
+        return self._drawn_anew(reset)
+
+    def _drawn_anew(self, reset: ResettableValue) -> Node:
+        from scenecc.lower.resets import (  # noqa: PLC0415 - loaded where something varies
+            built_limit_items,
+            drawn_limit_items,
+            reset_node,
+        )
+
+        def limit_items(limits: Value, scenes: tuple[int, ...]) -> Iterator[Any]:
+            drawn = self._fields.sampling.resets.get(id(limits))
+            return built_limit_items(limits, scenes) if drawn is None else drawn_limit_items(self._drawn_anew(drawn))
 
         self.variation.join(reset.variation)
-        return reset_node(reset)
+        return reset_node(reset, limit_items)
 
     def _rows(self, value: Value) -> list[Any]:
         """What stays as it is built, a row a scene."""

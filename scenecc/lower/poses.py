@@ -145,7 +145,7 @@ def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin:
     return literal(tuple(map(math.radians, item)) if radians.shape else math.radians(item))
 
 
-_LIMITS = field_type("limits")
+_LIMITS = field_type("Joint.limits")
 
 
 def lower_limits(keys: Any, origin: Origin, fields: FieldLowerer) -> Value | None:
@@ -157,8 +157,12 @@ def lower_limits(keys: Any, origin: Origin, fields: FieldLowerer) -> Value | Non
         fields: of the entity.
     """
     if keys.limits_deg is None:
-        return fields.optional(keys.limits, _LIMITS, origin, "limits")
-    return _lower_degrees(keys.limits_deg, _LIMITS, _LIMITS, origin.child("limits_deg"), fields)
+        found = fields.optional(keys.limits, _LIMITS, origin, "limits")
+    else:
+        found = _lower_degrees(keys.limits_deg, _LIMITS, _LIMITS, origin.child("limits_deg"), fields)
+    if found is not None:
+        fields.keep_infinite(found)
+    return found
 
 
 def check_limits_keys(keys: Any, type_: str, origin: Origin, sink: Sink) -> None:

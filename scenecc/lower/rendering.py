@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import radians
 from typing import TYPE_CHECKING, Any
 
@@ -217,7 +217,7 @@ def mounted_pose(mount_pose: MountPose, what: str, origin: Origin, fields: Field
         report_unused_key("relative_to", where, origin.child("pose"), fields.sink, hint=hint)
     if mount_pose.item.__class__ is tuple:
         return literal(mount_pose.item)
-    return fields.finish(mount_pose.item, mount_pose.variation, POSE, origin.child("pose"))
+    return fields.finish(mount_pose.item, mount_pose.variation, POSE, origin.child("pose"), reset=True)
 
 
 @frozen
@@ -318,7 +318,7 @@ _SCALE = field_type("Shadow.half_size")
 
 _SHADOW_DEPTH = {"directional": field_type("Shadow.near")}
 
-_POINT_SHADOW_DEPTH = field_type("Camera.near")
+_POINT_SHADOW_DEPTH = replace(field_type("Camera.near"), reset=False)
 """Shadows of a light that stands somewhere begin in front of it."""
 
 WIDTH, HEIGHT = 640, 480

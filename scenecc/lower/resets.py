@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from operator import is_, is_not
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.plan import Value, varying
-from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS, ArticulationStructure
-from scenecc.plan.constraint import Drive
-from scenecc.plan.properties import FLOAT32_MAX
+from scenecc.plan import BodyStructure, Value, varying
+from scenecc.plan.articulation import ArticulationStructure, Link
+from scenecc.plan.constraint import Constraint, Drive
+from scenecc.plan.properties import FLOAT32_MAX, Quantity
+from scenecc.plan.rendering import Camera, Light
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
+from scenecc.plan.schema import plan_fields
 from scenecc.variation.nodes import NODES, AffineClamp, Composed, Const, Rows, Shared
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from numpy.typing import NDArray
 
@@ -24,14 +27,31 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.variation import VariationLowerer
-    from scenecc.plan import BodyStructure, Constraint, Entity
-    from scenecc.plan.articulation import Joint, Link
+    from scenecc.plan import Entity
     from scenecc.plan.body import Mount
     from scenecc.variation.nodes import Node
 
 
-_TARGETS = ("target", "linear_velocity_target", "angular_velocity_target")
-_Holder = TypeVar("_Holder", "BodyStructure | ArticulationStructure", "Joint", "Drive")
+_Holder = TypeVar("_Holder")
+_Follower = TypeVar("_Follower", Light, Camera)
+
+_PARTS: dict[type, tuple[str, ...]] = {
+    ArticulationStructure: ("links",),
+    Link: ("body", "joint"),
+    BodyStructure: ("inertial",),
+    Constraint: ("joint",),
+    Drive: ("drives",),
+    Light: (),
+    Camera: ("lens",),
+}
+"""Fields of what holds values that a reset may change, whose own fields hold more of them."""
+
+
+@cache
+def _value_fields(holder: type) -> tuple[str, ...]:
+    """The fields of a dataclass that a reset may draw anew, without its pose, which frames of reference may move."""
+    fields = [one for one in plan_fields(holder) if one.name != "pose"]
+    return tuple(one.name for one in fields if isinstance(one.kind, Quantity) and one.kind.reset)
 
 
 def fixed_draws(sampling: SamplingContext) -> frozenset[str]:
@@ -70,8 +90,8 @@ class RecipeBuilder:
         self._shared_poses: list[tuple[str, Node]] = []
 
     def entity(self, entity: Entity) -> Entity:
-        """The entity with the recipes of its pose and velocities."""
-        structures = tuple(map(self._structure, entity.structures))
+        """The entity with the recipes of its pose and of what its structures hold."""
+        structures = tuple(map(self.holder, entity.structures))
         pose = entity.pose
         if not pose.known and not self._frames.is_fixed(entity.name):
             fields = self._frames.fields(entity.name)
@@ -84,33 +104,51 @@ class RecipeBuilder:
             return entity
         return replace(entity, pose=pose, structures=structures)
 
-    def constraint(self, constraint: Constraint) -> Constraint:
-        """The constraint with the recipes of what its drives are driven to."""
-        if not isinstance(constraint.joint, Drive):
-            return constraint
-        joint = self._with_recipes(constraint.joint, _TARGETS)
-        return constraint if joint is constraint.joint else replace(constraint, joint=joint)
+    def holder(self, node: _Holder) -> _Holder:
+        """A dataclass of the plan with the recipes of its values, and of those of its parts, that a reset changes."""
+        if not self._sampling.resets or node is None:
+            return node
+        changed: dict[str, Any] = {}
+        for field in _value_fields(type(node)):
+            value: Value | None = getattr(node, field)
+            made = value and self._drawn_anew(value)
+            if made is not value:
+                changed[field] = made
+        for field in _PARTS.get(type(node), ()):
+            part = getattr(node, field)
+            parts = part if part.__class__ is tuple else (part,)
+            made_parts = tuple(map(self.holder, parts))
+            if any(map(is_not, made_parts, parts)):
+                changed[field] = made_parts if part.__class__ is tuple else made_parts[0]
+        return replace(node, **changed) if changed else node  # pyright: ignore[reportArgumentType, reportUnknownVariableType, reportReturnType]
 
-    def follower(self, key: str, pose: Value) -> Value:
-        """The pose of a light or a camera, with the recipe of its reference frame.
+    def follower(self, key: str, held: _Follower) -> _Follower:
+        """A light or a camera, with the recipe of its pose: its own, in a reference frame that may move too.
 
         Args:
             key: what it is known as.
-            pose: in the world, as built.
+            held: with its pose as built.
         """
-        follower = self._frames.followers.get(key)
-        if pose.known or follower is None or follower.parent is None:
-            return pose
+        made, follower = self.holder(held), self._frames.followers.get(key)
+        if follower is None:
+            pose = self._drawn_anew(held.pose)
+            return made if pose is held.pose else replace(made, pose=pose)
+        if held.pose.known:
+            return made
         read: set[str] = set()
-        fields = follower.fields
-        outer = self._pose(follower.parent, fields, read)
-        if outer is None:
-            return pose
+        fields, local, own = follower.fields, follower.local, self._is_drawn(follower.variation)
+        outer: Any = None if follower.parent is None else self._pose(follower.parent, fields, read)
+        if outer is None and not own:
+            return made
+        if own:
+            read |= follower.variation.reads
+        elif local.__class__ in NODES:
+            local = _pose_rows(local, fields)  # pyright: ignore[reportArgumentType]
         self._read |= read
-        local: Any = follower.local
-        if local.__class__ in NODES:
-            local = _pose_rows(local, fields)
-        return _with_recipe(pose, Composed(outer, local), len(fields.scenes))
+        if outer is None:
+            outer = IDENTITY_POSE if follower.parent is None else self._as_built(follower.parent, fields)
+        node: Any = local if outer == IDENTITY_POSE else Composed(outer, local)
+        return replace(made, pose=_with_recipe(held.pose, node, len(fields.scenes)))
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
         """The shared draws that the recipes read, in order; those that stay as they are built are their rows.
@@ -131,38 +169,46 @@ class RecipeBuilder:
         ]
         return (*draws, *self._shared_poses)
 
-    def _structure(self, structure: BodyStructure | ArticulationStructure) -> BodyStructure | ArticulationStructure:
-        made = self._with_recipes(structure, VELOCITY_FIELDS)
-        if isinstance(made, ArticulationStructure):
-            links = tuple(map(self._link, made.links))
-            if any(map(is_not, links, made.links)):
-                return replace(made, links=links)
-        return made
+    def _drawn_anew(self, value: Value) -> Value:
+        """A value with its recipe; itself if a reset does not change it.
 
-    def _link(self, link: Link) -> Link:
-        joint = link.joint and self._with_recipes(link.joint, JOINT_STATE_FIELDS)
-        return link if joint is link.joint else replace(link, joint=joint)
-
-    def _with_recipes(self, node: _Holder, names: tuple[str, ...]) -> _Holder:
-        """What holds values that a reset may change, with the recipes of those that it does."""
-        drawn: dict[str, Any] = {}
-        for field in names:
-            value: Value | None = getattr(node, field)
-            reset = self._sampling.resets.get(id(value))
-            if value is not None and reset is not None and self._is_drawn(reset.variation):
-                drawn[field] = self._drawn_anew(value, reset)
-        return replace(node, **drawn) if drawn else node
-
-    def _drawn_anew(self, value: Value, reset: ResettableValue) -> Value:
-        """A value with its recipe. Where joints start is what their drives hold: one value, and one with a recipe."""
+        Where joints start is what their drives hold: one value, and one with a recipe.
+        """
+        reset = self._sampling.resets.get(id(value))
+        if reset is None or not self._is_changed(reset):
+            return value
         found = self._anew.get(id(value))
         if found is None:
-            self._read |= reset.variation.reads
-            found = self._anew[id(value)] = _with_recipe(value, reset_node(reset), len(reset.fields.scenes))
+            node = self._reset_node(reset)
+            found = self._anew[id(value)] = _with_recipe(value, node, len(reset.fields.scenes))
         return found
 
     def _is_drawn(self, variation: VariationLowerer) -> bool:
         return _is_drawn_again(variation, self._sampling, self._fixed)
+
+    def _is_changed(self, reset: ResettableValue) -> bool:
+        """Whether a reset changes a value: it is drawn, or what it follows or is held by is."""
+        limits = None if reset.limits is None else self._sampling.resets.get(id(reset.limits))
+        return (
+            self._is_drawn(reset.variation)
+            or (limits is not None and self._is_changed(limits))
+            or (reset.follows is not None and self._is_changed(reset.follows.source))
+        )
+
+    def _reset_node(self, reset: ResettableValue) -> Node:
+        """What draws a value anew; the draws that it reads are noted."""
+        source: ResettableValue | None = reset
+        while source is not None:
+            self._read |= source.variation.reads
+            source = source.follows and source.follows.source
+        return reset_node(reset, self._limit_items)
+
+    def _limit_items(self, limits: Value, scenes: tuple[int, ...]) -> Iterator[Any]:
+        """The lower and the upper limit as items of a recipe."""
+        reset = self._sampling.resets.get(id(limits))
+        if reset is None or not self._is_changed(reset):
+            return built_limit_items(limits, scenes)
+        return drawn_limit_items(self._reset_node(reset))
 
     def _pose(self, name: str, fields: FieldLowerer, read: set[str]) -> Any:
         """An entity's pose in the world as an item of a recipe; None where a reset does not change it.
@@ -174,8 +220,7 @@ class RecipeBuilder:
         """
         chain = list(_moving_ancestors(name, self._frames))
         at = self._frames.frame_pose(chain[-1]).parent if chain else name
-        drawn = [one for one in chain if not self._frames.is_still(one)]
-        variations = [variation for one in drawn if (variation := self._frames.frame_pose(one).variation) is not None]
+        variations = [variation for one in chain if (variation := self._frames.frame_pose(one).variation) is not None]
         if not any(map(self._is_drawn, variations)):
             return None
         read.update(*(variation.reads for variation in variations))
@@ -185,8 +230,6 @@ class RecipeBuilder:
             if depth == MAX_COMPOSED_POSES and at is not None:
                 item, depth = self._shared(at, item, fields), 0
             local: Any = self._frames.frame_pose(member).local
-            if local.__class__ in NODES and self._frames.is_still(member):
-                local = _pose_rows(local, fields)
             item = local if item == IDENTITY_POSE else Composed(item, local)
             at, depth = member, depth + 1
         return item
@@ -221,16 +264,31 @@ def _pose_rows(pose: Node, fields: FieldLowerer) -> Rows:
     return Rows(fields.scenes, tuple(map(tuple, fields.evaluate(pose).tolist())))
 
 
-def reset_node(reset: ResettableValue) -> Node:
-    """What draws a value anew, held within limits that stay as they are built."""
+def reset_node(reset: ResettableValue, limit_items: Callable[[Value, tuple[int, ...]], Iterable[Any]]) -> Node:
+    """What draws a value anew, held within its limits.
+
+    Args:
+        reset: the value.
+        limit_items: gives the lower and the upper limit as items of a recipe, in some scenes.
+    """
     node, scenes, follows = reset.node, reset.fields.scenes, reset.follows
     if follows is not None:
         factor, offset = (_constant_item(value.data, scenes) for value in (follows.multiplier, follows.offset))
-        node = AffineClamp(reset_node(follows.source), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
+        node = AffineClamp(reset_node(follows.source, limit_items), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
     if reset.limits is not None and isinstance(node, AffineClamp):
-        low, high = (_constant_item(side.clip(-FLOAT32_MAX, FLOAT32_MAX), scenes) for side in reset.limits.data.T)
+        low, high = limit_items(reset.limits, scenes)
         node = replace(node, low=low, high=high)
     return node
+
+
+def built_limit_items(limits: Value, scenes: tuple[int, ...]) -> Iterator[Any]:
+    """Limits that stay as they are built, as items of a recipe."""
+    return (_constant_item(side.clip(-FLOAT32_MAX, FLOAT32_MAX), scenes) for side in limits.data.T)
+
+
+def drawn_limit_items(node: Node) -> Iterator[Any]:
+    """Limits that a reset draws anew, by their recipe."""
+    return (AffineClamp(node, index, -FLOAT32_MAX, FLOAT32_MAX) for index in range(2))
 
 
 def _constant_item(rows: NDArray[Any], scenes: tuple[int, ...]) -> Any:

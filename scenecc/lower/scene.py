@@ -322,13 +322,17 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
     recipes = RecipeBuilder(sampling, lowered.frames)
     entities = tuple(map(recipes.entity, lowered.plan.entities))
     plan = lowered.plan
-    lights = tuple(
-        replace(one, pose=recipes.follower(qualified_name("lights", one.name), one.pose)) for one in plan.lights
-    )
-    cameras = tuple(replace(one, pose=recipes.follower(one.name, one.pose)) for one in plan.cameras)
-    constraints = tuple(map(recipes.constraint, plan.constraints))
     return replace(
-        plan, entities=entities, constraints=constraints, lights=lights, cameras=cameras, draws=recipes.draws()
+        plan,
+        entities=entities,
+        constraints=tuple(map(recipes.holder, plan.constraints)),
+        environment=recipes.holder(plan.environment),
+        lights=tuple(recipes.follower(qualified_name("lights", one.name), one) for one in plan.lights),
+        cameras=tuple(recipes.follower(one.name, one) for one in plan.cameras),
+        physical_materials=tuple(map(recipes.holder, plan.physical_materials)),
+        visual_materials=tuple(map(recipes.holder, plan.visual_materials)),
+        # Last: they are what the others read.
+        draws=recipes.draws(),
     )
 
 

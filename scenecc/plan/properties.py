@@ -120,10 +120,17 @@ class Property(NamedTuple):
 
 
 def _same_key(
-    field: str, part: Part, bounds: Bounds, unit: str = "", *, dtype: Dtype = "float64", untouched: Any = None
+    field: str,
+    part: Part,
+    bounds: Bounds,
+    unit: str = "",
+    *,
+    dtype: Dtype = "float64",
+    untouched: Any = None,
+    reset: bool = False,
 ) -> Property:
     """A number that is called the same everywhere."""
-    return Property(field, part, field, bounds, dtype, untouched=untouched, unit=unit)
+    return Property(field, part, field, bounds, dtype, untouched=untouched, reset=reset, unit=unit)
 
 
 def _velocity(field: str, unit: str) -> Property:
@@ -131,11 +138,11 @@ def _velocity(field: str, unit: str) -> Property:
 
 
 PROPERTIES: tuple[Property, ...] = (
-    _same_key("mass", "mass", POSITIVE, "kg"),
-    Property("disable_gravity", "body", "gravity", ANY, "bool", untouched=False),
+    _same_key("mass", "mass", POSITIVE, "kg", reset=True),
+    Property("disable_gravity", "body", "gravity", ANY, "bool", untouched=False, reset=True),
     Property("locked_motion_axes", "body", "locked_axes", ANY, "bool", (6,), untouched=(False,) * 6),
-    _same_key("linear_damping", "body", NON_NEGATIVE, "1/s"),
-    _same_key("angular_damping", "body", NON_NEGATIVE, "1/s"),
+    _same_key("linear_damping", "body", NON_NEGATIVE, "1/s", reset=True),
+    _same_key("angular_damping", "body", NON_NEGATIVE, "1/s", reset=True),
     _same_key("max_linear_velocity", "body", POSITIVE, "m/s"),
     _same_key("max_angular_velocity", "body", POSITIVE, "rad/s"),
     _same_key("max_depenetration_velocity", "body", POSITIVE, "m/s"),
@@ -162,12 +169,12 @@ def _joint_state(field: str, key: str, unit: str) -> Property:
 
 
 JOINT_PROPERTIES: tuple[Property, ...] = (
-    _same_key("friction", "joint", NON_NEGATIVE),
-    _same_key("armature", "joint", NON_NEGATIVE),
-    _same_key("max_velocity", "joint", POSITIVE, "rad/s"),
-    _same_key("stiffness", "drive", NON_NEGATIVE, untouched=0.0),
-    _same_key("damping", "drive", NON_NEGATIVE, untouched=0.0),
-    _same_key("force_limit", "drive", NON_NEGATIVE, untouched=FLOAT32_MAX),
+    _same_key("friction", "joint", NON_NEGATIVE, reset=True),
+    _same_key("armature", "joint", NON_NEGATIVE, reset=True),
+    _same_key("max_velocity", "joint", POSITIVE, "rad/s", reset=True),
+    _same_key("stiffness", "drive", NON_NEGATIVE, untouched=0.0, reset=True),
+    _same_key("damping", "drive", NON_NEGATIVE, untouched=0.0, reset=True),
+    _same_key("force_limit", "drive", NON_NEGATIVE, untouched=FLOAT32_MAX, reset=True),
     _joint_state("qpos", "qpos", "rad"),
     _joint_state("qvel", "qvel", "rad/s"),
     _joint_state("drive_target", "target", "rad"),
@@ -210,7 +217,11 @@ _POSE = Quantity(shape=(7,), pose=True)
 
 _NUMBER = Quantity()
 
+_LENS = Quantity(reset=True)
+
 _POSITIVE = Quantity(bounds=POSITIVE)
+
+_POSITIVE_LENS = Quantity(bounds=POSITIVE, reset=True)
 
 _NON_NEGATIVE = Quantity(bounds=NON_NEGATIVE)
 
@@ -223,6 +234,10 @@ _POSITIVE3 = Quantity(shape=(3,), bounds=POSITIVE)
 _POSITIVE2 = Quantity(shape=(2,), bounds=POSITIVE)
 
 _UNIT = Quantity(bounds=UNIT_INTERVAL)
+
+_FRICTION = Quantity(bounds=NON_NEGATIVE, reset=True)
+
+_UNIT_AT_RESET = Quantity(bounds=UNIT_INTERVAL, reset=True)
 
 _FILE = Quantity("int64", table="files")
 
@@ -237,11 +252,16 @@ QUANTITIES: dict[str, Quantity] = {
     "Entity.pose": Quantity(shape=(7,), pose=True, reset=True),
     "Camera.pose": Quantity(shape=(7,), pose=True, reset=True),
     "Light.pose": Quantity(shape=(7,), pose=True, reset=True),
-    "com": _POSE,
+    "com": Quantity(shape=(7,), pose=True, reset=True),
     "pose_in_parent": _POSE,
     "pose_in_child": _POSE,
     "enabled": Quantity("bool"),
     "limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True),
+    "Joint.limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True, reset=True),
+    "AxisLimit.stiffness": _NON_NEGATIVE,
+    "AxisLimit.damping": _NON_NEGATIVE,
+    "Distance.stiffness": _NON_NEGATIVE,
+    "Distance.damping": _NON_NEGATIVE,
     "Distance.limits": Quantity(shape=(2,), bounds=Bounds(0), infinite=True),
     "multiplier": Quantity(bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True)),
     "offset": _NUMBER,
@@ -251,23 +271,23 @@ QUANTITIES: dict[str, Quantity] = {
     "angular_velocity_target": Quantity(shape=(3,), reset=True),
     "inv_mass_scales": Quantity(shape=(2,), bounds=NON_NEGATIVE),
     "inv_inertia_scales": Quantity(shape=(2,), bounds=NON_NEGATIVE),
-    "color": Quantity(shape=(3,), bounds=NON_NEGATIVE),
-    "ambient_light": Quantity(shape=(3,), bounds=NON_NEGATIVE),
+    "color": Quantity(shape=(3,), bounds=NON_NEGATIVE, reset=True),
+    "ambient_light": Quantity(shape=(3,), bounds=NON_NEGATIVE, reset=True),
     "inner_fov": _ANGLE,
     "outer_fov": _ANGLE,
     "half_width": _POSITIVE,
     "half_height": _POSITIVE,
     **dict.fromkeys(("px", "nx", "py", "ny", "pz", "nz"), _FILE),
-    "fovx": _ANGLE,
-    "fovy": _ANGLE,
-    "fx": _POSITIVE,
-    "fy": _POSITIVE,
-    "cx": _NUMBER,
-    "cy": _NUMBER,
-    "skew": _NUMBER,
-    "top": _POSITIVE,
-    "Camera.near": _POSITIVE,
-    "Camera.far": _POSITIVE,
+    "fovx": Quantity(bounds=_ANGLE.bounds, reset=True),
+    "fovy": Quantity(bounds=_ANGLE.bounds, reset=True),
+    "fx": _POSITIVE_LENS,
+    "fy": _POSITIVE_LENS,
+    "cx": _LENS,
+    "cy": _LENS,
+    "skew": _LENS,
+    "top": _POSITIVE_LENS,
+    "Camera.near": _POSITIVE_LENS,
+    "Camera.far": _POSITIVE_LENS,
     "on": Quantity("bool"),
     "Shadow.near": _NUMBER,
     "Shadow.far": _NUMBER,
@@ -289,18 +309,18 @@ QUANTITIES: dict[str, Quantity] = {
     "ConvexParts.scale": _MIRRORING,
     "CollisionShape.material": Quantity("int64", table="physical_materials"),
     "VisualShape.material": Quantity("int64", table="visual_materials"),
-    "inertia": _POSITIVE3,
+    "inertia": Quantity(shape=(3,), bounds=POSITIVE, reset=True),
     "pick": Quantity("int64", bounds=COUNT),
-    "static_friction": _NON_NEGATIVE,
-    "dynamic_friction": _NON_NEGATIVE,
-    "restitution": _UNIT,
-    "base_color": Quantity(shape=(4,), bounds=UNIT_INTERVAL),
-    "emission": Quantity(shape=(4,), bounds=NON_NEGATIVE),
-    "specular": _UNIT,
-    "roughness": _UNIT,
-    "metallic": _UNIT,
+    "static_friction": _FRICTION,
+    "dynamic_friction": _FRICTION,
+    "restitution": _UNIT_AT_RESET,
+    "base_color": Quantity(shape=(4,), bounds=UNIT_INTERVAL, reset=True),
+    "emission": Quantity(shape=(4,), bounds=NON_NEGATIVE, reset=True),
+    "specular": _UNIT_AT_RESET,
+    "roughness": _UNIT_AT_RESET,
+    "metallic": _UNIT_AT_RESET,
     "transmission": _UNIT,
-    "transmission_roughness": _UNIT,
+    "transmission_roughness": _UNIT_AT_RESET,
     "ior": Quantity(bounds=Bounds(1, FLOAT32_MAX)),
 }
 """`Value` fields by name; `Class.field` goes before `field`."""

@@ -41,7 +41,7 @@ def infer_shape(item: Any, draws: Shapes) -> Shape:
         return _NODE_SHAPES[type(item)](item, draws)
     if isinstance(item, tuple):
         return _list_shape(len(item), _common_shape(item, draws))  # pyright: ignore[reportUnknownArgumentType]
-    return () if type(item) in {int, float} else NO_NUMBERS
+    return () if type(item) in {int, float, bool} else NO_NUMBERS
 
 
 def _common_shape(items: Sequence[Any], draws: Shapes) -> Shape:

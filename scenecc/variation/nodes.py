@@ -6,6 +6,7 @@ shape where several stand for one value. Shapes are given without the leading ax
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -297,6 +298,27 @@ def draws_read_by(node: Node) -> list[str]:
             parts = [getattr(item, name) for name in NODE_FIELDS[kind]]
             todo += [part for part in parts if part.__class__ in _WITH_PARTS]
     return list(found)
+
+
+def holds_infinity(node: Node, draws: Mapping[str, Node]) -> bool:
+    """Whether infinity is written anywhere in a node, or in a shared draw that it reads."""
+    seen: set[str] = set()
+    todo: list[Any] = [node]
+    while todo:
+        item = todo.pop()
+        if item.__class__ is float and math.isinf(item):
+            return True
+        if item.__class__ in {tuple, list}:
+            todo += item
+        elif item.__class__ is Computed:
+            todo += [value for _, value in item.template.constants]
+        elif item.__class__ in NODE_FIELDS:
+            todo += [getattr(item, name) for name in NODE_FIELDS[item.__class__]]
+        if item.__class__ in {Computed, Shared}:
+            names = [name for name in draws_read_by(item) if name not in seen]
+            seen.update(names)
+            todo += [draws[name] for name in names]
+    return False
 
 
 def evaluation_order(name: str, draws: Mapping[str, Node], is_made: Callable[[str], bool]) -> list[str]:

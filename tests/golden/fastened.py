@@ -493,15 +493,15 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
             48,
             sapien.__path__[0] + "/vulkan_shader/minimal",
         )
-        top = 1
-        right = top * 64 / 48
-        camera.set_orthographic_parameters(0.01, 10, -right, right, -top, top)
         camera.name = "top"
         entity = sapien.Entity()
         entity.name = "top"
         entity.add_component(camera)
         entity.set_pose(sapien.Pose([0, 0, 3], [0.7071068, 0, 0.7071068, 0]))
         scene.add_entity(entity)
+        top = 1
+        right = top * 64 / 48
+        camera.set_orthographic_parameters(0.01, 10, -right, right, -top, top)
 
     return scenes
 

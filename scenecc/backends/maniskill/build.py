@@ -13,6 +13,7 @@ from scenecc.backends.maniskill.loaded_scene import LoadedScene, ManiSkillEntity
 from scenecc.backends.sapien.assets import report_changed_files
 from scenecc.backends.sapien.constraints import ConstraintSet
 from scenecc.backends.sapien.engine import EngineFailure, engine_settings, physx, report_failure
+from scenecc.backends.sapien.objects import DrawnObjects
 from scenecc.backends.sapien.preparation import PreparedArticulation, prepare_entities
 from scenecc.backends.sapien.rendering import LightSet
 from scenecc.diagnostics.collector import collector_paused
@@ -164,12 +165,15 @@ def build_plan(plan: ScenePlan, scene: Any, sink: Sink) -> LoadedScene | None:
         return None
     # The environment has no say in these alone.
     with engine_settings(Physics(sdf=plan.physics.sdf)), collector_paused():
-        prepared_entities = prepare_entities(built, tuple(range(plan.num_scenes)), sink, rendered=scene.can_render())
-        loaded = None if prepared_entities is None else _fill_scene(plan, prepared_entities, scene, sink)
+        drawn, every_scene = DrawnObjects(), tuple(range(plan.num_scenes))
+        prepared_entities = prepare_entities(built, every_scene, sink, drawn, rendered=scene.can_render())
+        loaded = None if prepared_entities is None else _fill_scene(plan, prepared_entities, drawn, scene, sink)
     return loaded if loaded is not None and report_changed_files(plan, sink) else None
 
 
-def _fill_scene(plan: ScenePlan, prepared_entities: list[PreparedEntity], scene: Any, sink: Sink) -> LoadedScene | None:
+def _fill_scene(
+    plan: ScenePlan, prepared_entities: list[PreparedEntity], drawn: DrawnObjects, scene: Any, sink: Sink
+) -> LoadedScene | None:
     actors: dict[str, Any] = {}
     articulations: dict[str, Any] = {}
     place = plan.origin
@@ -193,7 +197,7 @@ def _fill_scene(plan: ScenePlan, prepared_entities: list[PreparedEntity], scene:
         report_failure(failure, sink, place)
         return None
     held = {prepared.entity.name: prepared.held() for prepared in prepared_entities}
-    return LoadedScene(plan, scene, actors, articulations, held, constraints, lights)
+    return LoadedScene(plan, scene, actors, articulations, held, drawn, constraints, lights)
 
 
 def _refuse_world_constraints(plan: ScenePlan, scene: Any) -> None:

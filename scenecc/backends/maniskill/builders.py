@@ -23,6 +23,7 @@ from scenecc.backends.sapien.engine import EngineFailure
 from scenecc.backends.sapien.properties import select_rows
 from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Plane, Value
 from scenecc.plan.rendering import Intrinsic, Perspective
+from scenecc.variation.nodes import NODES, Composed, Rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -288,11 +289,17 @@ def hidden_objects(plan: ScenePlan, scene: Any) -> list[Any]:
     return [scene.actors[entity.name] for entity in plan.entities if entity.hidden and _can_hide(entity)]
 
 
+def follows_what_is_drawn(camera: Camera) -> bool:
+    """Whether a camera stands relative to what a reset draws anew; its own pose stays as it is built."""
+    recipe = camera.pose.recipe
+    return isinstance(recipe, Composed) and isinstance(recipe.outer, NODES) and not isinstance(recipe.outer, Rows)
+
+
 def _unsupported_camera(camera: Camera, plan: ScenePlan) -> tuple[str, str] | None:
     """What is wrong with a camera, and what to do."""
     if len(camera.scene_idxs) < plan.num_scenes:
         return "is in some environments only", "ManiSkill's sensors are in all: leave `scene_idxs` out"
-    if camera.pose.recipe is not None:
+    if follows_what_is_drawn(camera):
         return "stands relative to what a reset draws anew", "mount it on that, and it moves along"
     mount = camera.mount and next(entity for entity in plan.entities if entity.name == camera.mount.entity)
     if mount is not None and _has_several_links(mount):

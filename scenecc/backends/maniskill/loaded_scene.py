@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.backends.maniskill.builders import camera_configs, hidden_objects
 from scenecc.backends.maniskill.compat import Pose, torch
 from scenecc.backends.sapien.contacts import ContactReader
+from scenecc.backends.sapien.drawn_fields import DrawnFieldSet, is_seen, plan_holders
 from scenecc.backends.sapien.objects import ArticulationObjects, NamedObjects, is_dynamic, root_is_fixed
 from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulation
 from scenecc.backends.sapien.properties import to_poses
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.constraints import ConstraintSet
     from scenecc.backends.sapien.contacts import Contacts
-    from scenecc.backends.sapien.objects import BodyObjects
+    from scenecc.backends.sapien.objects import BodyObjects, ComponentBatch, DrawnObjects
     from scenecc.backends.sapien.rendering import LightSet
     from scenecc.backends.sapien.state import AnyState, EntityState
     from scenecc.plan import ScenePlan
@@ -147,6 +148,7 @@ class LoadedScene:
         actors: Mapping[str, Any],
         articulations: Mapping[str, Any],
         held: Mapping[str, BodyObjects | ArticulationObjects],
+        drawn: DrawnObjects,
         constraints: ConstraintSet,
         lights: LightSet | None,
     ) -> None:
@@ -155,6 +157,7 @@ class LoadedScene:
         self.actors = NamedObjects(actors, "actor")
         self.articulations = NamedObjects(articulations, "articulation")
         self._held = dict(held)
+        self._drawn_objects = drawn
         self._constraints = constraints
         self._lights = lights
 
@@ -207,7 +210,8 @@ class LoadedScene:
         """Puts every object to its start in some environments, with what a running simulation can change drawn anew.
 
         Call it in `_initialize_episode`: ManiSkill then hands what is set to the simulation. Poses, velocities, joint
-        positions and drive targets are set; static bodies, and the other environments, are not touched.
+        positions and drive targets are set, and of the rest what the plan draws; static bodies, the other environments
+        and cameras are not touched. On a GPU the numbers of the simulation (masses, gains, frictions) stay as built.
 
         Args:
             env_idx: which environments, as `_initialize_episode` is told; None: all.
@@ -227,10 +231,9 @@ class LoadedScene:
             return
         batch = self._start.batch(chosen, seeds, draws or {})
         states = self._start.drawn(batch)
-        moves = [] if self._lights is None else self._lights.moves(batch)
+        drawn = self._drawn_fields.draw(batch)
         pulls = self._constraints.again(batch)
-        for entity, pose in moves:
-            entity.set_pose(pose)
+        self._drawn_fields.apply(drawn)
         for component, name, arguments in pulls:
             getattr(component, name)(*arguments)
         if not self.scene.gpu_sim_enabled:
@@ -248,6 +251,22 @@ class LoadedScene:
         if name in self.scene.articulations:
             return [self.scene.articulations[name]]
         return [self.scene.articulations[f"{name}-{index}"] for index in self._held[name].scene_idxs]
+
+    @cached_property
+    def _drawn_fields(self) -> DrawnFieldSet:
+        every_scene = tuple(range(self.plan.num_scenes))
+        components: dict[str, ComponentBatch] = {}
+        systems: dict[int, Any] = {}
+        if self._lights is not None:
+            components = {f"lights/{name}": one for name, one in self._lights.lights.items()}
+            systems = self._lights.render_systems
+        if not self.scene.gpu_sim_enabled:
+            components |= {f"constraints/{name}": one for name, one in self._constraints.batches.items()}
+        holders = plan_holders(self.plan, every_scene, self._held, self._drawn_objects, components, systems)
+        if self.scene.gpu_sim_enabled:
+            # Its buffers hold the numbers of the simulation, and SAPIEN's setters do not reach all of them.
+            holders = (holder for holder in holders if is_seen(holder))
+        return DrawnFieldSet(holders, self._drawn_objects, rendered=self._lights is not None)
 
     @cached_property
     def _start(self) -> ResetSampler:

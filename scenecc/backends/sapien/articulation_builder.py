@@ -99,11 +99,13 @@ class PreparedLink:
 
     __slots__ = ("_joint", "_origin", "body", "parent")
 
-    def __init__(self, link: Link, rows: NDArray[np.intp], resources: Resources, *, rendered: bool) -> None:
+    def __init__(
+        self, link: Link, entity: Entity, rows: NDArray[np.intp], resources: Resources, *, rendered: bool
+    ) -> None:
         _refuse_link_fields(link.body)
         self.parent = link.parent
         self._origin = link.body.origin
-        self.body = PreparedBody(link.name, link.body, rows, resources, rendered=rendered)
+        self.body = PreparedBody(link.name, entity, link.body, rows, resources, rendered=rendered)
         self._joint = None if link.joint is None else PreparedJoint(link.joint, rows)
 
     def make(self, parent: Any, row: int) -> tuple[Any, Any]:
@@ -189,7 +191,7 @@ class BatchArticulationBuilder:
         self._origin = structure.origin or entity.origin
         self._structure = structure
         self._rows = rows
-        self._links = [PreparedLink(link, rows, resources, rendered=rendered) for link in structure.links]
+        self._links = [PreparedLink(link, entity, rows, resources, rendered=rendered) for link in structure.links]
         self._root_type = "fixed" if structure.fix_root_link else "undefined"
         self._poses = to_poses(select_rows(entity.pose, rows))
         self._tendons = prepare_tendons(structure, rows)

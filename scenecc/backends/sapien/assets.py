@@ -35,6 +35,7 @@ from scenecc.backends.sapien.engine import (
     render,
     report_failure,
 )
+from scenecc.backends.sapien.objects import DrawnObjects
 from scenecc.backends.sapien.properties import select_rows
 from scenecc.files import State, cache_folder, keep_file, open_regular, read_checked, replace_all, state_now
 from scenecc.geometry.obj_materials import keep_named_images, with_materials
@@ -45,7 +46,7 @@ from scenecc.meshes.surface import MeshError
 from scenecc.plan import MeshGeometry
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -387,13 +388,19 @@ class Resources:
     """The tables of a plan as objects of the engine.
 
     Materials are shared by all shapes that name them, in all scenes where their numbers are the same, as in a
-    script that makes each once: changing a friction later changes it for all of them.
+    script that makes each once: changing a friction later changes it for all of them. One of which a reset draws
+    something anew is shared within a scene alone.
+
+    Args:
+        plan: of the tables.
+        drawn: takes the materials of which a reset draws something anew.
     """
 
-    def __init__(self, plan: ScenePlan) -> None:
+    def __init__(self, plan: ScenePlan, drawn: DrawnObjects | None = None) -> None:
         self._plan = plan
+        self.drawn = DrawnObjects() if drawn is None else drawn
         default = plan.physics.default_material
-        self._physical: dict[tuple[float, ...], Any] = {}
+        self._physical: dict[tuple[object, ...], Any] = {}
         self._lacking = 0
         self.default_material: Any = (
             physx.get_default_material() if default is None else self._physical_material((-1, *astuple(default)))
@@ -402,8 +409,8 @@ class Resources:
         self._visual: dict[tuple[object, ...], Any] = {}
         self._textures: dict[tuple[object, ...], Any] = {}
 
-    def physical(self, material: Value | None, rows: NDArray[np.intp]) -> Column:
-        """`PhysxMaterial` a row, or one for all; None: the default material."""
+    def physical(self, material: Value | None, rows: NDArray[np.intp], scene_idxs: Sequence[int]) -> Column:
+        """`PhysxMaterial` a row, or one for all; None: the default material. `scene_idxs`: by row of the plan."""
         if material is None:
             return [self.default_material]
         if not material.varies and (fixed := self._fixed(int(material.as_drawn()[0]))) is not None:
@@ -413,7 +420,22 @@ class Resources:
         for index in np.unique(indices).tolist():
             where = indices == index
             numbers[where] = self._numbers(index, rows[where])
-        return list(map(self._physical_material, zip(indices.tolist(), *numbers.T.tolist(), strict=True)))
+        order: list[int] = indices.tolist()
+        table = self._plan.physical_materials
+        drawn = {index for index in dict.fromkeys(order) if _is_drawn_anew(table[index].values())}
+        if not drawn:
+            return list(map(self._physical_material, zip(order, *numbers.T.tolist(), strict=True)))
+        made: Column = []
+        places: list[int] = rows.tolist()
+        for index, row, own in zip(order, places, numbers.tolist(), strict=True):
+            if index not in drawn:
+                made.append(self._physical_material((index, *own)))
+                continue
+            scene, of_index = scene_idxs[row], self.drawn.physical.setdefault(index, {})
+            if scene not in of_index:
+                of_index[scene] = self._physical["drawn", index, scene] = self._new_material(*own)
+            made.append(of_index[scene])
+        return made
 
     def crowded(self) -> EngineFailure | None:
         """What is wrong if the engine cannot number all physical materials that were asked for."""
@@ -433,7 +455,7 @@ class Resources:
         if index not in self._same:
             values = self._plan.physical_materials[index].values()
             numbers = [value.as_drawn()[0] for value in values]
-            differs = any(value.varies for value in values)
+            differs = any(value.varies or value.recipe is not None for value in values)
             self._same[index] = None if differs else [self._physical_material((index, *numbers))]
         return self._same[index]
 
@@ -458,19 +480,24 @@ class Resources:
         _live_materials.add(made)
         return made
 
-    def visual(self, material: Value, rows: NDArray[np.intp]) -> Column:
-        """`RenderMaterial` a row, or one for all."""
+    def visual(self, material: Value, rows: NDArray[np.intp], scene_idxs: Sequence[int]) -> Column:
+        """`RenderMaterial` a row, or one for all. `scene_idxs`: by row of the plan."""
         table = self._plan.visual_materials
         indices: list[int] = select_rows(material, rows).tolist()
         varying = {i: [value for value in table[i].values() if value.varies] for i in dict.fromkeys(indices)}
-        if len(indices) == 1 and varying[indices[0]]:
+        drawn = {i for i in varying if _is_drawn_anew(table[i].values())}
+        if len(indices) == 1 and (varying[indices[0]] or drawn):
             indices *= len(rows)
         column: Column = []
-        for index, row in zip(indices, rows.tolist(), strict=False):
-            key = (index, *(value.data[row].tobytes() for value in varying[index]))
-            if key not in self._visual:
-                self._visual[key] = self._make_visual(table[index], row)
-            column.append(self._visual[key])
+        places: list[int] = rows.tolist()
+        for index, row in zip(indices, places, strict=False):
+            key: Any = (index, *(value.data[row].tobytes() for value in varying[index]))
+            made: dict[Any, Any] = self._visual
+            if index in drawn:
+                key, made = scene_idxs[row], self.drawn.visual.setdefault(index, {})
+            if key not in made:
+                made[key] = self._make_visual(table[index], row)
+            column.append(made[key])
         return column
 
     def meshes(self, indices: NDArray[np.int64], code: str) -> Column:
@@ -539,6 +566,11 @@ class Resources:
             except RuntimeError as error:
                 raise EngineFailure("SC807", f"the renderer cannot load the texture '{path}': {error}") from error
         return self._textures[key]
+
+
+def _is_drawn_anew(values: Iterable[Value]) -> bool:
+    """Whether a reset changes a material, so that each scene has its own."""
+    return any(value.recipe is not None for value in values)
 
 
 def _make_physical_material(static_friction: float, dynamic_friction: float, restitution: float) -> Any:

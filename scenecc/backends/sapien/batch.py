@@ -9,8 +9,16 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from scenecc.backends.sapien.contacts import ContactReader
+from scenecc.backends.sapien.drawn_fields import DrawnFieldSet, plan_holders
 from scenecc.backends.sapien.entity_batch import ArticulationBatch, EntityBatch
-from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, NamedObjects, is_dynamic, iterate_entities
+from scenecc.backends.sapien.objects import (
+    ArticulationObjects,
+    BodyObjects,
+    DrawnObjects,
+    NamedObjects,
+    is_dynamic,
+    iterate_entities,
+)
 from scenecc.backends.sapien.reset import ResetSampler
 from scenecc.backends.sapien.state import (
     RemovedArticulation,
@@ -39,8 +47,9 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.constraints import ConstraintBatch, ConstraintSet, TargetCalls
     from scenecc.backends.sapien.contacts import Contacts
     from scenecc.backends.sapien.engine import sapien
-    from scenecc.backends.sapien.rendering import EntityPoses, LightBatch, LightsAndCameras
-    from scenecc.backends.sapien.state import AnyState, StateWriter
+    from scenecc.backends.sapien.objects import ComponentBatch
+    from scenecc.backends.sapien.rendering import LightBatch, LightsAndCameras
+    from scenecc.backends.sapien.state import AnyState, DrawnFieldState, StateWriter
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 
@@ -206,13 +215,13 @@ class ObjectRegistry:
         """Those that are in the scenes now."""
         return (self.held[name] for name in self._order)
 
-    def state(self, scene_idxs: tuple[int, ...]) -> SceneState:
-        """The state of all in these scenes, and of those that are removed from them."""
+    def state(self, scene_idxs: tuple[int, ...], drawn: dict[str, DrawnFieldState]) -> SceneState:
+        """The state of all in these scenes, and of those that are removed from them. `drawn`: what it also holds."""
         found = {
             name: read_state(held, self._removed_articulations.get(name), scene_idxs)
             for name, held in self.held.items()
         }
-        return SceneState.of(scene_idxs, found)
+        return SceneState.of(scene_idxs, found, drawn)
 
     def placements(self, states: Mapping[str, AnyState]) -> list[StateWriter]:
         """What puts each where its state says, in build order; removed articulations have theirs when they are added.
@@ -250,6 +259,7 @@ class SceneBatch:
         scene_idxs: tuple[int, ...],
         scenes: list[Any],
         bodies: Sequence[BodyObjects | ArticulationObjects],
+        drawn: DrawnObjects,
         *,
         render: bool,
         sink: Sink,
@@ -258,6 +268,7 @@ class SceneBatch:
         self._scene_idxs = scene_idxs
         self._scenes = scenes
         self._members = ObjectRegistry(bodies)
+        self._drawn_objects = drawn
         self._render = render
         self._number_of = {index: number for number, index in enumerate(scene_idxs)}
         self._constraints: ConstraintSet | None = None
@@ -457,12 +468,14 @@ class SceneBatch:
     ) -> None:
         """Draws what a running simulation can change anew, and puts every object back to its start.
 
-        Anew are poses of dynamic and kinematic bodies, velocities, joints and targets of drives, where the plan draws
-        them. Everything else (sizes, materials, masses, poses of static bodies) stays as it was built. Every object of
-        the plan gets its pose, its velocities and its sleep state at the start; targets of kinematic bodies and forces
-        that wait for the next step are forgotten. Removed entities stay removed and are at their start when they are
-        added again. What else was changed by hand (a mass, a damping) stays, and so does what was added to the scenes
-        by hand.
+        Where the plan draws them, anew are poses of dynamic and kinematic bodies, velocities, joints and targets of
+        drives; masses, damping and gravity of bodies; friction and restitution; limits, gains and friction of joints;
+        colours and numbers of visual materials; lights, cameras and the ambient light. Everything else (sizes,
+        densities, textures, poses of static bodies) stays as it was built. Every object of the plan gets its pose, its
+        velocities and its sleep state at the start; targets of kinematic bodies and forces that wait for the next step
+        are forgotten. Removed entities stay removed and are at their start when they are added again. What the plan
+        does not draw and was changed by hand (a mass, a damping) stays, and so does what was added to the scenes by
+        hand.
 
         Args:
             seed: of the draws, for all of these scenes or one for each; None: the one that each scene had last, which
@@ -479,6 +492,7 @@ class SceneBatch:
         Raises:
             ValueError: something is drawn that has no value or that the engine cannot hold (the entity, the field and
                 the scene are named), a draw cannot be changed, or an argument does not fit. Nothing is changed then.
+            SceneError: the engine does not hold what was set (SC802).
             KeyError: this batch has no such scene.
             RuntimeError: the batch is closed.
         """
@@ -487,21 +501,21 @@ class SceneBatch:
         seeds = check_seeds(seed, [self._seeds[index] for index in chosen])
         drawing = self._start.batch(chosen, seeds, draws or {})
         states = self._start.drawn(drawing)
-        moves: EntityPoses = []
-        if self._rendering is not None and self._rendering.follows:
-            moves = self._rendering.moves(drawing)
+        drawn = self._drawn_fields.draw(drawing)
         again: TargetCalls = []
         if self._constraints is not None and self._constraints.pulls:
             again = self._constraints.again(drawing)
+        self._drawn_fields.apply(drawn)
         self._place(chosen, states, exact=exact)
         for component, setter, arguments in again:
             getattr(component, setter)(*arguments)
-        for entity, pose in moves:
-            entity.set_pose(pose)
+        self._drawn_fields.audit(drawn, self._sink.another())
         self._seeds.update(zip(chosen, seeds, strict=True))
 
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
         """Poses and velocities of all bodies in these scenes, to the bit, who is asleep, and where kinematic bodies go.
+
+        Of the rest it holds what a reset draws anew: masses, gains, materials, lights, cameras.
 
         It can be set in every batch of the same scenes. What SAPIEN lets nobody read is not in it: the engine's memory
         of contacts, how long a body has been slow, forces that wait for the next step, and the velocity of a
@@ -516,7 +530,8 @@ class SceneBatch:
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        return self._members.state(tuple(sorted(self._chosen(scene_idxs))))
+        chosen = tuple(sorted(self._chosen(scene_idxs)))
+        return self._members.state(chosen, self._drawn_fields.state(chosen))
 
     def set_state(self, state: SceneState, scene_idxs: Sequence[int] | None = None, *, exact: bool = False) -> None:
         """Puts all bodies where a state says: `state` gives the same again.
@@ -538,7 +553,11 @@ class SceneBatch:
         """
         self._check_open()
         chosen = self._chosen(state.scene_idxs if scene_idxs is None else scene_idxs)
-        self._place(chosen, validate_state(state, self._members.held, chosen), exact=exact)
+        states = validate_state(state, self._members.held, chosen)
+        drawn = self._drawn_fields.saved(state.drawn, chosen)
+        self._drawn_fields.apply(drawn)
+        self._place(chosen, states, exact=exact)
+        self._drawn_fields.audit(drawn, self._sink.another())
 
     def close(self) -> None:
         """Empties every scene and lets go of it. Closing twice is allowed."""
@@ -552,6 +571,8 @@ class SceneBatch:
         for scene in self._scenes:
             scene.clear()
         self._scenes = []
+        self._drawn_objects = DrawnObjects()
+        self.__dict__.pop("_drawn_fields", None)
 
     @cached_property
     def _contact_reader(self) -> ContactReader:
@@ -566,6 +587,20 @@ class SceneBatch:
     def _start(self) -> ResetSampler:
         return ResetSampler(self._plan, self._scene_idxs, self._members.held)
 
+    @cached_property
+    def _drawn_fields(self) -> DrawnFieldSet:
+        components: dict[str, ComponentBatch] = {}
+        systems: dict[int, Any] = {}
+        if self._constraints is not None:
+            components = {f"constraints/{name}": one for name, one in self._constraints.batches.items()}
+        if self._render and self._rendering is not None:
+            components |= {f"lights/{name}": one for name, one in self._rendering.lights.items()}
+            components |= {f"cameras/{name}": one for name, one in self._rendering.cameras.items()}
+            systems = self._rendering.render_systems
+        held = self._members.held
+        holders = plan_holders(self._plan, self._scene_idxs, held, self._drawn_objects, components, systems)
+        return DrawnFieldSet(holders, self._drawn_objects, rendered=self._render)
+
     def _place(self, scene_idxs: Sequence[int], states: Mapping[str, AnyState], *, exact: bool) -> None:
         placements = self._members.placements(states)
         with interrupts_wait():
@@ -574,6 +609,8 @@ class SceneBatch:
                 if exact:
                     number = self._number_of[index]
                     self._scenes[number] = restore_in_new_scene(placements, index, self._scenes[number])
+                    if self._rendering is not None:
+                        self._rendering.enter_new_scene(index)
                 else:
                     with nullcontext() if self._constraints is None else self._constraints.apart(index):
                         restore_scene(placements, index)

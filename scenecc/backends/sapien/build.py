@@ -20,6 +20,7 @@ from scenecc.backends.sapien.engine import (
     report_failure,
     sapien,
 )
+from scenecc.backends.sapien.objects import DrawnObjects
 from scenecc.backends.sapien.preparation import EntityLookup, prepare_entities
 from scenecc.backends.sapien.rendering import LightsAndCameras
 from scenecc.diagnostics.collector import collector_paused
@@ -42,7 +43,8 @@ def build_scenes(
     progress: Callable[[int, int], None] | None,
 ) -> tuple[SceneBatch, list[PreparedEntity]] | None:
     """Builds these scenes. A failure is reported, and every scene that was built is cleared."""
-    prepared_entities = prepare_entities(plan, scene_idxs, sink, rendered=rendered)
+    drawn = DrawnObjects()
+    prepared_entities = prepare_entities(plan, scene_idxs, sink, drawn, rendered=rendered)
     if prepared_entities is None:
         return None
     scenes: list[Any] = []
@@ -50,7 +52,10 @@ def build_scenes(
         scenes.extend(new_scene(plan, rendered=rendered) for _ in scene_idxs)
         fill_scenes(scenes, prepared_entities, progress)
         bodies = [prepared.held() for prepared in prepared_entities]
-        return SceneBatch(plan, scene_idxs, scenes, bodies, render=rendered, sink=sink.another()), prepared_entities
+        return (
+            SceneBatch(plan, scene_idxs, scenes, bodies, drawn, render=rendered, sink=sink.another()),
+            prepared_entities,
+        )
     except BaseException as error:
         for scene in scenes:
             scene.clear()

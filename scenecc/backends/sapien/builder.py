@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.assets import Resources
+    from scenecc.backends.sapien.objects import DrawnObjects
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import (
         BodyStructure,
@@ -109,9 +110,9 @@ def _cooking_failure(shape: PreparedShape, row: int) -> EngineFailure | None:
 
 
 def _prepare_collision(
-    shape: CollisionShape, groups: Value | None, rows: NDArray[np.intp], resources: Resources
+    shape: CollisionShape, groups: Value | None, rows: NDArray[np.intp], resources: Resources, entity: Entity
 ) -> PreparedShape:
-    material = resources.physical(shape.material, rows)
+    material = resources.physical(shape.material, rows, entity.scene_idxs)
     try:
         known = COLLISION_SHAPES[type(shape.geometry)]
         make = known.make(shape.geometry, ShapeContext(rows, material, resources))
@@ -130,9 +131,9 @@ def _prepare_collision(
     return PreparedShape(make, fixed, varying, known.many, _rows_of_files(shape.geometry, rows), "SC801", shape.origin)
 
 
-def _prepare_visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources) -> PreparedShape:
+def _prepare_visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources, entity: Entity) -> PreparedShape:
     try:
-        material = None if shape.material is None else resources.visual(shape.material, rows)
+        material = None if shape.material is None else resources.visual(shape.material, rows, entity.scene_idxs)
         make = VISUAL_SHAPES[type(shape.geometry)].make(shape.geometry, ShapeContext(rows, material, resources))
     except EngineFailure as failure:
         failure.origin = failure.origin or shape.origin
@@ -162,12 +163,17 @@ def _set_name(shape: Any, name: str) -> None:
     shape.set_name(name)
 
 
-def prepare_mass(structure: BodyStructure, rows: NDArray[np.intp]) -> Callable[[Any, int], None] | None:
-    """What to do to a component once its shapes are attached; None: the densities decide."""
+def prepare_mass(
+    structure: BodyStructure, rows: NDArray[np.intp], drawn: DrawnObjects
+) -> Callable[[Any, int], None] | None:
+    """What to do to a component once its shapes are attached; None: the densities decide.
+
+    `drawn` takes what the densities give where a reset draws the mass anew.
+    """
     if structure.inertial is not None:
         return _inertial_setter(structure.inertial, rows)
     if structure.mass is not None:
-        return _mass_setter(structure.mass, rows, structure.origin)
+        return _mass_setter(structure.mass, rows, structure.origin, drawn)
     return None
 
 
@@ -186,8 +192,11 @@ def _inertial_setter(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[An
     return step
 
 
-def _mass_setter(value: Value, rows: NDArray[np.intp], origin: Origin | None) -> Callable[[Any, int], None]:
+def _mass_setter(
+    value: Value, rows: NDArray[np.intp], origin: Origin | None, drawn: DrawnObjects
+) -> Callable[[Any, int], None]:
     """What sets the mass alone, and scales with it the inertia that the engine computed from the densities."""
+    is_drawn_anew = value.recipe is not None
     mass = _expand_column(to_scalars(select_rows(value, rows)), len(rows))
 
     def step(component: Any, row: int) -> None:
@@ -198,7 +207,10 @@ def _mass_setter(value: Value, rows: NDArray[np.intp], origin: Origin | None) ->
             message = f"the densities give a mass of {computed} kg, which nothing can be scaled from"
             raise EngineFailure("SC512", message, origin=origin, hint="mend the scale or the density: metres, kg/m³")
         # In float64, and rounded once by the engine: "Numbers" in the language's description.
-        inertia = component.get_inertia().astype(np.float64) * (mass[row] / computed)
+        inertia = component.get_inertia().astype(np.float64)
+        if is_drawn_anew:
+            drawn.densities[component] = computed, inertia
+        inertia = inertia * (mass[row] / computed)
         component.set_mass(mass[row])
         component.set_inertia(inertia)
 
@@ -218,16 +230,23 @@ class PreparedBody:
     """
 
     def __init__(
-        self, name: str, structure: BodyStructure, rows: NDArray[np.intp], resources: Resources, *, rendered: bool
+        self,
+        name: str,
+        entity: Entity,
+        structure: BodyStructure,
+        rows: NDArray[np.intp],
+        resources: Resources,
+        *,
+        rendered: bool,
     ) -> None:
         self.name = name
         self._collisions = tuple(
-            _prepare_collision(shape, groups, rows, resources)
+            _prepare_collision(shape, groups, rows, resources, entity)
             for shape, groups in zip(structure.collisions, structure.shape_groups(), strict=True)
         )
         visuals = structure.visuals if rendered else ()
-        self.visuals = tuple(_prepare_visual(shape, rows, resources) for shape in visuals)
-        self._set_mass = prepare_mass(structure, rows)
+        self.visuals = tuple(_prepare_visual(shape, rows, resources, entity) for shape in visuals)
+        self._set_mass = prepare_mass(structure, rows, resources.drawn)
         self._properties = split_setters(BODY_PROPERTIES.steps(structure, rows))
         self._look = split_setters(RENDER_PROPERTIES.steps(structure, rows) if self.visuals else [])
 
@@ -296,7 +315,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
         self.row = 0
         self._origin = structure.origin
         self._component = _COMPONENTS[structure.body_type]
-        self._body = PreparedBody(entity.name, structure, rows, resources, rendered=rendered)
+        self._body = PreparedBody(entity.name, entity, structure, rows, resources, rendered=rendered)
         self._only_pose: Any = None
         if entity.pose.varies:
             # One by one, when their turn comes: they are still in the processor's cache then.

@@ -332,8 +332,16 @@ def build_camera(camera: Camera, lookup: EntityLookup) -> list[Any]:
     for number, row in rows_by_scene(camera, lookup):
         component = new_camera(camera, row)
         attach_component(component, camera, row, lookup, number)
+        set_orthographic_again(component)
         made.append(component)
     return made
+
+
+def set_orthographic_again(camera: Any) -> None:
+    """Sets the lens of an orthographic camera that came into a scene, where SAPIEN forgets it; of others nothing."""
+    if camera is not None and camera.mode == "orthographic":
+        sides = (camera.ortho_left, camera.ortho_right, camera.ortho_bottom, camera.ortho_top)
+        camera.set_orthographic_parameters(camera.near, camera.far, *sides)
 
 
 def rows_by_scene(held: Light | Camera, lookup: EntityLookup) -> list[tuple[int, int]]:

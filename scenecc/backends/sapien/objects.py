@@ -93,6 +93,21 @@ class ArticulationObjects(EntityObjects):
         return self.entities[row][0].get_scene() is not None
 
 
+@dataclass(frozen=True, slots=True)
+class DrawnObjects:
+    """What a build keeps for resets, of what no entity holds.
+
+    Attributes:
+        physical, visual: materials of which something is drawn anew: by index in the plan's table, then by scene.
+        densities: of rigid components whose mass is drawn anew: the mass [kg] and the inertia (3,) [kg·m²] that their
+            densities give.
+    """
+
+    physical: dict[int, dict[int, Any]] = field(default_factory=dict[int, "dict[int, Any]"])
+    visual: dict[int, dict[int, Any]] = field(default_factory=dict[int, "dict[int, Any]"])
+    densities: dict[Any, tuple[float, Any]] = field(default_factory=dict[Any, "tuple[float, Any]"])
+
+
 def _joint_columns(links: list[Any]) -> NDArray[np.intp]:
     moving = [link.get_index() for link in links if link.get_joint().get_dof()]
     return np.argsort(np.argsort(moving))

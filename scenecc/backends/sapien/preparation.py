@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.backends.sapien.objects import DrawnObjects
     from scenecc.diagnostics import Sink
     from scenecc.plan import Entity, ScenePlan
     from scenecc.plan.body import Mount
@@ -276,14 +277,14 @@ def find_link(links: Sequence[Any], name: str) -> Any:
 
 
 def prepare_entities(
-    plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendered: bool
+    plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, drawn: DrawnObjects | None = None, *, rendered: bool
 ) -> list[PreparedEntity] | None:
     """Everything that is done once: argument tables, materials, and every mesh cooked.
 
-    All that fail are reported, not only the first.
+    All that fail are reported, not only the first. `drawn` takes what resets need that no entity holds.
     """
     refresh_caches(plan, rendered=rendered)
-    resources = Resources(plan)
+    resources = Resources(plan, drawn)
     prepared_entities: list[PreparedEntity] = []
     failed, crowded = False, None
     for entity in plan.entities:

@@ -24,11 +24,10 @@ from scenecc.backends.sapien.cameras import (
     new_camera,
     render_bodies,
     rows_by_scene,
-    to_pose,
+    set_orthographic_again,
 )
 from scenecc.backends.sapien.engine import EngineFailure, physx, render
 from scenecc.backends.sapien.geometry import RENDER_SHAPES
-from scenecc.backends.sapien.reset import part_in_scenes, sample_value
 from scenecc.plan import literal
 from scenecc.plan.rendering import (
     COLLISION_COLORS,
@@ -50,7 +49,6 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.preparation import EntityLookup
     from scenecc.plan import ScenePlan, Value
     from scenecc.plan.rendering import Camera, Environment, Light
-    from scenecc.variation.evaluation import Batch
 
 
 LIGHT_CLASSES: Final[dict[type, str]] = {
@@ -200,10 +198,6 @@ def _body_type(component: Any) -> str:
     return "kinematic" if component.kinematic else "dynamic"
 
 
-EntityPoses = list[tuple[Any, Any]]
-"""Entities of lights and cameras, and where they go."""
-
-
 class LightSet:
     """Surroundings and lights of scenes.
 
@@ -235,19 +229,13 @@ class LightSet:
         having = frozenset(held.scene_idxs)
         return tuple(index for index in self._lookup.scene_idxs if index in having)
 
-    def _placed(self) -> list[tuple[Light | Camera, RenderComponentBatch]]:
-        return [(light, self.lights[light.name]) for light in self._plan.lights]
-
-    def moves(self, batch: Batch) -> EntityPoses:
-        """Where those go that stand relative to what a reset draws anew; nothing is moved yet.
-
-        Args:
-            batch: the scenes that are reset.
-
-        Raises:
-            ValueError: one would stand nowhere.
-        """
-        return [move for each, found in self._placed() for move in sample_poses(each, found, batch)]
+    @property
+    def render_systems(self) -> dict[int, Any]:
+        """Those of the scenes, by index; none where nothing renders."""
+        lookup = self._lookup
+        if lookup is None or not self._rendered:
+            return {}
+        return {index: scene.render_system for index, scene in zip(lookup.scene_idxs, lookup.scenes, strict=True)}
 
 
 class LightsAndCameras(LightSet):
@@ -273,9 +261,6 @@ class LightsAndCameras(LightSet):
         self._framed: list[CameraBatch] = []
         if not plan.cameras:
             self.cameras[DEFAULT_CAMERA] = self.framed()
-
-    def _placed(self) -> list[tuple[Light | Camera, RenderComponentBatch]]:
-        return [*super()._placed(), *((camera, self.cameras[camera.name]) for camera in self._plan.cameras)]
 
     def _light_up(self, index: int) -> None:
         """Lights a scene for its first picture if nothing else does: without, every picture would be black.
@@ -365,29 +350,17 @@ class LightsAndCameras(LightSet):
             if entity.get_scene() is not None
         }
 
-    @property
-    def follows(self) -> bool:
-        """Whether a light or camera stands relative to what a reset draws anew."""
-        held = (*self._plan.lights, *self._plan.cameras)
-        return self._rendered and any(each.pose.recipe is not None for each in held)
+    def enter_new_scene(self, scene_idx: int) -> None:
+        """Has cameras see as before once the entities of a scene of the plan have moved to another `sapien.Scene`."""
+        for camera in self.cameras.values():
+            if self._rendered and scene_idx in camera.scene_idxs:
+                set_orthographic_again(camera.objs[camera.scene_idxs.index(scene_idx)])
 
     def close(self) -> None:
         """Lets go of everything."""
         for each in (*self.lights.values(), *self.cameras.values(), *self._framed):
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
         self.lights, self.cameras, self._framed, self._lookup = {}, {}, [], None
-
-
-def sample_poses(held: Light | Camera, found: RenderComponentBatch, batch: Batch) -> EntityPoses:
-    """Where a light or camera goes in those of the scenes that have it. Raises ValueError if it would stand nowhere."""
-    recipe = held.pose.recipe
-    row_of = {index: row for row, index in enumerate(found.scene_idxs)}
-    part = part_in_scenes(batch, row_of)
-    if recipe is None or part is None:
-        return []
-    poses = sample_value(part, recipe, held.name, "pose")
-    rows: list[int] = [row_of[index] for index in part.scenes.tolist()]
-    return [(found.objs[row].get_entity(), to_pose(pose)) for row, pose in zip(rows, poses, strict=True)]
 
 
 class LightBatch(RenderComponentBatch):

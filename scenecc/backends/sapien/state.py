@@ -144,6 +144,29 @@ class ArticulationState(MotionState):
 AnyState = EntityState | ArticulationState
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnFieldState:
+    """A drawn field in some scenes, as the engine was given it; two are equal if every bit is.
+
+    Attributes:
+        scene_idxs: ascending, among all scenes of the plan.
+        numbers: (B, …) float64; of a mass that scales the inertia (B, 4), the mass [kg] and the inertia [kg·m²].
+        seen: whether only a batch that renders has it.
+    """
+
+    scene_idxs: tuple[int, ...]
+    numbers: NDArray[np.float64]
+    seen: bool = False
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, DrawnFieldState):
+            return NotImplemented
+        return self.scene_idxs == other.scene_idxs and _same_bits(self.numbers, other.numbers)
+
+    def __hash__(self) -> int:
+        return hash((self.scene_idxs, self.numbers.tobytes()))
+
+
 @dataclass(frozen=True, slots=True)
 class SceneState:
     """What `SceneBatch.state` gives and `SceneBatch.set_state` takes: it can be pickled, compared and looked into.
@@ -152,19 +175,23 @@ class SceneState:
         scene_idxs: the scenes that were asked for, ascending, as indices among all scenes of the plan.
         entities: name → state, of every body that is in one of these scenes, removed ones too, in the plan's order.
         articulations: the same of articulations.
+        drawn: what else a reset draws anew, by holder and field: "cube.mass".
     """
 
     scene_idxs: tuple[int, ...]
     entities: dict[str, EntityState]
     articulations: dict[str, ArticulationState] = field(default_factory=dict[str, ArticulationState])
+    drawn: dict[str, DrawnFieldState] = field(default_factory=dict[str, DrawnFieldState])
 
     @staticmethod
-    def of(scene_idxs: tuple[int, ...], states: Mapping[str, AnyState]) -> SceneState:
+    def of(
+        scene_idxs: tuple[int, ...], states: Mapping[str, AnyState], drawn: dict[str, DrawnFieldState]
+    ) -> SceneState:
         """Both kinds, told apart, without those that are in none of the scenes."""
         there = [(name, state) for name, state in states.items() if state.scene_idxs]
         entities = {name: state for name, state in there if isinstance(state, EntityState)}
         articulations = {name: state for name, state in there if isinstance(state, ArticulationState)}
-        return SceneState(scene_idxs, entities, articulations)
+        return SceneState(scene_idxs, entities, articulations, drawn)
 
     @property
     def all(self) -> dict[str, AnyState]:

@@ -153,13 +153,14 @@ def _write_camera(source: SourceWriter, camera: Camera, columns: SceneValues, ta
             names = ("fx", "fy", "cx", "cy", "skew")
             matrix = [columns.value(getattr(lens, name), name) for name in names]
             source.statement(call("camera.set_perspective_parameters", near, far, *matrix))
-        case Orthographic() as lens:
-            # Not with `top` alone, where SAPIEN divides width by height in whole numbers.
-            top = columns.value(lens.top, "top")
-            source.statement(top, assign="top")
-            source.line(f"right = top * {number_literal(camera.width)} / {number_literal(camera.height)}")
-            source.statement(call("camera.set_orthographic_parameters", near, far, "-right", "right", "-top", "top"))
+        case Orthographic():
+            pass
     _attach_component(source, camera, "camera", columns, tables)
+    if isinstance(camera.lens, Orthographic):
+        # Not before, when it would be forgotten. Not with `top` alone: SAPIEN divides width by height in whole numbers.
+        source.statement(columns.value(camera.lens.top, "top"), assign="top")
+        source.line(f"right = top * {number_literal(camera.width)} / {number_literal(camera.height)}")
+        source.statement(call("camera.set_orthographic_parameters", near, far, "-right", "right", "-top", "top"))
 
 
 _CREATE_METHODS: dict[type, str] = {

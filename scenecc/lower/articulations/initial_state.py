@@ -19,7 +19,7 @@ from scenecc.spec.base import NOTE_PREFIX
 from scenecc.variation import forms
 from scenecc.variation.bounds import ValueBounds, affine_clamp_bounds, component_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS
-from scenecc.variation.nodes import NODES, AffineClamp
+from scenecc.variation.nodes import NODES, AffineClamp, Const, Rows
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -200,7 +200,13 @@ class InitialStateLowerer:
 
         if limits.known:
             return per_scene(draw())
-        return varying(draw, bounds=_clamped_support(ValueBounds.of((0.0,)), limits), rows=rows)
+        value = varying(draw, bounds=_clamped_support(ValueBounds.of((0.0,)), limits), rows=rows)
+        resets = self._fields.sampling.resets
+        if id(limits) in resets:
+            variation = VariationLowerer(self._fields, self._origin)
+            node = AffineClamp(Const(0.0), -1, -FLOAT32_MAX, FLOAT32_MAX)
+            resets[id(value)] = ResettableValue(value, node, variation, self._fields, limits)
+        return value
 
     def _following(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
         """Where a joint starts that follows another one, within its limits.
@@ -232,6 +238,9 @@ class InitialStateLowerer:
         value = varying(draw, bounds=support, rows=rows)
         resets = self._fields.sampling.resets
         reset = resets.get(id(source))
+        if reset is None and limits is not None and id(limits) in resets:
+            start = Rows(self._fields.scenes, tuple(np.broadcast_to(source.data, rows).tolist()))
+            reset = ResettableValue(source, start, VariationLowerer(self._fields, self._origin), self._fields)
         if reset is not None:
             follows = MimicRelation(reset, mimic.multiplier, mimic.offset)
             resets[id(value)] = ResettableValue(value, reset.node, reset.variation, self._fields, limits, follows)

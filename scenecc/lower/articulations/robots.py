@@ -407,12 +407,12 @@ class OverrideValues:
         self._materials = materials
         self._known: dict[tuple[int, str], Any] = {}
 
-    def value(self, layers: Sequence[Layer], key: str, kind: FieldType, *, reset: bool = False) -> Value | None:
+    def value(self, layers: Sequence[Layer], key: str, kind: FieldType, *, reset: bool | None = None) -> Value | None:
         """The value of a key in the nearest layer that has it; None if none has."""
         layer = nearest_override(layers, key)
         return None if layer is None else self.of(layer, key, kind, reset=reset)
 
-    def of(self, layer: Layer, key: str, kind: FieldType, *, reset: bool = False) -> Value:
+    def of(self, layer: Layer, key: str, kind: FieldType, *, reset: bool | None = None) -> Value:
         """The value of a key in a layer that has it."""
         keys, origin = layer
         found = self._known.get((id(keys), key))

@@ -175,8 +175,10 @@ def test_what_no_seed_decides_or_no_simulation_moves_has_no_recipe(body: dict[st
 
 
 def test_other_fields_have_no_recipe() -> None:
-    plan = compiled({"mass": {"uniform": [1, 2]}}, num_scenes=2)
-    assert body_of(entity(plan)).mass.recipe is None  # type: ignore[union-attr]
+    plan = compiled({"density": {"uniform": [1, 2]}, "sleep_threshold": {"uniform": [1, 2]}}, num_scenes=2)
+    body = body_of(entity(plan))
+    assert body.sleep_threshold.recipe is None  # type: ignore[union-attr]
+    assert body.collisions[0].density.recipe is None  # type: ignore[union-attr]
 
 
 def test_a_draw_that_a_size_reads_stays_as_it_is_built() -> None:

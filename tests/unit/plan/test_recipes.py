@@ -129,8 +129,8 @@ def test_what_is_right_is_read_and_written_alike(recipe: Any) -> None:
 def test_only_what_a_reset_changes_has_a_recipe() -> None:
     data = with_recipe(POSE)
     body = data["entities"][1]["structures"][0]
-    body["mass"] = {"value": 1.0, "recipe": {"type": "const", "data": 1.0}}
-    assert read(data) == (None, [("SC703", "entities[1].structures[0].mass.recipe")])
+    body["sleep_threshold"] = {"value": 1.0, "recipe": {"type": "const", "data": 1.0}}
+    assert read(data) == (None, [("SC703", "entities[1].structures[0].sleep_threshold.recipe")])
 
 
 def test_the_wrong_count_of_rows_is_told_beside_a_recipe_too() -> None:

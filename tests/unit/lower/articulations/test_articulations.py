@@ -11,6 +11,8 @@ import pytest
 from scenecc import compile_scene, validate
 from scenecc.lower.articulations.robots import PatternMatcher
 from scenecc.plan import ArticulationStructure, Joint, Link
+from scenecc.plan.properties import FLOAT32_MAX
+from scenecc.variation.nodes import AffineClamp
 
 if TYPE_CHECKING:
     from scenecc.plan import ScenePlan, Value
@@ -254,14 +256,14 @@ def test_a_mass_scales_what_a_file_says_and_is_drawn_once_for_all_that_a_pattern
     assert found["root"].body.inertial is None
 
 
-def test_drawn_limits_hold_what_is_drawn_and_resets_are_held_by_those_that_were_built() -> None:
+def test_drawn_limits_hold_what_is_drawn_and_resets_are_held_by_those_that_they_draw() -> None:
     data = scene(20, qpos=[{"uniform": [0, 9]}], joints={"hinge": {"limits": [0, {"uniform": [1, 2]}]}})
     joint = joints(compile_scene(data))["hinge"]
     assert joint.qpos is not None
     assert joint.limits is not None
     assert (joint.qpos.data <= joint.limits.data[:, 1]).all()
     recipe: Any = joint.qpos.recipe
-    assert recipe.high.items == tuple(joint.limits.data[:, 1].tolist())
+    assert recipe.high == AffineClamp(joint.limits.recipe, 1, -FLOAT32_MAX, FLOAT32_MAX)
 
 
 def test_one_bound_stands_for_all_joints_of_which_each_is_drawn_by_itself() -> None:

@@ -1,0 +1,242 @@
+"""Fields that a reset draws anew, beside poses, velocities, joints and targets: how each is set and read back.
+
+One row a field of the plan. Resets, their audit and saved states work by this table; `Quantity.reset` says of the same
+fields what the language and the plan's JSON allow, and a test holds the two together.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import physx, render, sapien
+from scenecc.backends.sapien.properties import (
+    BODY_PROPERTIES,
+    JOINT_LIMITS,
+    JOINT_PROPERTIES,
+    to_poses,
+    to_scalars,
+    to_vectors,
+)
+from scenecc.plan.articulation import Joint
+from scenecc.plan.body import BodyStructure, Inertial, PhysicalMaterial, VisualMaterial
+from scenecc.plan.constraint import AxisDrive
+from scenecc.plan.properties import property_fields
+from scenecc.plan.rendering import Camera, Environment, Intrinsic, Light, Orthographic, Perspective
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.properties import Column, EngineProperty
+
+
+class LiveProperty(NamedTuple):
+    """One field of the plan in a running simulation.
+
+    Attributes:
+        set: takes an object of the engine and an item of a column.
+        get: what the object holds, as numbers in any shape.
+        convert: rows (B, …) to a column.
+        stored: what the engine makes of numbers: it rounds them to single precision; it keeps their inverse; it
+            normalises the quaternion of a pose; or it computes an angle from a focal length.
+    """
+
+    set: Callable[[Any, Any], Any]
+    get: Callable[[Any], Any]
+    convert: Callable[[NDArray[Any]], Column] = to_scalars
+    stored: Literal["rounded", "inverse", "pose", "angle"] = "rounded"
+
+
+def _live(prop: EngineProperty) -> LiveProperty:
+    return LiveProperty(prop.set, attrgetter(prop.get), prop.convert)
+
+
+def _named(owner: Any, field: str, convert: Callable[[NDArray[Any]], Column] = to_scalars) -> LiveProperty:
+    """A property that the engine calls as the plan does."""
+    return LiveProperty(getattr(owner, f"set_{field}"), attrgetter(field), convert)
+
+
+def _pose_getter(name: str) -> Callable[[Any], Any]:
+    read = attrgetter(name)
+    return lambda obj: read(obj).__getstate__()
+
+
+_Body = physx.PhysxRigidBodyComponent
+
+
+def _set_mass_and_inertia(body: Any, item: tuple[float, Any]) -> None:
+    body.set_mass(item[0])
+    body.set_inertia(item[1])
+
+
+def _mass_and_inertia(body: Any) -> list[float]:
+    return [body.get_mass(), *body.get_inertia().tolist()]
+
+
+def _to_masses_and_inertias(rows: NDArray[Any]) -> Column:
+    return list(zip(rows[:, 0].tolist(), rows[:, 1:], strict=True))
+
+
+MASS_AND_INERTIA = LiveProperty(_set_mass_and_inertia, _mass_and_inertia, _to_masses_and_inertias, stored="inverse")
+"""`mass` of `BodyStructure`, with the inertia that it scales: (B, 4)."""
+
+
+def _set_gain(index: int, joint: Any, value: float) -> None:
+    gains = [joint.stiffness, joint.damping, joint.force_limit]
+    gains[index] = value
+    joint.set_drive_properties(*gains, joint.drive_mode)
+
+
+def _set_axis_gain(index: int, axis: str, component: Any, value: float) -> None:
+    gains = list(getattr(component, f"get_drive_property_{axis}")())
+    gains[index] = value
+    getattr(component, f"set_drive_property_{axis}")(*gains)
+
+
+_GAINS = ("stiffness", "damping", "force_limit")
+
+
+def axis_gain(axis: str, field: str) -> LiveProperty:
+    """A gain of one axis of a constraint's drive."""
+    index = _GAINS.index(field)
+
+    def get(component: Any) -> float:
+        return getattr(component, f"get_drive_property_{axis}")()[index]
+
+    return LiveProperty(partial(_set_axis_gain, index, axis), get)
+
+
+_CameraClass = render.RenderCameraComponent
+
+
+def _set_fovx(camera: Any, value: float, *, square: bool) -> None:
+    camera.set_fovx(value, square)
+
+
+def _set_fovy(camera: Any, value: float, *, square: bool) -> None:
+    camera.set_fovy(value, square)
+
+
+def angle_of_view(lens: Perspective, field: str) -> LiveProperty:
+    """`fovx` or `fovy`; where it is given alone, pixels are square."""
+    square = lens.fovx is None or lens.fovy is None
+    setter = partial({"fovx": _set_fovx, "fovy": _set_fovy}[field], square=square)
+    return LiveProperty(setter, attrgetter(field), stored="angle")
+
+
+def _set_part_of_matrix(setter: str, names: tuple[str, ...], index: int, camera: Any, value: float) -> None:
+    numbers = [getattr(camera, name) for name in names]
+    numbers[index] = value
+    getattr(camera, setter)(*numbers)
+
+
+def _matrix_part(setter: str, names: tuple[str, ...], index: int) -> LiveProperty:
+    return LiveProperty(partial(_set_part_of_matrix, setter, names, index), attrgetter(names[index]))
+
+
+def _set_top(camera: Any, top: float) -> None:
+    right = top * camera.width / camera.height
+    camera.set_orthographic_parameters(camera.near, camera.far, -right, right, -top, top)
+
+
+def _set_plane(name: str, camera: Any, value: float) -> None:
+    if camera.mode != "orthographic":
+        setattr(camera, name, value)
+        return
+    planes = {"near": camera.near, "far": camera.far, name: value}
+    sides = (camera.ortho_left, camera.ortho_right, camera.ortho_bottom, camera.ortho_top)
+    camera.set_orthographic_parameters(planes["near"], planes["far"], *sides)
+
+
+def _set_ambient_light(system: Any, color: Any) -> None:
+    system.ambient_light = color
+
+
+_FOCAL_LENGTHS, _PRINCIPAL_POINT = ("fx", "fy"), ("cx", "cy")
+
+LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
+    **{
+        (BodyStructure, field): _live(BODY_PROPERTIES.by_field[field])
+        for field in ("linear_damping", "angular_damping", "disable_gravity")
+    },
+    (BodyStructure, "mass"): MASS_AND_INERTIA,
+    (Inertial, "mass"): _named(_Body, "mass")._replace(stored="inverse"),
+    (Inertial, "com"): LiveProperty(
+        _Body.set_cmass_local_pose, _pose_getter("cmass_local_pose"), to_poses, stored="pose"
+    ),
+    (Inertial, "inertia"): _named(_Body, "inertia", to_vectors)._replace(stored="inverse"),
+    **{
+        (PhysicalMaterial, field): _named(physx.PhysxMaterial, field)
+        for field in ("static_friction", "dynamic_friction", "restitution")
+    },
+    **{
+        (VisualMaterial, field): _named(render.RenderMaterial, field, to_vectors)
+        for field in ("base_color", "emission")
+    },
+    **{
+        (VisualMaterial, field): _named(render.RenderMaterial, field)
+        for field in ("specular", "roughness", "metallic", "transmission_roughness")
+    },
+    **{(Joint, field): _live(JOINT_PROPERTIES.by_field[field]) for field in property_fields("joint")},
+    (Joint, "limits"): _live(JOINT_LIMITS),
+    **{
+        (Joint, field): LiveProperty(partial(_set_gain, index), attrgetter(field)) for index, field in enumerate(_GAINS)
+    },
+    **{(AxisDrive, field): axis_gain("x", field) for field in _GAINS},
+    (Light, "color"): _named(render.RenderLightComponent, "color", to_vectors),
+    **{(Perspective, field): angle_of_view(Perspective(), field) for field in ("fovx", "fovy")},
+    **{
+        (Intrinsic, field): _matrix_part("set_focal_lengths", _FOCAL_LENGTHS, index)
+        for index, field in enumerate(_FOCAL_LENGTHS)
+    },
+    **{
+        (Intrinsic, field): _matrix_part("set_principal_point", _PRINCIPAL_POINT, index)
+        for index, field in enumerate(_PRINCIPAL_POINT)
+    },
+    (Intrinsic, "skew"): _named(_CameraClass, "skew"),
+    (Orthographic, "top"): LiveProperty(_set_top, attrgetter("ortho_top")),
+    **{(Camera, field): LiveProperty(partial(_set_plane, field), attrgetter(field)) for field in ("near", "far")},
+    (Environment, "ambient_light"): LiveProperty(_set_ambient_light, attrgetter("ambient_light"), to_vectors),
+}
+"""By the dataclass of the plan and its field. Those of an axis and of an angle of view depend on the rest of it."""
+
+
+ENTITY_POSE = LiveProperty(sapien.Entity.set_pose, _pose_getter("pose"), to_poses)
+"""`pose` of a light or a camera that stands in the world: of its own entity."""
+
+
+def _set_local_pose(component: Any, pose: Any) -> None:
+    component.set_local_pose(pose)
+
+
+LOCAL_POSE = LiveProperty(_set_local_pose, _pose_getter("local_pose"), to_poses)
+"""`pose` of one that is mounted."""
+
+
+def live_property(holder: Any, field: str) -> LiveProperty | None:
+    """How a field of a dataclass of the plan is set and read back; None: it is a part of the state of motion."""
+    if isinstance(holder, AxisDrive):
+        return axis_gain(holder.axis, field)
+    if isinstance(holder, Perspective):
+        return angle_of_view(holder, field)
+    if isinstance(holder, Light | Camera) and field == "pose":
+        return ENTITY_POSE if holder.mount is None else LOCAL_POSE
+    return LIVE_PROPERTIES.get((type(holder), field))  # pyright: ignore[reportUnknownArgumentType]
+
+
+ANGLE_TOLERANCE = 1e-5
+"""Of an angle of view, which SAPIEN keeps as a focal length, by its size."""
+
+
+def stored_rows(prop: LiveProperty, rows: NDArray[np.float64]) -> NDArray[np.float32]:
+    """What the engine gives back of rows (B, …) that were set, (B, n)."""
+    flat = rows.reshape(len(rows), -1).astype(np.float32)
+    if prop.stored == "inverse":
+        with np.errstate(divide="ignore", over="ignore"):
+            return np.float32(1) / (np.float32(1) / flat)
+    return flat

@@ -1,0 +1,111 @@
+"""What a reset may draw anew: one table, its errors, and the audit of what was set."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import pytest
+
+import scenecc
+from scenecc.backends.sapien import assets, live_properties
+from scenecc.inspect.varying import entity_fields
+from scenecc.plan import body, constraint, rendering, scene
+from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS, ArticulationStructure, Joint
+from scenecc.plan.properties import Quantity
+from scenecc.plan.schema import plan_fields
+
+HOLDERS = (
+    body.BodyStructure, body.Inertial, body.PhysicalMaterial, body.VisualMaterial, body.CollisionShape,
+    body.VisualShape, ArticulationStructure, Joint, constraint.Drive, constraint.AxisDrive,
+    constraint.AxisLimit, constraint.Distance,
+    constraint.Gear, constraint.Constraint, rendering.Light, rendering.Camera, rendering.Perspective,
+    rendering.Intrinsic, rendering.Orthographic, rendering.Environment, rendering.Shadow, rendering.SpotLight,
+    scene.Entity,
+)  # fmt: skip
+MOTION = {
+    *VELOCITY_FIELDS, *JOINT_STATE_FIELDS, "pose", "target", "linear_velocity_target", "angular_velocity_target"
+}  # fmt: skip
+"""What states of motion hold, and the poses of lights and cameras, which entities have."""
+
+TEXT = """
+scenecc: 1
+draws: {{u: {{uniform: [0.5, 1]}}}}
+entities:
+  cube: {{{keys}, shapes: [{{type: box, half_size: [0.1, 0.1, 0.1]}}]}}
+"""
+
+
+def loaded(keys: str, **options: Any) -> scenecc.SceneBatch:
+    return scenecc.load_scene(io.StringIO(TEXT.format(keys=keys)), num_scenes=3, render=False, **options)
+
+
+def test_what_may_be_drawn_anew_can_be_set_and_nothing_else() -> None:
+    allowed = {
+        (holder, slot.name)
+        for holder in HOLDERS
+        for slot in plan_fields(holder)
+        if isinstance(slot.kind, Quantity) and slot.kind.reset and slot.name not in MOTION
+    }
+    assert allowed == live_properties.LIVE_PROPERTIES.keys()
+
+
+@pytest.mark.parametrize(
+    ("keys", "given", "message"),
+    [
+        ("mass: '${u - 0.1}'", 0.1, r"'cube' in scene 1: its mass is drawn as 0.0, and must be at least 1.17549e-38"),
+        ("mass: '${1 / u}'", 0.0, "'cube' in scene 1: its mass has no value"),
+        ("mass: '${1e30 / u}'", 1e-30, "'cube' in scene 1: its mass is drawn as 1e.60, and the engine takes finite"),
+        ("material: {physical: {static_friction: '${u}'}}", 0.2, "scene 1: a dynamic friction above the static one"),
+        (
+            "inertial: {mass: 1, com: [0, 0, 0], inertia: [1, 1, '${u}']}",
+            3.0,
+            "'cube.inertial' in scene 1: a moment of inertia above the sum of the others is drawn",
+        ),
+    ],
+)
+def test_what_the_engine_cannot_hold_changes_nothing(keys: str, given: float, message: str) -> None:
+    batch = loaded(f"{keys}, pose: [0, 0, '${{u}}']")
+    before = batch.state()
+    with pytest.raises(ValueError, match=message):
+        batch.reset(seed=4, draws={"u": [0.6, given, 0.7]})
+    assert batch.state() == before
+
+
+def test_an_engine_that_keeps_what_it_had_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    key = (body.BodyStructure, "linear_damping")
+    kept = live_properties.LIVE_PROPERTIES[key]._replace(set=lambda _obj, _value: None)
+    monkeypatch.setitem(live_properties.LIVE_PROPERTIES, key, kept)
+    batch = loaded("linear_damping: {uniform: [0, 1]}")
+    with pytest.raises(scenecc.SceneError) as caught:
+        batch.reset(seed=2)
+    (found,) = caught.value.diagnostics
+    assert found.code == "SC802"
+    assert found.message.startswith("'cube' in scene 0 (and in 2 more): the engine holds linear_damping = [")
+    assert found.path == "entities.cube"
+
+
+def test_materials_that_are_drawn_count_for_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(assets, "_MATERIAL_LIMIT", len(assets._live_materials) + 2)  # pyright: ignore[reportPrivateUsage]
+    with pytest.raises(scenecc.SceneError, match="SC821"):
+        loaded("material: {physical: {restitution: {choice: [0.5, 0.6]}}}", seed=1)
+
+
+def test_a_state_of_another_plan_is_refused() -> None:
+    batch, other = loaded("mass: {uniform: [1, 2]}"), loaded("linear_damping: {uniform: [1, 2]}")
+    with pytest.raises(ValueError, match=r"it lacks 'cube\.mass', which a reset draws here"):
+        batch.set_state(other.state())
+    with pytest.raises(ValueError, match=r"no reset draws 'cube\.mass' here"):
+        scenecc.load_scene(io.StringIO(TEXT.format(keys="mass: 1")), num_scenes=3, render=False).set_state(
+            batch.state()
+        )
+
+
+def test_a_dry_run_marks_what_a_reset_draws() -> None:
+    keys = "mass: {uniform: [1, 2]}, density: {uniform: [1, 2]}, color: {uniform: [[0, 0, 0], [1, 1, 1]]}"
+    plan = scenecc.compile_scene(io.StringIO(TEXT.format(keys=keys)), num_scenes=3)
+    assert {field.field: field.at_reset for field in entity_fields(plan.entities[0], plan).varying} == {
+        "mass": True,
+        "shapes[0].density": False,
+        "shapes[0].material.base_color": True,
+    }
