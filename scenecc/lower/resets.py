@@ -11,6 +11,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Value, varying
 from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS, ArticulationStructure
 from scenecc.plan.constraint import Drive
+from scenecc.plan.placement import TRIED_FIELDS
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.variation.nodes import NODES, AffineClamp, Composed, Const, Rows, Shared
@@ -24,14 +25,14 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.variation import VariationLowerer
-    from scenecc.plan import BodyStructure, Constraint, Entity
+    from scenecc.plan import BodyStructure, Constraint, Entity, Placement
     from scenecc.plan.articulation import Joint, Link
     from scenecc.plan.body import Mount
     from scenecc.variation.nodes import Node
 
 
 _TARGETS = ("target", "linear_velocity_target", "angular_velocity_target")
-_Holder = TypeVar("_Holder", "BodyStructure | ArticulationStructure", "Joint", "Drive")
+_Holder = TypeVar("_Holder", "BodyStructure | ArticulationStructure", "Joint", "Drive", "Placement")
 
 
 def fixed_draws(sampling: SamplingContext) -> frozenset[str]:
@@ -90,6 +91,13 @@ class RecipeBuilder:
             return constraint
         joint = self._with_recipes(constraint.joint, _TARGETS)
         return constraint if joint is constraint.joint else replace(constraint, joint=joint)
+
+    def placement(self, placement: Placement) -> Placement:
+        """The placement with the recipes of what is drawn anew for every try."""
+        placement = self._with_recipes(placement, TRIED_FIELDS)
+        if placement.frame is None:
+            return placement
+        return replace(placement, frame=self.follower(f"placements:{placement.name}", placement.frame))
 
     def follower(self, key: str, pose: Value) -> Value:
         """The pose of a light or a camera, with the recipe of its reference frame.
