@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.lower.field_types import FieldType, field_type, report_exclusive_keys, report_unused_key
+from scenecc.lower.placing_areas import warn_of_areas
 from scenecc.lower.poses import ROTATIONS, pose_item, warn_probable_degrees
 from scenecc.lower.rendering import MountLookup
 from scenecc.lower.variation import VariationLowerer, field_place
@@ -16,7 +17,7 @@ from scenecc.plan.geometry import Plane
 from scenecc.plan.properties import MAX_COORDINATE
 from scenecc.spec.pose import PoseMapping
 from scenecc.spec.references import WORLD
-from scenecc.variation.nodes import NODES, FromRpy, Posed, Radians, Stacked
+from scenecc.variation.nodes import NODES, FromAxisAngle, Posed, Radians
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -83,6 +84,7 @@ class PlacementLowerer:
         self._frames = entities.frames
         self._sink = entities.frames.sink
         self._roots: dict[str, str] = {}
+        self._upright: set[str] = set()
         self._mounts = MountLookup(built, entities.frames.unread, names, self._sink)
 
     def lower(self) -> tuple[Placement, ...]:
@@ -97,7 +99,9 @@ class PlacementLowerer:
         # An instance counts where the first of what it holds stands.
         number = {name: index for index, name in enumerate(self._built)}
         first = {name: min((number[member] for member in one.entities), default=0) for name, one in made.items()}
-        return self._ordered({name: made[name] for name in sorted(made, key=first.__getitem__)})
+        ordered = self._ordered({name: made[name] for name in sorted(made, key=first.__getitem__)})
+        warn_of_areas(ordered, self._upright, self._built, self._sink)
+        return ordered
 
     def _placement(self, name: str, place: Any, owner: Origin) -> Placement | None:
         origin, fields = owner.child("place"), self._entities.fields(name)
@@ -109,6 +113,8 @@ class PlacementLowerer:
         kind = self._one_key(place, _KINDS, origin, required=True)
         where = self._one_key(place, _WHERE, origin)
         turn = self._one_key(place, _TURNS, origin)
+        if turn not in ROTATIONS:
+            self._upright.add(name)
         if kind is None:
             return None
         target = self._mount(getattr(place, kind), name, fields, origin.child(kind))
@@ -239,7 +245,7 @@ class PlacementLowerer:
             if turn == "yaw":
                 warn_probable_degrees(written, turn, owner, ("place", turn), self._sink)
             angle = variation.item(written, _ANGLE, field_place(at))
-            item = FromRpy(Stacked((0.0, 0.0, angle if turn == "yaw" else Radians(angle))))
+            item = FromAxisAngle((0.0, 0.0, 1.0), angle if turn == "yaw" else Radians(angle))
         if item.__class__ not in NODES:
             return replace(made, rotation=literal(item))
         return replace(made, rotation=fields.finish(item, variation, _QUATERNION, at, reset=True))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from itertools import combinations
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -22,12 +23,26 @@ _TOUCHING: Final = 1e-9
 
 _ITERATIONS: Final = 64
 
-_EDGES: Final = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
-_FACES: Final = np.array([(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)])
-_FEATURES: Final = np.array(
-    [[corner in feature for corner in range(4)] for feature in ((0,), (1,), (2,), (3,), *_EDGES, *_FACES, range(4))]
-)
-"""Corners, edges, triangles and the whole of a tetrahedron: which corners each has."""
+_FLAT: Final = 1e-12
+"""Of a triangle and a tetrahedron without area or volume: how small that is, by its edges."""
+
+
+class _Features(NamedTuple):
+    """What a simplex is made of: its edges, its triangles, and the corners of every part, corners themselves first."""
+
+    edges: NDArray[np.intp]
+    faces: NDArray[np.intp]
+    corners: NDArray[np.bool_]
+
+
+def _features(corners: int) -> _Features:
+    edges, faces = list(combinations(range(corners), 2)), list(combinations(range(corners), 3))
+    parts = [*((corner,) for corner in range(corners)), *edges, *faces]
+    needed = np.array([[corner in part for corner in range(4)] for part in parts])
+    return _Features(np.array(edges), np.array(faces).reshape(-1, 3), needed)
+
+
+_FEATURES_OF: Final = {corners: _features(corners) for corners in (2, 3, 4)}
 
 
 @dataclass(slots=True)
@@ -150,7 +165,7 @@ def _bounds(a: Cores, b: Cores, wanted: Floats | None) -> tuple[Floats, Floats]:
             break
         free = used[rows].argmin(axis=1)
         simplex[rows, free], used[rows, free] = corner, True
-        nearest[rows], used[rows] = _nearest(simplex[rows], used[rows])
+        nearest[rows], simplex[rows], used[rows] = _nearest(simplex[rows], used[rows])
         upper[rows] = np.sqrt(np.einsum("ij,ij->i", nearest[rows], nearest[rows]))
         inside = upper[rows] <= _TOLERANCE
         upper[rows[inside]] = 0.0
@@ -162,63 +177,73 @@ def _bounds(a: Cores, b: Cores, wanted: Floats | None) -> tuple[Floats, Floats]:
     return lower, upper
 
 
-def _nearest(simplex: Floats, used: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.bool_]]:
-    """The point of each simplex (n, 4, 3) nearest to the origin, and the corners that it lies between."""
-    count = len(simplex)
-    points, squares = np.empty((count, 15, 3)), np.full((count, 15), np.inf)
-    points[:, :4] = simplex
-    squares[:, :4] = np.where(used, np.einsum("nij,nij->ni", simplex, simplex), np.inf)
-    deep = used.sum(axis=1)
-    _fill_edges(simplex, used, points, squares)
-    if (deep > 2).any():
-        _fill_faces(simplex, used, points, squares)
-    if (deep > 3).any():
-        _fill_whole(simplex, used, points, squares)
+def _nearest(simplex: Floats, used: NDArray[np.bool_]) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """The point of each simplex (n, 4, 3) nearest to the origin, and the corners that it lies between.
+
+    Returns:
+        The points (n, 3), the simplices with the corners that were used in front, and which of these each point needs.
+    """
+    order = np.argsort(~used, axis=1, kind="stable")
+    simplex = np.take_along_axis(simplex, order[:, :, None], axis=1)
+    size = used.sum(axis=1)
+    nearest, needed = simplex[:, 0].copy(), np.zeros((len(simplex), 4), np.bool_)
+    needed[:, 0] = True
+    for corners in (2, 3, 4):
+        rows = np.flatnonzero(size == corners)
+        if rows.size:
+            nearest[rows], needed[rows] = _nearest_of(simplex[rows], corners)
+    return nearest, simplex, needed
+
+
+def _nearest_of(simplex: Floats, corners: int) -> tuple[Floats, NDArray[np.bool_]]:
+    """The same of simplices of 2, 3 or 4 corners."""
+    features = _FEATURES_OF[corners]
+    edge_points, on_edge = _edge_points(simplex, features.edges)
+    points, fits = [simplex[:, :corners], edge_points], [np.ones((len(simplex), corners), np.bool_), on_edge]
+    if corners > 2:
+        face_points, on_face = _face_points(simplex, features.faces)
+        points.append(face_points)
+        fits.append(on_face)
+    every = np.concatenate(points, axis=1)
+    squares = np.where(np.concatenate(fits, axis=1), np.einsum("nij,nij->ni", every, every), np.inf)
     best = squares.argmin(axis=1)
-    return points[np.arange(count), best], _FEATURES[best]
+    nearest, needed = every[np.arange(len(simplex)), best], features.corners[best]
+    if corners > 3:
+        inside = _holds_origin(simplex)
+        nearest[inside], needed[inside] = 0.0, True
+    return nearest, needed
 
 
-def _fill_edges(simplex: Floats, used: NDArray[np.bool_], points: Floats, squares: Floats) -> None:
-    start = simplex[:, _EDGES[:, 0]]
-    along = simplex[:, _EDGES[:, 1]] - start
+def _edge_points(simplex: Floats, edges: Indices) -> tuple[Floats, NDArray[np.bool_]]:
+    """The points of lines through edges nearest to the origin, and whether they are on the edges."""
+    start = simplex[:, edges[:, 0]]
+    along = simplex[:, edges[:, 1]] - start
     length = np.einsum("nij,nij->ni", along, along)
     share = -np.einsum("nij,nij->ni", start, along) / np.where(length > 0, length, 1.0)
-    points[:, 4:10] = start + share[:, :, None] * along
-    fits = used[:, _EDGES].all(axis=2) & (length > 0) & (share > 0) & (share < 1)
-    squares[:, 4:10] = np.where(fits, np.einsum("nij,nij->ni", points[:, 4:10], points[:, 4:10]), np.inf)
+    return start + share[:, :, None] * along, (length > 0) & (share > 0) & (share < 1)
 
 
-def _fill_faces(simplex: Floats, used: NDArray[np.bool_], points: Floats, squares: Floats) -> None:
-    start = simplex[:, _FACES[:, 0]]
-    u, v = simplex[:, _FACES[:, 1]] - start, simplex[:, _FACES[:, 2]] - start
+def _face_points(simplex: Floats, faces: Indices) -> tuple[Floats, NDArray[np.bool_]]:
+    """The points of planes through faces nearest to the origin, and whether they are in the faces."""
+    start = simplex[:, faces[:, 0]]
+    u, v = simplex[:, faces[:, 1]] - start, simplex[:, faces[:, 2]] - start
     uu, uv, vv = (np.einsum("nij,nij->ni", x, y) for x, y in ((u, u), (u, v), (v, v)))
     su, sv = -np.einsum("nij,nij->ni", start, u), -np.einsum("nij,nij->ni", start, v)
     area = uu * vv - uv * uv
-    flat = area <= 1e-12 * uu * vv
+    flat = area <= _FLAT * uu * vv
     area = np.where(flat, 1.0, area)
     s, t = (vv * su - uv * sv) / area, (uu * sv - uv * su) / area
-    points[:, 10:14] = start + s[:, :, None] * u + t[:, :, None] * v
-    fits = used[:, _FACES].all(axis=2) & ~flat & (s > 0) & (t > 0) & (s + t < 1)
-    squares[:, 10:14] = np.where(fits, np.einsum("nij,nij->ni", points[:, 10:14], points[:, 10:14]), np.inf)
+    return start + s[:, :, None] * u + t[:, :, None] * v, ~flat & (s > 0) & (t > 0) & (s + t < 1)
 
 
-def _fill_whole(simplex: Floats, used: NDArray[np.bool_], points: Floats, squares: Floats) -> None:
+def _holds_origin(simplex: Floats) -> NDArray[np.bool_]:
+    """Whether tetrahedra (n, 4, 3) hold the origin, (n,)."""
     start = simplex[:, 0]
     u, v, w = (simplex[:, corner] - start for corner in (1, 2, 3))
-    volume = np.einsum("ij,ij->i", u, np.cross(v, w))
-    flat = np.abs(volume) <= 1e-12 * np.sqrt(
-        np.einsum("ij,ij->i", u, u) * np.einsum("ij,ij->i", v, v) * np.einsum("ij,ij->i", w, w)
-    )
-    volume = np.where(flat, 1.0, volume)
-    shares = np.stack(
-        [
-            -np.einsum("ij,ij->i", start, np.cross(v, w)),
-            -np.einsum("ij,ij->i", start, np.cross(w, u)),
-            -np.einsum("ij,ij->i", start, np.cross(u, v)),
-        ],
-        axis=1,
-    )
-    shares /= volume[:, None]
-    fits = used.all(axis=1) & ~flat & (shares > 0).all(axis=1) & (shares.sum(axis=1) < 1)
-    points[:, 14] = 0.0
-    squares[fits, 14] = 0.0
+    across = np.cross(v, w), np.cross(w, u), np.cross(u, v)
+    volume = np.einsum("ij,ij->i", u, across[0])
+    sizes = [np.einsum("ij,ij->i", one, one) for one in (u, v, w)]
+    flat = np.abs(volume) <= _FLAT * np.sqrt(sizes[0] * sizes[1] * sizes[2])
+    shares = np.stack([-np.einsum("ij,ij->i", start, one) for one in across], axis=1)
+    shares /= np.where(flat, 1.0, volume)[:, None]
+    return ~flat & (shares > 0).all(axis=1) & (shares.sum(axis=1) < 1)

@@ -32,21 +32,29 @@ def headings(q: Floats) -> Floats:
     m = matrices(q)
     upright = np.hypot(m[:, 0, 0], m[:, 1, 0]) < 1e-9
     x, y = np.where(upright, m[:, 1, 1], m[:, 0, 0]), np.where(upright, -m[:, 0, 1], m[:, 1, 0])
+    if len(x) > 1 and (x == x[0]).all() and (y == y[0]).all():
+        return np.full(len(x), math.atan2(float(y[0]), float(x[0])))
     return np.array([math.atan2(b, a) for a, b in zip(x.tolist(), y.tolist(), strict=True)])
+
+
+def unit_vectors(angle: Floats) -> Floats:
+    """The directions (B, 2) of angles (B,) [rad], by the C library as everywhere else."""
+    same = len(angle) > 1 and bool((angle == angle[0]).all())
+    unit = [cmath.rect(1.0, one) for one in (angle[:1] if same else angle).tolist()]
+    found = np.array([(one.real, one.imag) for one in unit]).reshape(-1, 2)
+    return np.broadcast_to(found, (len(angle), 2)) if same else found
 
 
 def about_z(angle: Floats) -> Floats:
     """The quaternions (B, 4) of turns about z (B,) [rad]."""
     found = np.zeros((len(angle), 4))
-    half = [cmath.rect(1.0, one / 2) for one in angle.tolist()]
-    found[:, 0], found[:, 3] = [one.real for one in half], [one.imag for one in half]
+    found[:, 0], found[:, 3] = unit_vectors(angle / 2).T
     return found
 
 
 def turned(points: Floats, angle: Floats) -> Floats:
     """Points (B, 2) turned about z by angles (B,) [rad]."""
-    unit = [cmath.rect(1.0, one) for one in angle.tolist()]
-    c, s = np.array([one.real for one in unit]), np.array([one.imag for one in unit])
+    c, s = unit_vectors(angle).T
     return np.stack([c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]], axis=1)
 
 
@@ -77,9 +85,7 @@ def points_in_regions(
     u = drawn_units(batch, placement.name, "place.region", 2)
     if placement.center is not None and placement.radius is not None:
         radius = value(placement.radius) * np.sqrt(u[:, 0])
-        around = [cmath.rect(1.0, angle) for angle in (2.0 * math.pi * u[:, 1]).tolist()]
-        unit = np.array([(one.real, one.imag) for one in around]).reshape(-1, 2)
-        return value(placement.center) + radius[:, None] * unit
+        return value(placement.center) + radius[:, None] * unit_vectors(2.0 * math.pi * u[:, 1])
     if placement.low is not None and placement.high is not None:
         low, high = value(placement.low)[:, :2], value(placement.high)[:, :2]
     else:

@@ -129,8 +129,8 @@ def _level_polygons(points: Floats, triangles: Any) -> list[tuple[float, Floats]
         flat = level[heights == height][:, :, :2]
         whole = flat.reshape(-1, 2)
         whole = whole[hull_order(whole)]
-        area = sum(map(_area, flat))
-        polygons = [whole] if abs(_area(whole) - area) <= 1e-9 * area else list(flat)
+        area = sum(map(area_of, flat))
+        polygons = [whole] if abs(area_of(whole) - area) <= 1e-9 * area else list(flat)
         found += [(height * _SAME_HEIGHT, polygon) for polygon in polygons]
     return found
 
@@ -256,7 +256,7 @@ def is_covered(polygon: Floats, by: Sequence[Floats]) -> bool:
     rest = [polygon]
     for cover in by:
         rest = [piece for one in rest for piece in _outside(one, cover)]
-    return sum(map(_area, rest)) <= 1e-9 * _area(polygon)
+    return sum(map(area_of, rest)) <= 1e-9 * area_of(polygon)
 
 
 def _outside(polygon: Floats, cover: Floats) -> list[Floats]:
@@ -290,7 +290,8 @@ def _clipped(polygon: Floats, start: Floats, end: Floats) -> Floats:
     return np.array(kept).reshape(-1, 2)
 
 
-def _area(polygon: Floats) -> float:
+def area_of(polygon: Floats) -> float:
+    """The area of a polygon (k, 2) [m²]."""
     if len(polygon) < 3:
         return 0.0
     x, y = polygon.T

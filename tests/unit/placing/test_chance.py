@@ -55,7 +55,7 @@ def test_positions_are_those_of_sequential_rejection() -> None:
         assert statistic < freedom + 3.1 * np.sqrt(2 * freedom), number
         for other in range(number):
             between = [sample[:, number] - sample[:, other] for sample in (ours, theirs)]
-            statistic, freedom = chi_squared(*between, [far, far])
+            statistic, freedom = chi_squared(between[0], between[1], [far, far])
             assert statistic < freedom + 3.1 * np.sqrt(2 * freedom), (number, other)
     # The test can fail: against mugs that ignore one another it does.
     shuffled = np.stack([ours[:, 1], np.roll(ours[:, 0], 1, axis=0)], axis=1)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from scenecc import compile_scene, load_scene
-from scenecc.placing.bodies import matrices
+from scenecc.placing.bodies import Part, matrices
 from scenecc.placing.distances import Cores, are_apart, distances
+from scenecc.placing.pairs import core_pairs
 
 KINDS = ("box", "sphere", "capsule", "cylinder", "hull")
 CLOUD = np.random.default_rng(4).normal(size=(20, 3)) * 0.05
@@ -114,3 +115,29 @@ def test_nothing_is_nearer_than_it_may_be_by_the_engines_contacts() -> None:
                 separations += [point.separation for point in contact.points]
     assert len(separations) > 200
     assert min(separations) >= 0.01 - 2e-5
+
+
+def test_a_mesh_outside_of_another_is_as_near_as_its_hull() -> None:
+    corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    count = 300
+    _, _, q, p = some(count, 7)
+    zero, one_ = np.zeros(count), np.ones((count, 3))
+
+    def part(turn: np.ndarray, at: np.ndarray, triangles: np.ndarray | None) -> Part:
+        return Part(
+            np.ones(count, bool), np.zeros((count, 3)), zero, zero, one_, corners, turn, at,
+            np.full(count, 0.1), np.ones((count, 4), np.int64), triangles=triangles,
+        )  # fmt: skip
+
+    still = np.broadcast_to(np.eye(3), (count, 3, 3))
+    at = np.zeros((count, 3))
+    rows = np.arange(count)
+    hulls = distances(part(still, at, None).cores(rows), part(matrices(q), p, None).cores(rows))
+    for first, second in ((None, faces), (faces, None), (faces, faces)):
+        pair, a, b = core_pairs(part(still, at, first), rows, part(matrices(q), p, second), rows, 1.0)
+        nearest = np.full(count, np.inf)
+        np.minimum.at(nearest, pair, distances(a, b))
+        apart = hulls > 0
+        assert apart.sum() > 200
+        assert np.allclose(nearest[apart], hulls[apart], atol=1e-7)

@@ -180,3 +180,33 @@ def test_the_hand_of_a_robot_is_avoided_where_its_joints_start() -> None:
     cylinder = poses(scene(100, arm=arm, mug=thing(2, apart=0)))["mug"]
     over = (np.abs(cylinder[:, 0] - 0.2) < 0.3) & (np.abs(cylinder[:, 1]) < 0.3)
     assert not over.any()
+
+
+def test_meshes_are_as_far_apart_as_the_engine_cooks_them(tmp_path: Any) -> None:
+    corners = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\n"
+    (tmp_path / "tetra.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n", encoding="utf-8")
+    entities: dict[str, Any] = {"table": TABLE}
+    for i in range(6):
+        kind = ("convex_mesh", "triangle_mesh", "convex_parts")[i % 3]
+        entities[f"thing_{i}"] = {
+            "body_type": "kinematic" if kind == "triangle_mesh" else "dynamic",
+            "place": {"on": "table", "q": "uniform", "apart": 0.005, "region": [[-0.3, -0.2], [0.3, 0.2]]},
+            "collisions": [{"type": kind, "file": "tetra.obj", "scale": 1 + 0.1 * i}],
+        }
+    physics = {"contact_offset": 0.02, "gravity": [0, 0, 0]}
+    file = tmp_path / "scene.yaml"
+    file.write_text(repr({"scenecc": 1, "num_scenes": 60, "physics": physics, "entities": entities}), encoding="utf-8")
+    # PhysX measures between a hull and a triangle along the triangle's normal, which tells no distance.
+    meshes = {"thing_1", "thing_4"}
+    apart: list[float] = []
+    standing: list[float] = []
+    for one in load_scene(file).scenes:
+        one.step()
+        for contact in one.get_contacts():
+            names = {name for body in contact.bodies for name in entities if name in body.entity.name}
+            if "table" not in names and names & meshes:
+                continue
+            (standing if "table" in names else apart).extend(point.separation for point in contact.points)
+    assert len(apart) > 20
+    assert min(apart) >= 0.005 - 2e-5
+    assert min(standing) == pytest.approx(0.001, abs=1e-5)
