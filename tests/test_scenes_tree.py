@@ -29,6 +29,7 @@ NO_FILE = {
     "SC354": "tests/unit/placing/test_place.py",
     "SC356": "tests/unit/placing/test_place.py",
     "SC357": "tests/unit/placing/test_place.py",
+    "SC358": "tests/unit/placing/test_place.py",
     "SC407": "tests/unit/source/test_paths.py",
     "SC422": "tests/unit/test_plan_files.py",
     "SC430": "tests/unit/importers/test_sdf.py",

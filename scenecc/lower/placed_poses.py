@@ -14,7 +14,7 @@ from scenecc.placing.place import Placer, PlacingError
 from scenecc.placing.proof import find_overlap
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.nodes import NODES
-from scenecc.variation.operations import DrawError
+from scenecc.variation.operations import COMPUTE_LIMIT_HINT, ComputeLimitError, DrawError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,6 +66,8 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
         sink.report("SC357", f"nothing can be placed beside {error}", origin)
     except MeshError as error:
         sink.report(error.code, error.message, origin, hint=error.hint)
+    except ComputeLimitError as error:
+        sink.report("SC609", error.message, origin, hint=COMPUTE_LIMIT_HINT)
     except DrawError as error:
         sink.report("SC515", f"in scene {error.scene}: {error.message}", origin)
 

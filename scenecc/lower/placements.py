@@ -83,14 +83,16 @@ class PlacementLowerer:
         self._entities = entities
         self._frames = entities.frames
         self._sink = entities.frames.sink
+        self._placed = placed_nodes(scene)
         self._roots: dict[str, str] = {}
         self._upright: set[str] = set()
+        self._member_names: dict[str | None, list[str]] = {}
         self._mounts = MountLookup(built, entities.frames.unread, names, self._sink)
 
     def lower(self) -> tuple[Placement, ...]:
         """The placements in the order in which they are made; what was reported is missing."""
         made: dict[str, Placement] = {}
-        for name, (section, place) in placed_nodes(self._scene).items():
+        for name, (section, place) in self._placed.items():
             one = self._placement(name, place, self._origin.child(section, name))
             if one is not None:
                 made[name] = one
@@ -107,6 +109,11 @@ class PlacementLowerer:
         origin, fields = owner.child("place"), self._entities.fields(name)
         if owner.path[0] == "frames" and name not in self._names.anchors.values():
             self._sink.report("SC101", "unknown key `place` of a frame", origin, at="key", hint="write a `pose`")
+            return None
+        inner = [one for one in self._placed if self._names.scopes.get(one, "").startswith(name)]
+        if owner.path[0] == "frames" and inner:
+            message = f"`{cut(name)}` places `{cut(inner[0])}` itself"
+            self._sink.report("SC358", message, origin, at="key", hint="give the instance a `pose`")
             return None
         if owner.path[0] == "entities" and self._scene.entities[name].pose is not None:
             report_exclusive_keys("pose", "place", owner, self._sink)
@@ -152,7 +159,10 @@ class PlacementLowerer:
         return found
 
     def _members(self, name: str) -> tuple[Mount, ...]:
-        return tuple(Mount(entity) for entity in self._built if self._frames.placed_root(entity) == name)
+        if not self._member_names:
+            for entity in self._built:
+                self._member_names.setdefault(self._frames.placed_root(entity), []).append(entity)
+        return tuple(map(Mount, self._member_names.get(name, ())))
 
     def _is_endless(self, target: Mount) -> bool:
         structures = self._built[target.entity].structures
@@ -266,17 +276,18 @@ class PlacementLowerer:
         fixed = {name: all(map(self._is_fixed, one.entities)) for name, one in made.items()}
         ordered: dict[str, Placement] = {}
 
-        def add(name: str) -> None:
-            for other in reads[name]:
-                if other not in ordered:
-                    add(other)
-            ordered.setdefault(name, made[name])
-
         for name in sorted(made, key=lambda one: not fixed[one]):
             for other in reads[name]:
                 if fixed[name] and not fixed[other]:
                     self._report_moving_target(made[name], other)
-            add(name)
+            todo = [name]
+            while todo:
+                waiting = [other for other in reads[todo[-1]] if other not in ordered]
+                if not waiting:
+                    ready = todo.pop()
+                    ordered[ready] = made[ready]
+                else:
+                    todo.append(waiting[0])
         return tuple(replace(one, carriers=self._carriers(one, made, owner)) for one in ordered.values())
 
     def _is_fixed(self, entity: str) -> bool:

@@ -151,6 +151,14 @@ class Part:
         return reach + np.einsum("ij,ij->i", direction, self.p)
 
 
+def point_part(there: NDArray[np.bool_]) -> Part:
+    """A point at the origin in some scenes (B,), which collides with nothing."""
+    count = len(there)
+    zero, zeros = np.zeros(count), np.zeros((count, 3))
+    turn = np.broadcast_to(np.eye(3), (count, 3, 3))
+    return Part(there, zeros, zero, zero, np.ones((count, 3)), None, turn, zeros, zero, np.zeros((count, 4), np.int64))
+
+
 def matrices(q: Floats) -> Floats:
     """The rotation matrices (B, 3, 3) of quaternions (B, 4) of about unit length."""
     w, x, y, z = rotation_arrays.normalized(q).T

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.geometry import rotation_arrays
-from scenecc.placing.bodies import Part, entity_parts, matrices, may_collide, rows_in, rows_of
+from scenecc.placing.bodies import Part, entity_parts, matrices, may_collide, point_part, rows_in, rows_of
 from scenecc.placing.distances import Cores, are_apart, distances, joined
 from scenecc.placing.pairs import core_pairs
 from scenecc.placing.regions import (
@@ -22,6 +22,7 @@ from scenecc.placing.regions import (
 )
 from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, upward_surfaces
 from scenecc.variation.evaluation import to_field_rows
+from scenecc.variation.nodes import Placed
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Mapping, Sequence
@@ -47,6 +48,10 @@ TOLERANCE: Final = 1e-7
 
 _LIFT: Final = 1e-6
 """What touches does not overlap: how far above the surface something is held for the test [m]."""
+
+_TRY_COST: Final = 4
+_OBSTACLE_COST: Final = 20
+"""How many operations a try and a part in the way are counted as."""
 
 _DOWN: Final = np.array((0.0, 0.0, -1.0))
 
@@ -118,7 +123,9 @@ class Placer:
         Raises:
             PlacingError: it fits nowhere.
         """
-        found = _Trial(self, placement).poses()
+        with np.errstate(all="ignore"):
+            # What is too large for numbers fits nowhere.
+            found = _Trial(self, placement).poses()
         by_scene: Any = np.zeros((self.batch.num_scenes, 7))
         by_scene[:, 3] = 1.0
         by_scene[self.batch.scenes] = found
@@ -170,13 +177,21 @@ class _Trial:
         ]
         for part in self._parts:
             part.there = part.there & self._there
+        bare = self._there & ~np.any([part.there for part in self._parts], axis=0)
+        if bare.any():
+            # What does not collide stands with its origin.
+            self._parts.append(point_part(bare))
         self._target = placer.target_parts(placement.target)
+        if not self._target:
+            message = f"`{placement.target}` has no colliding shape"
+            raise PlacingError(placement.name, self._batch.scenes[self._there].tolist(), message)
         self._top = extent(self._target, np.broadcast_to((0.0, 0.0, 1.0), (len(self._rows), 3)))
         self._surfaces = self._carrying_surfaces()
         self._outline = None if placement.kind == "on" else footprint_polygons(self._target)
         frame = placer.poses[placement.target.entity] if placement.frame is None else self._value(placement.frame)
         self._origin, self._heading = frame[:, :3], headings(frame[:, 3:])
         self._rectangle = self._whole_top() if placement.at is placement.low is placement.center is None else None
+        self._work(_OBSTACLE_COST * sum(map(len, placer.bodies.values())))
         self._obstacles = [
             (part, number, apart, there)
             for part, apart in placer.obstacles(placement)
@@ -207,6 +222,11 @@ class _Trial:
             found[left[settled]] = pose[np.flatnonzero(settled), first[settled]]
             left, done = left[~settled], done + count
         return found
+
+    def _work(self, operations: int) -> None:
+        """Counts what is done; too much is an error (limit `computed`)."""
+        if self._batch.work is not None:
+            self._batch.work.take(operations, Placed(self._placement.name))
 
     def _value(self, value: Value, rows: Indices | None = None, batch: Batch | None = None) -> Floats:
         """A value of the placement in some rows of the batch; of all, as drawn, where none are given."""
@@ -239,6 +259,7 @@ class _Trial:
 
     def _tried(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
         """The poses (M, 7) of some tries, and which of them fit."""
+        self._work(_TRY_COST * len(rows))
         batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
         pose = self._upright(rows, batch)
         turn = matrices(pose[:, 3:])

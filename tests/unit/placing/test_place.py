@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from scenecc import SceneError, compile_scene, emit_scene, load_scene, validate
 
+ROOT = Path(__file__).parents[3]
 TABLE = {"body_type": "static", "pose": [0, 0, 0.4], "shapes": [{"type": "box", "half_size": [0.5, 0.35, 0.02]}]}
 SHAPES: list[dict[str, Any]] = [
     {"type": "box", "half_size": [0.03, 0.02, 0.015]},
@@ -210,3 +212,43 @@ def test_meshes_are_as_far_apart_as_the_engine_cooks_them(tmp_path: Any) -> None
     assert len(apart) > 20
     assert min(apart) >= 0.005 - 2e-5
     assert min(standing) == pytest.approx(0.001, abs=1e-5)
+
+
+def test_an_instance_that_places_is_not_placed(tmp_path: Any) -> None:
+    (tmp_path / "part.yaml").write_text(repr(scene(1, cube=thing(0))), encoding="utf-8")
+    document = {"scenecc": 1, "entities": {"table": TABLE, "two": {"use": "part.yaml", "place": {"on": "table"}}}}
+    (tmp_path / "scene.yaml").write_text(repr(document), encoding="utf-8")
+    found = validate(tmp_path / "scene.yaml")
+    assert [one.code for one in found if one.severity == "error"] == ["SC358"]
+
+
+def test_what_does_not_collide_stands_with_its_origin_and_carries_nothing() -> None:
+    mark = {"place": {"on": "table"}, "body_type": "none", "visuals": [{"type": "sphere", "radius": 0.1}]}
+    found = poses(scene(50, cube=thing(0), mark=mark))
+    assert np.allclose(found["mark"][:, 2], 0.421)
+    assert code_of(scene(1, mark=mark, cube={**thing(0), "place": {"on": "mark"}})) == ["SC354"]
+
+
+def test_a_long_chain_and_hopeless_tries_are_bounded() -> None:
+    tower = {f"thing_{i}": thing(0, on=f"thing_{i - 1}" if i else "table", at=[0, 0]) for i in range(30)}
+    found = poses(scene(1, **dict(reversed(tower.items()))))
+    assert found["thing_29"][0, 2] == pytest.approx(0.42 + 30 * 0.001 + 59 * 0.015, abs=1e-5)
+    huge = {"place": {"on": "table", "tries": 3}, "shapes": [{"type": "sphere", "radius": 1e6}]}
+    assert code_of(scene(1, huge=huge)) == ["SC355", "SC354"]
+    with pytest.raises(SceneError) as caught:
+        compile_scene(scene(2, cube=thing(0, region=[[2, 2], [3, 3]])), limits={"computed": 1000})
+    assert [one.code for one in caught.value.diagnostics] == ["SC609"]
+
+
+@pytest.mark.parametrize("name", ["heap", "regions"])
+def test_recipes_that_place(name: str) -> None:
+    plan = compile_scene(ROOT / "scenes" / "recipes" / f"{name}.yaml", num_scenes=64)
+    at = {entity.name: entity.pose.data for entity in plan.entities}
+    if name == "heap":
+        things = np.stack([pose for key, pose in at.items() if key.startswith("thing")])
+        assert np.abs(things[:, :, :2]).max() <= 0.13
+        assert things[:, :, 2].min() > 0.11
+    else:
+        assert np.abs(at["plate"][:, :2] - [0, 0.15]).max(axis=0).round(3).tolist() <= [0.15, 0.08]
+        assert (np.hypot(*(at["bowl"] - at["plate"])[:, :2].T) <= 0.04 + 1e-6).all()
+        assert (at["milk"][:, 1] < 0).all()
