@@ -176,7 +176,9 @@ class PlacementLowerer:
             mount = self._mount(other, name, fields, where)
             if least > most:
                 self._sink.report("SC107", f"the least distance {least:g} is above the greatest, {most:g}", where)
-            if mount is not None:
+            if mount is not None and mount.link is not None:
+                self._sink.report("SC331", f"`near` names entities, and `{cut(other)}` is a link", where, at="key")
+            elif mount is not None:
                 found.append(Nearness(mount.entity, least, most))
         return tuple(found)
 

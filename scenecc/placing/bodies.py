@@ -214,6 +214,19 @@ def entity_parts(entity: Entity, files: Sequence[AssetFile], batch: Batch) -> li
     return found
 
 
+def link_pose(entity: Entity, link: str, batch: Batch) -> Floats:
+    """The pose (B, 7) of a link in the frame of its articulation's root, where the joints start."""
+    rows, there = rows_in(entity.scene_idxs, batch.scenes)
+    pick = np.zeros(len(rows)) if entity.pick is None else rows_of(entity.pick, rows)
+    found = np.tile(np.array(IDENTITY_POSE), (len(rows), 1))
+    for number, structure in enumerate(entity.structures):
+        mine = there & (pick == number)
+        if mine.any() and not isinstance(structure, BodyStructure):
+            index = [one.name for one in structure.links].index(link)
+            found[mine] = _link_poses(structure, rows, mine, batch)[index][mine]
+    return found
+
+
 def _link_poses(
     structure: ArticulationStructure, rows: Indices, there: NDArray[np.bool_], batch: Batch
 ) -> list[Floats]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.geometry import rotation_arrays
-from scenecc.placing.bodies import Part, entity_parts, matrices, may_collide, point_part, rows_in, rows_of
+from scenecc.placing.bodies import Part, entity_parts, link_pose, matrices, may_collide, point_part, rows_in, rows_of
 from scenecc.placing.distances import Cores, are_apart, distances, joined
 from scenecc.placing.pairs import core_pairs
 from scenecc.placing.regions import (
@@ -139,6 +139,13 @@ class Placer:
         """The parts of what something stands on."""
         return [part for part in self.bodies[mount.entity] if mount.link is None or part.link == mount.link]
 
+    def pose_of(self, mount: Mount) -> Floats:
+        """Where an entity or a link stands (B, 7)."""
+        pose = self.poses[mount.entity]
+        if mount.link is None:
+            return pose
+        return rotation_arrays.compose(pose, link_pose(self._entities[mount.entity], mount.link, self.batch))
+
     def surfaces(self, mount: Mount) -> list[Surface]:
         """The upward surfaces of a body that has its place."""
         key = (mount.entity, mount.link)
@@ -188,7 +195,7 @@ class _Trial:
         self._top = extent(self._target, np.broadcast_to((0.0, 0.0, 1.0), (len(self._rows), 3)))
         self._surfaces = self._carrying_surfaces()
         self._outline = None if placement.kind == "on" else footprint_polygons(self._target)
-        frame = placer.poses[placement.target.entity] if placement.frame is None else self._value(placement.frame)
+        frame = placer.pose_of(placement.target) if placement.frame is None else self._value(placement.frame)
         self._origin, self._heading = frame[:, :3], headings(frame[:, 3:])
         self._rectangle = self._whole_top() if placement.at is placement.low is placement.center is None else None
         self._work(_OBSTACLE_COST * sum(map(len, placer.bodies.values())))
@@ -290,7 +297,7 @@ class _Trial:
             pose[:, 3:] = rotation_arrays.multiply(axes, self._value(placement.rotation, rows, batch))
         towards: Floats | None = None
         if placement.facing is not None:
-            towards = self._placer.poses[placement.facing.entity][rows, :2]
+            towards = self._placer.pose_of(placement.facing)[rows, :2]
         elif placement.facing_point is not None:
             towards = self._origin[rows, :2] + turned(self._value(placement.facing_point, rows, batch), heading)
         if towards is not None:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, Strict, Tag
 
-from scenecc.spec.base import Finite, Maybe, Name, NonNegative, Positive, Reference, SpecModel, Vec3, key
+from scenecc.spec.base import MAPPING_KEY, Finite, Maybe, NonNegative, Positive, Reference, SpecModel, Vec3, key
 from scenecc.spec.nodes import COMPONENTS, LIST, MAPPING, WORD, union_by_kind
 from scenecc.spec.pose import AxisAngle, Quaternion
 from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
@@ -57,7 +57,7 @@ class PlaceSpec(SpecModel):
             union_by_kind("[x, y] or the name of an entity"),
         ]
     ] = key("What its +x points to, about z alone: an entity, or a point [x, y] [m].")
-    near: dict[Name, Fixed[Distances]] = Field(
+    near: dict[Annotated[Reference, MAPPING_KEY], Fixed[Distances]] = Field(
         default_factory=dict,
         description="Entity → least and greatest distance between the colliding shapes [m].",
         examples=[{"mug": [0.05, 0.15]}],

@@ -110,7 +110,7 @@ class ResetSampler:
         for recipe in self._recipes:
             if recipe.entity in found:
                 _sample_field(recipe, batch, found[recipe.entity])
-        if self._placed:
+        if self._plan.placements:
             from scenecc.placing.at_reset import place_anew
 
             place_anew(self._plan, batch, {name: (state.scene_idxs, state.pose) for name, state in found.items()})

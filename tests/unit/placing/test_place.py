@@ -252,3 +252,34 @@ def test_recipes_that_place(name: str) -> None:
         assert np.abs(at["plate"][:, :2] - [0, 0.15]).max(axis=0).round(3).tolist() <= [0.15, 0.08]
         assert (np.hypot(*(at["bowl"] - at["plate"])[:, :2].T) <= 0.04 + 1e-6).all()
         assert (at["milk"][:, 1] < 0).all()
+
+
+def test_a_body_that_a_reset_draws_onto_a_fixed_one_is_an_error_of_that_reset() -> None:
+    post = {**thing(2, at=[0.2, 0]), "body_type": "static"}
+    ball = {"pose": {"p": ["${x}", 0, 0.45]}, "shapes": [SHAPES[1]]}
+    batch = load_scene({**scene(2, post=post, ball=ball), "draws": {"x": {"uniform": [0, 0.01]}}})
+    before = batch.entities["ball"].pose.copy()
+    with pytest.raises(ValueError, match="in scene 1 `post` and `ball` overlap"):
+        batch.reset(draws={"x": [0.0, 0.2]})
+    assert np.array_equal(batch.entities["ball"].pose, before)
+    batch.reset(draws={"x": [0.0, 0.1]})
+
+
+def test_a_link_is_a_target_where_its_joints_start() -> None:
+    tray = {
+        "name": "tray",
+        "joint": {"name": "lift", "type": "prismatic", "axis": "z", "limits": [0, 1]},
+        "shapes": [{"type": "box", "half_size": [0.2, 0.2, 0.01]}],
+    }
+    root = {"name": "base", "shapes": [{"type": "box", "half_size": [0.05, 0.05, 0.05]}], "children": [tray]}
+    arm = {"pose": [0, 0, 1], "fix_root_link": True, "root": root, "qpos": {"lift": {"uniform": [0.3, 0.6]}}}
+    cup = {**thing(2), "place": {"on": "arm/tray", "near": {"arm": [0, 0.01]}, "facing": "arm"}}
+    document = scene(30, cup=cup, arm=arm)
+    plan = compile_scene(document)
+    structure: Any = plan.entities[2].structures[0]
+    lift = structure.links[1].joint.qpos.data
+    cups = {entity.name: entity.pose.data for entity in plan.entities}["cup"]
+    assert np.allclose(cups[:, 2], 1 + lift + 0.01 + 0.001 + 0.03, atol=1e-6)
+    batch, fresh = load_scene(plan), load_scene(document, seed=4)
+    batch.reset(seed=4)
+    assert np.array_equal(batch.entities["cup"].pose, fresh.entities["cup"].pose)
