@@ -17,6 +17,7 @@ BENCHMARKS = {
     "live": "benchmarks.live",
     "drake": "benchmarks.drake",
     "vary": "benchmarks.vary",
+    "place": "benchmarks.place",
     "expand": "benchmarks.expand",
     "linear": "benchmarks.linear",
     "robots": "benchmarks.robots",

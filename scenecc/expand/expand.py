@@ -393,6 +393,8 @@ class ModuleExpander:
         anchor = f"{full}/instance" if is_taken else full
         output.names.anchors[full] = anchor
         node = {"pose": body["pose"]} if "pose" in body else _NO_POSE
+        if "place" in body:
+            node = {**node, "place": body["place"]}
         if not output.add("frames", anchor, node, mark, overrides=places):
             return
         if scope.name:

@@ -175,6 +175,7 @@ class FieldLowerer:
             scenes = np.array(self.scenes, dtype=np.int64)
             sampling = self.sampling
             self._batch = Batch(scenes, sampling.seed, sampling.num_scenes, sampling.draws, {}, sampling.computed)
+            self._batch.placed = sampling.placed
         return self._batch
 
     def drawer(self, node: Node, kind: FieldType) -> Callable[[], NDArray[Any]]:
@@ -239,6 +240,7 @@ class SamplingContext:
         read: how many fields with forms or expressions were read.
         resets: what a reset may change: its value by identity, its node, and what was read of it.
         sampling_operations: operations of sampling, and of the analysis of its bounds.
+        placed: poses (num_scenes, 7) of what is placed, once it is.
         computed: operations of the draw stage as they are done; some do again what others have done.
     """
 
@@ -261,6 +263,7 @@ class SamplingContext:
     read: int = 0
     resets: dict[int, ResettableValue] = field(default_factory=dict[int, "ResettableValue"])
     all_scenes: tuple[int, ...] = ()
+    placed: dict[str, NDArray[Any]] = field(default_factory=dict[str, "NDArray[Any]"])
     sampling_operations: OperationCounter = field(init=False)
     computed: OperationCounter = field(init=False)
     _reader: BoundsAnalysis | None = None

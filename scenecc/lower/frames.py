@@ -19,7 +19,7 @@ from scenecc.lower.variation import FieldPlace, VariationLowerer
 from scenecc.plan import literal
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.spec.pose import PoseMapping
-from scenecc.variation.nodes import NODE_TYPES, Rows, Shared
+from scenecc.variation.nodes import NODE_TYPES, Placed, Rows, Shared
 from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class FrameGraph:
         self._fields_of = fields_of
         self._names = names
         self._origin = origin
-        self._sink = sink
+        self.sink = self._sink = sink
         self._origins: dict[str, Origin] = {}
         self._standing: dict[str, FramePose] = {}
         self._fixed: set[str] = set()
@@ -148,7 +148,9 @@ class FrameGraph:
             fixed: whether it stays as it is built.
         """
         pose = self._placed[name].pose
-        apart = pose.__class__ is not PoseMapping or (pose.relative_to is None and pose.anchor is None)
+        apart = not self._is_placed(name) and (
+            pose.__class__ is not PoseMapping or (pose.relative_to is None and pose.anchor is None)
+        )
         if apart and not self._names.scopes.get(name) and not pose_varies(pose):
             # Most poses are in the world frame, and few of these are asked for again.
             return literal(lower_pose(pose, owner, ("pose",), self._sink))
@@ -251,6 +253,16 @@ class FrameGraph:
                 self._standing[member] = self._stand(member, parent)
         return self._standing[name]
 
+    def _is_placed(self, name: str) -> bool:
+        return getattr(self._placed.get(name), "place", None) is not None
+
+    def placed_root(self, name: str) -> str | None:
+        """What is placed of an entity or a frame and its chain of reference frames; None: nothing is."""
+        at: str | None = name
+        while at is not None and not self._is_placed(at):
+            at = self.frame_pose(at).parent
+        return at
+
     def _readings(self, name: str) -> list[VariationLowerer]:
         """The variation of a pose and of its chain of reference frames."""
         variations: list[VariationLowerer] = []
@@ -319,6 +331,10 @@ class FrameGraph:
         return composed(local, Rows(fields.scenes, tuple(rows))), variation
 
     def _stand(self, name: str, parent: str | None) -> FramePose:
+        if self._is_placed(name):
+            variation = VariationLowerer(self._fields_of(name), self.origin(name))
+            variation.drawn = True
+            return FramePose(Placed(name), variation, None, Placed(name), name, 1, name)
         outer = self._standing.get(parent) if parent is not None else None
         local, variation = self._local(name)
         around = outer.around if outer is not None else None
@@ -370,6 +386,8 @@ class FrameGraph:
         return chain
 
     def _parent(self, name: str) -> str | None:
+        if self._is_placed(name):
+            return None
         if name in self._links:
             return self._links[name].entity
         written = self._relative_to(name)

@@ -12,6 +12,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import BodyStructure, Value, varying
 from scenecc.plan.articulation import ArticulationStructure, Link
 from scenecc.plan.constraint import Constraint, Drive
+from scenecc.plan.placement import TRIED_FIELDS
 from scenecc.plan.properties import FLOAT32_MAX, Quantity
 from scenecc.plan.rendering import Camera, Light
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.variation import VariationLowerer
-    from scenecc.plan import Entity
+    from scenecc.plan import Entity, Placement
     from scenecc.plan.body import Mount
     from scenecc.variation.nodes import Node
 
@@ -122,6 +123,14 @@ class RecipeBuilder:
                 changed[field] = made_parts if part.__class__ is tuple else made_parts[0]
         return replace(node, **changed) if changed else node  # pyright: ignore[reportArgumentType, reportUnknownVariableType, reportReturnType]
 
+    def placement(self, placement: Placement) -> Placement:
+        """The placement with the recipes of what is drawn anew for every try."""
+        given = [(name, value) for name in TRIED_FIELDS if (value := getattr(placement, name)) is not None]
+        drawn = {name: self._drawn_anew(value) for name, value in given}
+        if placement.frame is not None:
+            drawn["frame"] = self._follower_pose(f"placements:{placement.name}", placement.frame)
+        return replace(placement, **drawn) if drawn else placement  # pyright: ignore[reportArgumentType]
+
     def follower(self, key: str, held: _Follower) -> _Follower:
         """A light or a camera, with the recipe of its pose: its own, in a reference frame that may move too.
 
@@ -129,17 +138,20 @@ class RecipeBuilder:
             key: what it is known as.
             held: with its pose as built.
         """
-        made, follower = self.holder(held), self._frames.followers.get(key)
+        made, pose = self.holder(held), self._follower_pose(key, held.pose)
+        return made if pose is held.pose else replace(made, pose=pose)
+
+    def _follower_pose(self, key: str, pose: Value) -> Value:
+        follower = self._frames.followers.get(key)
         if follower is None:
-            pose = self._drawn_anew(held.pose)
-            return made if pose is held.pose else replace(made, pose=pose)
-        if held.pose.known:
-            return made
+            return self._drawn_anew(pose)
+        if pose.known:
+            return pose
         read: set[str] = set()
         fields, local, own = follower.fields, follower.local, self._is_drawn(follower.variation)
         outer: Any = None if follower.parent is None else self._pose(follower.parent, fields, read)
         if outer is None and not own:
-            return made
+            return pose
         if own:
             read |= follower.variation.reads
         elif local.__class__ in NODES:
@@ -148,7 +160,7 @@ class RecipeBuilder:
         if outer is None:
             outer = IDENTITY_POSE if follower.parent is None else self._as_built(follower.parent, fields)
         node: Any = local if outer == IDENTITY_POSE else Composed(outer, local)
-        return replace(made, pose=_with_recipe(held.pose, node, len(fields.scenes)))
+        return _with_recipe(pose, node, len(fields.scenes))
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
         """The shared draws that the recipes read, in order; those that stay as they are built are their rows.

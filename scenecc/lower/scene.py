@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scenecc.lower.references import MeshReader, RobotReader, RobotRequest
     from scenecc.lower.rendering import RenderObjects
     from scenecc.lower.shapes import GroupBits
-    from scenecc.plan import Constraint, Entity
+    from scenecc.plan import Constraint, Entity, Placement
     from scenecc.plan.body import AssetFile
     from scenecc.robots.description import RobotDescription
     from scenecc.spec.document import SceneFile
@@ -283,6 +283,7 @@ def lower(
         return None
     rendering = _lower_rendering(scene, built, entities, names, tables, materials, sampling.fields(), origin)
     constraints = _lower_constraints(scene, built, entities, sampling, names, origin)
+    placed = _lower_placements(scene, built, entities, names, origin)
     # A material may be unused only because its name was misspelt where it was meant.
     if sink.failed or _is_exhausted(sampling, origin, sink):
         return None
@@ -291,6 +292,8 @@ def lower(
     if sink.failed:
         return None
     plan = _make_plan(scene, name, built, constraints, rendering, physics, tables, sampling, origin)
+    if placed:
+        plan = replace(plan, placements=placed)
     return Lowered(plan, tables.file_origins, tables.material_origins, sampling, entities.frames)
 
 
@@ -313,15 +316,22 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
         return lowered.plan
     from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - likewise
 
+    plan = lowered.plan
+    recipes = RecipeBuilder(sampling, lowered.frames)
+    if plan.placements:
+        from scenecc.lower.placed_poses import place_as_built  # noqa: PLC0415 - loaded where there are any
+
+        plan = replace(plan, placements=tuple(map(recipes.placement, plan.placements)))
+        place_as_built(plan, sampling, lowered.frames, sink)
+        if sink.failed:
+            return None
     for argument in sampling.arguments:
         check_argument_rows(argument, sampling, sink)
     for deferred in sampling.deferred:
         check_rows(deferred, sampling, sink)
     if sink.failed:
         return None
-    recipes = RecipeBuilder(sampling, lowered.frames)
-    entities = tuple(map(recipes.entity, lowered.plan.entities))
-    plan = lowered.plan
+    entities = tuple(map(recipes.entity, plan.entities))
     return replace(
         plan,
         entities=entities,
@@ -383,6 +393,17 @@ def _lower_constraints(
     mounts = MountLookup(built, entities.frames.unread, names, sampling.sink)
     lowering = ConstraintLowerer(built, entities, mounts, sampling, names, sampling.sink)
     return lowering.lower(scene.constraints, origin.child("constraints")) + lowering.describe()
+
+
+def _lower_placements(
+    scene: SceneFile, built: tuple[Entity, ...], entities: EntityLowerer, names: NameScopes, origin: Origin
+) -> tuple[Placement, ...]:
+    nodes = (*scene.entities.values(), *scene.frames.values())
+    if all(getattr(node, "place", None) is None for node in nodes):
+        return ()
+    from scenecc.lower.placements import lower_placements  # noqa: PLC0415 - loaded where there are any
+
+    return lower_placements(scene, built, entities, names, origin)
 
 
 def _make_plan(

@@ -59,6 +59,7 @@ if TYPE_CHECKING:
         LimitAxis,
         Weld,
     )
+    from scenecc.plan.placement import Nearness, Placement
     from scenecc.plan.rendering import (
         AreaLight,
         Camera,
@@ -120,10 +121,12 @@ __all__ = [
     "Mimic",
     "Mount",
     "NamedFile",
+    "Nearness",
     "Orthographic",
     "Perspective",
     "PhysicalMaterial",
     "Physics",
+    "Placement",
     "Plane",
     "PointLight",
     "Ring",
@@ -155,6 +158,7 @@ _LATER = {
     for module, names in {
         "articulation": "ArticulationStructure DriveMode Joint JointType Link Mimic",
         "constraint": "AxisDrive AxisLimit Connection Constraint Distance Drive DriveAxis Gear LimitAxis Weld",
+        "placement": "Nearness Placement",
         "rendering": (
             "AreaLight Camera CubeMap DirectionalLight Environment Intrinsic Light Orthographic Perspective PointLight "
             "Shadow SkyMap SpotLight TexturedLight"

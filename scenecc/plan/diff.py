@@ -23,6 +23,7 @@ from scenecc.plan.display import (
     name_suffix,
     truncate,
 )
+from scenecc.plan.placement import Placement
 from scenecc.plan.properties import Quantity
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import Entity, ScenePlan, structure_type
@@ -482,9 +483,9 @@ def _rows_of_numbers(
     yield FieldDifference("changed", path, a, b)
 
 
-Section = Literal["plan", "physics", "entities", "constraints", "environment", "lights", "cameras"]
+Section = Literal["plan", "physics", "entities", "constraints", "environment", "lights", "cameras", "placements"]
 
-_Object = Entity | Constraint | Light | Camera
+_Object = Entity | Constraint | Light | Camera | Placement
 
 
 @dataclass(frozen=True, slots=True)
@@ -538,6 +539,7 @@ def diff_plans(a: ScenePlan, b: ScenePlan) -> list[Difference]:
     found += _compare_environments(a, b, tables, resets)
     found += _compare_sections("lights", a, b, tables, resets)
     found += _compare_sections("cameras", a, b, tables, resets)
+    found += _compare_sections("placements", a, b, tables, resets)
     return found
 
 
@@ -613,6 +615,8 @@ def _describe_object(one: _Object, plan: ScenePlan) -> str:
             word = type_name(one.light.__class__)
         case Camera():
             word = f"{one.width} × {one.height} px"
+        case Placement():
+            word = f"{one.kind} {one.target}"
     return f"{word} in {_describe_scenes(one.scene_idxs, plan.num_scenes)}"
 
 

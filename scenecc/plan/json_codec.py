@@ -31,6 +31,7 @@ from scenecc.plan.json_values import (
     check_mounts,
     check_names,
     check_pick,
+    check_placements,
     check_structures,
     count_objects,
     describe_json,
@@ -41,6 +42,7 @@ from scenecc.plan.json_values import (
     read_selection,
     reject_repeated_keys,
 )
+from scenecc.plan.placement import Placement
 from scenecc.plan.properties import Quantity
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import Entity, Physics, ScenePlan
@@ -73,7 +75,19 @@ PLAN_VERSION = 2
 """The value of a plan's `scenecc_plan` key. In version 1, which is read too, files have no hashes."""
 
 _OMITTED_WHEN_EMPTY = frozenset(
-    ("constraints", "lights", "cameras", "draws", "mimics", "hidden", "names", "optional_names")
+    (
+        "constraints",
+        "lights",
+        "cameras",
+        "draws",
+        "mimics",
+        "hidden",
+        "names",
+        "optional_names",
+        "placements",
+        "carriers",
+        "near",
+    )
 )
 """Lists that are left out where they are empty, and a flag where it is false."""
 
@@ -270,9 +284,10 @@ _CLASSES_WITH_ORIGIN = {
     Light,
     Environment,
     Camera,
+    Placement,
 }
 
-_CLASSES_WITH_SCENES = {Entity, Constraint, Light, Camera}
+_CLASSES_WITH_SCENES = {Entity, Constraint, Light, Camera, Placement}
 """What says in which scenes it is; an environment has a row for every scene."""
 
 _RULES: Final[dict[type, Callable[[dict[str, Any]], Iterator[JsonProblem]]]] = {
@@ -337,6 +352,8 @@ class PlanDecoder:
             return INVALID
         plan = self._node(ScenePlan, data, ())
         if self._told(check_names(data), ()) or not isinstance(plan, ScenePlan) or self._told(check_mounts(plan), ()):
+            return INVALID
+        if self._told(check_placements(plan), ()):
             return INVALID
         wrong = check_materials(plan)
         return plan if wrong is None else self._fault(wrong[0].code, wrong[0].message, wrong[1])

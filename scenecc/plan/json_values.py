@@ -289,7 +289,7 @@ def _check_unique(above: str, key: str, names: Iterable[tuple[int, str]]) -> Ite
             yield JsonProblem("SC710", message, (above, index, *key.split(".")))
 
 
-NAMESPACES = (("entities", "cameras"), ("constraints",), ("lights",))
+NAMESPACES = (("entities", "cameras"), ("constraints",), ("lights",), ("placements",))
 """Sections whose objects have different names."""
 
 _MOUNT_KEYS = (("constraints", "child"), ("constraints", "parent"), ("lights", "mount"), ("cameras", "mount"))
@@ -323,6 +323,20 @@ def check_mounts(plan: ScenePlan) -> Iterator[JsonProblem]:
             if mount is not None:
                 for fault in _check_mount(mount, entities, holder.scene_idxs):
                     yield JsonProblem(fault.code, fault.message, (section, index, key, *fault.keys))
+
+
+def check_placements(plan: ScenePlan) -> Iterator[JsonProblem]:
+    """What placements name and is not there."""
+    known = {entity.name for entity in plan.entities}
+    for index, one in enumerate(plan.placements):
+        named = [("target", one.target.entity), *(("members", name) for name in one.entities)]
+        named += [("near", near.entity) for near in one.near]
+        named += [("carriers", name) for name in one.carrying]
+        named += [("facing", one.facing.entity)] if one.facing is not None else []
+        for key, name in named:
+            if name not in known:
+                message = f"no entity is called {describe_json(name)}"
+                yield JsonProblem("SC715", message, ("placements", index, key))
 
 
 def _check_mount(mount: Mount, entities: dict[str, Entity], scene_idxs: tuple[int, ...]) -> Iterator[JsonProblem]:

@@ -104,6 +104,7 @@ _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     nodes.Stacked: _stack_shape,
     nodes.Computed: lambda node, _: node.shape,
     nodes.Shared: lambda node, draws: draws[node.name],
+    nodes.Placed: lambda _node, _draws: (7,),
     nodes.Radians: lambda node, draws: infer_shape(node.degrees, draws),
     nodes.AffineClamp: _held,
 }

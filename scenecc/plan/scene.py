@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from scenecc.plan.articulation import ArticulationStructure
     from scenecc.plan.body import AssetFile, Friction, PhysicalMaterial, VisualMaterial
     from scenecc.plan.constraint import Constraint
+    from scenecc.plan.placement import Placement
     from scenecc.plan.rendering import Camera, Environment, Light
     from scenecc.plan.value import Value
     from scenecc.variation.nodes import Node
@@ -157,7 +158,8 @@ class ScenePlan:
 
     `entities` stand in the order in which they are built: PhysX gives other trajectories in another.
     `draws` are the shared draws that recipes read, by name; one may read those before it. Among them are poses that
-    recipes go on from, see `scenecc.plan.scene`. Constraints, lights and cameras are built after the entities.
+    recipes go on from, see `scenecc.plan.scene`. `placements` stand in the order in which they are made. Constraints,
+    lights and cameras are built after the entities.
     """
 
     name: str
@@ -173,6 +175,7 @@ class ScenePlan:
     cameras: tuple[Camera, ...] = ()
     description: str = ""
     seed: int = 0
+    placements: tuple[Placement, ...] = ()
     draws: tuple[tuple[str, Node], ...] = ()
     origin: Origin | None = field(default=None, compare=False)
 

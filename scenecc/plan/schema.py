@@ -135,6 +135,8 @@ SCALAR_BOUNDS: dict[str, Bounds] = {
     "solver_velocity_iterations": VELOCITY_ITERATIONS,
     "mipmap_levels": Bounds(1, 32),
     "threshold": Bounds(0.01, 1),
+    **dict.fromkeys(("apart", "gap", "least", "most"), NON_NEGATIVE),
+    "tries": Bounds(1, 10_000),
     "cpu_workers": Bounds(0, 256),
     "num_threads_for_construction": Bounds(1, 256),
     "max_convex_hull": Bounds(-1, 2**31 - 1),

@@ -25,7 +25,9 @@ from scenecc.spec.values import Fixed, Leaf
 
 if TYPE_CHECKING:
     from scenecc.spec.physics import InertialSpec
+    from scenecc.spec.placing import PlaceSpec
 else:
+    PlaceSpec = Annotated[Any, LazyType("scenecc.spec.placing", "PlaceSpec")]
     InertialSpec = Annotated[Any, LazyType("scenecc.spec.physics", "InertialSpec")]
 
 BodyTypeName = Literal["dynamic", "kinematic", "static", "none"]
@@ -50,6 +52,7 @@ class EntityKeys(SpecModel):
     """Keys of any entity."""
 
     pose: Maybe[Pose] = key("In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
+    place: Maybe[PlaceSpec] = key("In place of `pose`: where it is put so that it overlaps nothing.")
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.',
         examples=[[0, 2], "::2"],

@@ -81,7 +81,16 @@ Pose = TypeAliasType(
 """[x, y, z] or a mapping."""
 
 
+if TYPE_CHECKING:
+    from scenecc.spec.placing import PlaceSpec, Region
+else:
+    PlaceSpec = Annotated[Any, LazyType("scenecc.spec.placing", "PlaceSpec")]
+    Region = Annotated[Any, LazyType("scenecc.spec.placing", "Region")]
+
+
 class FrameSpec(SpecModel):
     """A place with no body, to put others relative to."""
 
     pose: Pose = Field(description="In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
+    region: Maybe[Region] = key("Where `place` may put what names this frame as its region, in its axes.")
+    place: Maybe[PlaceSpec] = key("Of instances alone.")

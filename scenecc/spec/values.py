@@ -144,7 +144,7 @@ def domain_of(schema: CoreSchema, resolve: Callable[[CoreSchema], CoreSchema]) -
             case "tuple":
                 items = branch["items_schema"]
                 found = Domain(found.number, domain_of(items[0], resolve), len(items), len(items), nonzero)
-            case "list" if label == COMPONENTS:
+            case "list" if label == COMPONENTS or "max_length" in branch:
                 item = domain_of(branch["items_schema"], resolve)
                 found = Domain(found.number, item, branch["min_length"], branch["max_length"], nonzero)
             case _:

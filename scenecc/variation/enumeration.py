@@ -199,6 +199,7 @@ _ADD_SOURCES: dict[type[Any], Callable[[_Sources, Any], bool]] = {
     nodes.Chosen: _Sources.chosen,
     nodes.Drawn: _Sources.drawn_integers,
     nodes.RandomRotated: lambda _sources, _node: False,
+    nodes.Placed: lambda _sources, _node: False,
     nodes.Stacked: lambda sources, node: sources.add_all(node.items),
     nodes.Cycled: _Sources.cycled,
     nodes.Rows: _Sources.rows,

@@ -51,7 +51,13 @@ def philox_key(seed: int, key: Key) -> tuple[int, int]:
 
 
 def words(
-    seed: int | tuple[int, ...], key: Key, scenes: NDArray[np.int64], first: int, count: int, lane: int = 0
+    seed: int | tuple[int, ...],
+    key: Key,
+    scenes: NDArray[np.int64],
+    first: int,
+    count: int,
+    lane: int = 0,
+    tries: NDArray[np.int64] | None = None,
 ) -> NDArray[np.uint64]:
     """The raw words `first` to `first + count` of a field in some scenes, (B, count).
 
@@ -62,13 +68,15 @@ def words(
         first: the first word; component j of a vector has word j.
         count: how many.
         lane: 0, or 1 for the second word of each component where a component needs two.
+        tries: which try of placing something it is, one a scene; None: 0.
     """
     if scenes.size == 0:
         return np.empty((0, count), dtype=np.uint64)
     first_block, last_block = first // _BLOCK, (first + count - 1) // _BLOCK
     start = first - first_block * _BLOCK
-    if not isinstance(seed, int):
-        return _many_seeds(seed, key, scenes, range(first_block, last_block + 1), lane)[:, start : start + count]
+    if not isinstance(seed, int) or tries is not None:
+        blocks_of = range(first_block, last_block + 1)
+        return _many_seeds(seed, key, scenes, blocks_of, lane, tries)[:, start : start + count]
     lowest = int(scenes.min())
     rows = int(scenes.max()) - lowest + 1
     key_words = np.array(philox_key(seed, key), dtype=np.uint64)
@@ -84,13 +92,23 @@ def words(
 
 
 def _many_seeds(
-    seeds: tuple[int, ...], key: Key, scenes: NDArray[np.int64], blocks: Sequence[int], lane: int
+    seed: int | tuple[int, ...],
+    key: Key,
+    scenes: NDArray[np.int64],
+    blocks: Sequence[int],
+    lane: int,
+    tries: NDArray[np.int64] | None,
 ) -> NDArray[np.uint64]:
-    """The words of some blocks (B, 4 · blocks), where each scene has a seed of its own."""
-    key_of = {seed: philox_key(seed, key) for seed in set(seeds)}
-    keys = np.array([key_of[seed] for seed in seeds], dtype=np.uint64)
-    counters = np.zeros((len(seeds), 4), dtype=np.uint64)
+    """The words of some blocks (B, 4 · blocks), where each scene has a seed or a try of its own."""
+    if isinstance(seed, int):
+        keys = np.broadcast_to(np.array(philox_key(seed, key), dtype=np.uint64), (len(scenes), 2))
+    else:
+        key_of = {one: philox_key(one, key) for one in set(seed)}
+        keys = np.array([key_of[one] for one in seed], dtype=np.uint64)
+    counters = np.zeros((len(scenes), 4), dtype=np.uint64)
     counters[:, 0], counters[:, 2] = scenes + 1, lane
+    if tries is not None:
+        counters[:, 3] = tries
     found: list[NDArray[np.uint64]] = []
     for block in blocks:
         counters[:, 1] = block
@@ -264,6 +282,10 @@ class Batch:
         draws: the shared draws by name; one may read those before it.
         given: values (N, …) that take the place of draws, row i being scene i's.
         work: counts what is computed; None: nothing does.
+
+    Attributes:
+        tries: which try of placing something it is (B,); None: 0, as everywhere else.
+        placed: poses (N, 7) of what has a place, row i being scene i's.
     """
 
     def __init__(
@@ -281,6 +303,8 @@ class Batch:
         self.draws = draws
         self.given = given
         self.work = work
+        self.tries: NDArray[np.int64] | None = None
+        self.placed: Mapping[str, Floats] = {}
         self._shared: dict[str, NDArray[Any]] = {}
         self._failed: dict[str, DrawError] = {}
         self._whole: tuple[Batch, NDArray[np.intp]] | None = None
@@ -346,8 +370,13 @@ class Batch:
         chosen: list[int] = rows.tolist()
         seed = self.seed if isinstance(self.seed, int) else tuple(self.seed[row] for row in chosen)
         part = Batch(self.scenes[rows], seed, self.num_scenes, self.draws, self.given, self.work)
+        part.placed = self.placed
         part._whole = (self, rows)
         return part
+
+    def tried(self, rows: NDArray[np.intp], tries: NDArray[np.int64]) -> RetryBatch:
+        """Some rows of the batch, each in a try of placing something. One row may stand there several times."""
+        return RetryBatch(self.only(rows), tries)
 
     def selected(self, items: Sequence[Any], index: NDArray[np.int64]) -> NDArray[Any]:
         """Of several items the one with the index (B,) in each scene; the others are not evaluated there."""
@@ -358,6 +387,29 @@ class Batch:
             rows = np.flatnonzero(index == number)
             parts.append((rows, self.only(rows).item(items[number])))
         return merge_rows(len(self.scenes), parts)
+
+
+class RetryBatch(Batch):
+    """As `Batch`, in which each row is a try of its own. Shared draws are those of the scene, whatever the try.
+
+    Args:
+        scenes: the scenes of the rows; one may stand there several times.
+        tries: which try of each row (B,).
+    """
+
+    def __init__(self, scenes: Batch, tries: NDArray[np.int64]) -> None:
+        super().__init__(scenes.scenes, scenes.seed, scenes.num_scenes, scenes.draws, scenes.given, scenes.work)
+        self.tries, self.placed = tries, scenes.placed
+        self._untried = scenes
+
+    def shared(self, name: str) -> NDArray[Any]:
+        """As of the scenes."""
+        return self._untried.shared(name)
+
+    def only(self, rows: NDArray[np.intp]) -> RetryBatch:
+        """As of a batch."""
+        assert self.tries is not None
+        return RetryBatch(self._untried.only(rows), self.tries[rows])
 
 
 class CombinationBatch(Batch):
@@ -477,7 +529,7 @@ def draw_bounds(batch: Batch, node: nodes.Drawn) -> list[Floats]:
 def _units(
     batch: Batch, node: nodes.Chosen | nodes.Drawn | nodes.RandomRotated, first: int, count: int, lane: int = 0
 ) -> Floats:
-    return units(words(batch.seed, node.key, batch.scenes, first, count, lane))
+    return units(words(batch.seed, node.key, batch.scenes, first, count, lane, batch.tries))
 
 
 def _bound(batch: Batch, node: nodes.Drawn, item: Any, count: int) -> NDArray[np.float64]:
@@ -625,6 +677,13 @@ def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
     return np.maximum(np.minimum(moved.astype(np.float64), batch.item(node.high)), batch.item(node.low))
 
 
+def _placed(batch: Batch, node: nodes.Placed) -> Floats:
+    """Poses (B, 7)."""
+    if node.name not in batch.placed:
+        raise DrawError(f"`{node.name}` has no place yet", int(batch.scenes[0]), node)
+    return batch.placed[node.name][batch.scenes]
+
+
 EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     nodes.Const: lambda batch, node: batch.item(node.data),
     nodes.Rows: _rows,
@@ -645,5 +704,6 @@ EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     # As `math.radians` has them.
     nodes.Radians: lambda batch, node: _numbers(batch, node, node.degrees) * (math.pi / 180.0),
     nodes.AffineClamp: _affine_clamp,
+    nodes.Placed: _placed,
     nodes.Composed: lambda batch, node: rotation_arrays.compose(*_parts(batch, node)),
 }

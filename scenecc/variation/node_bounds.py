@@ -334,6 +334,7 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     nodes.Stacked: lambda analysis, node: stack_bounds(list(map(analysis.item, node.items))),
     nodes.Computed: lambda analysis, node: to_value_bounds(bounds_and_faults(analysis, node)[0]),
     nodes.Shared: lambda analysis, node: analysis.shared(node.name),
+    nodes.Placed: lambda _analysis, _node: UNKNOWN,
     nodes.Posed: _posed,
     nodes.FromMatrix: _from_matrix,
     nodes.Radians: _radians,

@@ -141,6 +141,13 @@ class Shared:
 
 
 @frozen
+class Placed:
+    """Where something stands (7,) that is placed, by its name among the placements."""
+
+    name: str
+
+
+@frozen
 class Posed:
     """A pose (7,) of a position item (3,) and a rotation item (4,)."""
 
@@ -236,6 +243,7 @@ Node = (
     | Stacked
     | Computed
     | Shared
+    | Placed
     | Posed
     | Normalized
     | FromRpy
@@ -281,8 +289,15 @@ def shaped_fields(node: Node) -> list[tuple[str, tuple[int, ...]]]:
     return list(zip(NODE_FIELDS[type(node)], SIGNATURES[type(node)][0], strict=True))
 
 
-def draws_read_by(node: Node) -> list[str]:
-    """The shared draws that a node reads, in any scene; not those that these read."""
+def placements_read_by(node: Node) -> list[str]:
+    """The placements that a node reads by itself."""
+    found: dict[str, None] = {}
+    draws_read_by(node, found)
+    return list(found)
+
+
+def draws_read_by(node: Node, placements: dict[str, None] | None = None) -> list[str]:
+    """The shared draws that a node reads, in any scene; not those that these read. `placements`: takes their names."""
     found: dict[str, None] = {}
     todo: list[Any] = [node]
     while todo:
@@ -290,6 +305,8 @@ def draws_read_by(node: Node) -> list[str]:
         kind = item.__class__
         if kind is Shared:
             found[item.name] = None
+        elif kind is Placed and placements is not None:
+            placements[item.name] = None
         elif kind is Computed:
             found.update(dict.fromkeys(item.draws_by_name.values()))
         elif kind is tuple:

@@ -24,6 +24,7 @@ from plugins.expectations import BAD, GOOD, ROOT, file_id, scene_files
 
 # All that is taken from the package: a move inside it must not break what tells whether the move changed anything.
 from scenecc import SceneError, compile_scene, emit_scene, validate
+from scenecc.placing.at_reset import place_anew, placed_members
 from scenecc.plan import Value
 from scenecc.variation.evaluation import Batch
 
@@ -163,10 +164,25 @@ def _resets(plan: Any) -> dict[str, list[Any]]:
     """What every recipe of a plan gives at resets, by its place."""
     found: dict[str, list[Any]] = {}
     for seed in RESET_SEEDS:
+        placed = _placed(plan, seed) if plan.placements else {}
         for path, recipe, scene_idxs in _recipes(plan, "", range(plan.num_scenes)):
             batch = Batch(np.array(scene_idxs), seed, plan.num_scenes, dict(plan.draws), {})
+            batch.placed = placed
             found[f"{path} seed={seed}"] = batch.evaluate(recipe).tolist()
     return found
+
+
+def _placed(plan: Any, seed: int) -> Any:
+    """Where a reset places what it places."""
+    batch = Batch(np.arange(plan.num_scenes), seed, plan.num_scenes, dict(plan.draws), {})
+    members, poses = placed_members(plan), {}
+    for entity in plan.entities:
+        rows = np.broadcast_to(entity.pose.data, (len(entity.scene_idxs), 7))
+        if entity.pose.recipe is not None and entity.name not in members:
+            rows = batch.only(np.array(entity.scene_idxs)).evaluate(entity.pose.recipe)
+        poses[entity.name] = (entity.scene_idxs, rows)
+    place_anew(plan, batch, poses)
+    return batch.placed
 
 
 def _recipes(node: Any, path: str, scene_idxs: Any) -> Iterator[tuple[str, Any, Any]]:

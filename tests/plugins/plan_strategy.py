@@ -28,13 +28,15 @@ from scenecc.plan import (
     Link,
     Mimic,
     Mount,
+    Nearness,
+    Placement,
     ScenePlan,
     Value,
     recalled,
 )
 from scenecc.plan.articulation import MOVING_JOINT_FIELDS, NON_LINK_FIELDS
 from scenecc.plan.body import AssetFile, NamedFile
-from scenecc.plan.properties import ANY, Bounds, Quantity
+from scenecc.plan.properties import ANY, NON_NEGATIVE, Bounds, Quantity
 from scenecc.plan.schema import (
     BytesKind,
     ChoiceKind,
@@ -54,7 +56,7 @@ TABLES = ("files", "physical_materials", "visual_materials")
 ONE_DRAW = (("u", Const(0.5)),)
 _NAMES = st.text(string.ascii_letters + "_-. '\"\\\n→é", min_size=1, max_size=12)
 _MOST = {"entities": 3, "structures": 2, "collisions": 2, "visuals": 2}
-_HELD = {"constraints": Constraint, "lights": Light, "cameras": Camera}
+_HELD = {"constraints": Constraint, "lights": Light, "cameras": Camera, "placements": Placement}
 
 
 @dataclass(frozen=True)
@@ -160,8 +162,15 @@ def _link(draw: st.DrawFn, index: int, name: str, scope: _Scope) -> Link:
 def _held(draw: st.DrawFn, cls: type, name: str, entities: tuple[Entity, ...], scope: _Scope) -> Any:
     """A constraint, light or camera; None of a constraint where there is nothing to constrain."""
     idxs = tuple(range(scope.num_scenes))
-    mounts: dict[str, Mount | None] = {}
-    for key in ("child", "parent") if cls is Constraint else ("mount",):
+    mounts: dict[str, Any] = {}
+    if cls is Placement:
+        if not entities:
+            return None
+        names = [one.name for one in entities]
+        near = Nearness(names[-1], draw(_floats(NON_NEGATIVE)), draw(_floats(NON_NEGATIVE)))
+        mounts = {"target": Mount(names[0]), "members": (Mount(names[-1]),), "carriers": (Mount(names[0]),)}
+        mounts |= {"near": (near,) if scope.full else (), "facing": Mount(names[0]) if scope.full else None}
+    for key in () if cls is Placement else ("child", "parent") if cls is Constraint else ("mount",):
         within = [entity for entity in entities if {*idxs} & {*entity.scene_idxs} and _grips(entity)]
         needed = key == "child"
         if not within or not (needed or scope.full or draw(st.booleans())):

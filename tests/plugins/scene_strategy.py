@@ -18,7 +18,7 @@ from typing import Any
 
 import annotated_types
 from hypothesis import strategies as st
-from plugins import articulation_rules, held_rules
+from plugins import articulation_rules, held_rules, placing_rules
 from plugins.expectations import GOOD
 from plugins.scene_models import ARTICULATIONS, PARTS, Key, branches, is_model, leaves, parts
 from plugins.scene_nodes import (
@@ -527,4 +527,5 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     held_rules.cameras,
     articulation_rules.link_copies,
     _forms,
+    placing_rules.placements,
 )

@@ -72,7 +72,14 @@ class ResetSampler:
         self._row_of = {
             name: {index: row for row, index in enumerate(state.scene_idxs)} for name, state in self._states.items()
         }
+        self._placed: list[_SampledField] = []
         self._recipes = [recipe for each in present for recipe in _sampled_fields(*each, held[each[0].name])]
+        if plan.placements:
+            from scenecc.placing.at_reset import placed_members
+
+            placed = placed_members(plan)
+            self._placed = [one for one in self._recipes if one.field == "pose" and one.entity in placed]
+            self._recipes = [one for one in self._recipes if one not in self._placed]
 
     def batch(self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]) -> Batch:
         """What evaluates recipes in some scenes, by ascending index, each by a seed of its own.
@@ -103,6 +110,13 @@ class ResetSampler:
         for recipe in self._recipes:
             if recipe.entity in found:
                 _sample_field(recipe, batch, found[recipe.entity])
+        if self._plan.placements:
+            from scenecc.placing.at_reset import place_anew
+
+            place_anew(self._plan, batch, {name: (state.scene_idxs, state.pose) for name, state in found.items()})
+            for recipe in self._placed:
+                if recipe.entity in found:
+                    _sample_field(recipe, batch, found[recipe.entity])
         return found
 
     def _spread(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:

@@ -1,0 +1,87 @@
+"""Whether what is placed on something can fit by its area alone: nothing is drawn for this."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scenecc.diagnostics.messages import cut
+from scenecc.placing.bodies import entity_parts, matrices
+from scenecc.placing.surfaces import area_of, footprint, upward_surfaces
+from scenecc.plan import BodyStructure
+from scenecc.plan.geometry import Box, Capsule, Cylinder, Plane, Primitive, Sphere
+from scenecc.variation.evaluation import Batch
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterable, Mapping
+
+    from scenecc.diagnostics import Sink
+    from scenecc.placing.bodies import Part
+    from scenecc.plan import Entity
+    from scenecc.plan.placement import Placement
+
+_KNOWN = (Box, Sphere, Capsule, Cylinder, Plane)
+
+
+def warn_of_areas(
+    placements: Iterable[Placement], upright: Container[str], entities: Mapping[str, Entity], sink: Sink
+) -> None:
+    """Warns where the footprints of what stands on a target are larger than all of its surfaces together.
+
+    Args:
+        placements: in their order.
+        upright: those that are turned about z at most.
+        entities: of the plan, by name.
+        sink: takes the warnings.
+    """
+    taken: dict[str, float] = {}
+    tops: dict[str, float | None] = {}
+    for one in placements:
+        name = one.target.entity
+        if one.kind != "on" or one.name not in upright or len(one.scene_idxs) < len(entities[name].scene_idxs):
+            continue
+        if name not in tops:
+            tops[name] = _top_area(entities[name])
+        top, area = tops[name], sum(_footprint_area(entities[member]) for member in one.entities[:1])
+        if top is None or one.origin is None:
+            continue
+        before = taken.get(name, 0.0)
+        taken[name] = before + area
+        if before <= top < taken[name]:
+            what = "with what is placed there before it has" if before else "it has"
+            message = f"`{cut(one.name)}` cannot fit: {what} {taken[name]:.3g} m² of footprint, and "
+            message += f"`{cut(name)}` has {top:.3g} m²"
+            sink.report("SC355", message, one.origin.child("on"), hint="make the target larger, or place fewer")
+
+
+def _parts(entity: Entity) -> list[Part] | None:
+    """The parts of an entity of which nothing varies and no file is read; None of any other."""
+    (structure, *others) = entity.structures
+    if others or not isinstance(structure, BodyStructure):
+        return None
+    for shape in structure.collisions:
+        values = shape.geometry.values if isinstance(shape.geometry, Primitive) else ()
+        poses = () if shape.pose is None else (shape.pose,)
+        if not isinstance(shape.geometry, _KNOWN) or not all(value.is_constant for value in (*values, *poses)):
+            return None
+    return entity_parts(entity, (), Batch(np.array(entity.scene_idxs[:1]), 0, 1, {}, {}))
+
+
+def _top_area(entity: Entity) -> float | None:
+    """All upward surfaces of an entity together [m²]; None where that is not known, or without an end."""
+    parts = _parts(entity) if entity.pose.is_constant else None
+    if not parts:
+        return None
+    pose = entity.pose.data
+    surfaces = [one for part in parts for one in upward_surfaces(part.moved(matrices(pose[:, 3:]), pose[:, :3]))]
+    if any(one.corners is None for one in surfaces):
+        return None
+    return sum(area_of(one.corners[0]) for one in surfaces if one.corners is not None)
+
+
+def _footprint_area(entity: Entity) -> float:
+    """The area of a footprint at least [m²]; 0 where it is not known."""
+    parts = _parts(entity)
+    # Polygons around round shapes are larger by less than this.
+    return area_of(footprint(parts, 0)) / 1.001 if parts else 0.0

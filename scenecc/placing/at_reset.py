@@ -1,0 +1,77 @@
+"""Places at a reset: in the scenes that are reset alone, as a build of all would place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.placing.place import Placer, PlacingError
+from scenecc.placing.proof import find_overlap
+from scenecc.variation.nodes import placements_read_by
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import ScenePlan
+    from scenecc.variation.evaluation import Batch
+
+    Floats = NDArray[np.float64]
+
+
+def placed_members(plan: ScenePlan) -> dict[str, str]:
+    """The entities that a reset places anew, each with its placement."""
+    found: dict[str, str] = {}
+    for entity in plan.entities:
+        if entity.pose.recipe is not None:
+            for name in placements_read_by(entity.pose.recipe):
+                found[entity.name] = name
+    return found
+
+
+def place_anew(plan: ScenePlan, batch: Batch, poses: Mapping[str, tuple[Sequence[int], NDArray[np.floating]]]) -> None:
+    """Finds the places of what a reset places; they stand in `batch.placed` then.
+
+    Args:
+        plan: of the scenes.
+        batch: evaluates recipes in the scenes that are reset.
+        poses: of each entity in some of these scenes, the scenes and the poses (·, 7) as built or drawn; those of
+            what is placed are not read.
+
+    Raises:
+        ValueError: something fits nowhere; the scenes are named.
+    """
+    members = placed_members(plan)
+    number_of = {scene: number for number, scene in enumerate(batch.scenes.tolist())}
+    standing: dict[str, Floats] = {}
+    local: dict[str, Floats] = {}
+    for entity in plan.entities:
+        where, known = poses.get(entity.name, ((), np.empty((0, 7))))
+        rows = [number_of[scene] for scene in where]
+        found = np.tile(np.array(IDENTITY_POSE), (len(batch.scenes), 1))
+        root = members.get(entity.name)
+        if root is None:
+            found[rows] = known
+            standing[entity.name] = found
+            continue
+        if rows:
+            part = batch.only(np.array(rows, np.intp))
+            part.placed = {root: np.tile(np.array(IDENTITY_POSE), (batch.num_scenes, 1))}
+            assert entity.pose.recipe is not None
+            found[rows] = part.evaluate(entity.pose.recipe)
+        local[entity.name] = found
+    placer = Placer(plan, batch, standing, local)
+    placed = set(members.values())
+    try:
+        for placement in plan.placements:
+            if placement.name in placed:
+                placer.place(placement)
+    except PlacingError as error:
+        shown = ", ".join(map(str, error.scenes[:10])) + (", …" if len(error.scenes) > 10 else "")
+        raise ValueError(f"{error.message}, in scenes {shown}") from None
+    overlap = find_overlap(plan, batch, placer.poses)
+    if overlap is not None:
+        raise ValueError(overlap)

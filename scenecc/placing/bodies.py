@@ -1,0 +1,366 @@
+"""The colliding shapes of a plan's entities as convex parts, over the scenes of a batch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.geometry import rotation_arrays
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.geometry.surfaces import revolved_parts
+from scenecc.placing.distances import Cores
+from scenecc.plan import BodyStructure
+from scenecc.plan.geometry import (
+    Box,
+    Capsule,
+    Cone,
+    ConvexMesh,
+    ConvexParts,
+    Cylinder,
+    Heightfield,
+    Plane,
+    RevolvedSolid,
+    Ring,
+    Sphere,
+    TriangleMesh,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import AssetFile, CollisionGeometry, Entity, Value
+    from scenecc.plan.articulation import ArticulationStructure, Joint
+    from scenecc.variation.evaluation import Batch
+
+    Floats = NDArray[np.float64]
+    Indices = NDArray[np.intp]
+
+DEFAULT_GROUPS: Final = (1, 1, 0, 0)
+
+
+_CHUNK: Final = 500_000
+"""How many pairs of bodies and triangles are looked at together."""
+
+
+class UnsupportedShapeError(Exception):
+    """A colliding shape that nothing can be placed beside yet."""
+
+
+@dataclass(slots=True)
+class Part:
+    """A convex part of an entity over the scenes of a batch (B rows), in the entity's own frame.
+
+    Attributes:
+        there: in which scenes it is (B,).
+        half, disk, margin, scale: as of `Cores`.
+        points: the hull's (k, 3) [m]; None: it has none.
+        turn, p: rotations (B, 3, 3) and origins (B, 3) [m].
+        reach: how far it is from its own origin at most (B,) [m].
+        groups: SAPIEN's four integers (B, 4).
+        is_plane: it is all that lies below its own x = 0.
+        triangles: of a mesh that is no hull, numbers of `points` (t, 3); None: it is convex.
+        link: of an articulation; None: the entity is a body.
+    """
+
+    there: NDArray[np.bool_]
+    half: Floats
+    disk: Floats
+    margin: Floats
+    scale: Floats
+    points: Floats | None
+    turn: Floats
+    p: Floats
+    reach: Floats
+    groups: NDArray[np.int64]
+    is_plane: bool = False
+    link: str | None = None
+    triangles: Indices | None = None
+
+    def moved(self, turn: Floats, p: Floats) -> Part:
+        """The same in another frame, of which the rotations (B, 3, 3) and the origins (B, 3) are given."""
+        placed = np.matmul(turn, self.p[:, :, None])[:, :, 0] + p
+        return Part(
+            self.there, self.half, self.disk, self.margin, self.scale, self.points,
+            np.matmul(turn, self.turn), placed, self.reach, self.groups, self.is_plane, self.link,
+            self.triangles,
+        )  # fmt: skip
+
+    def taken(self, rows: Indices) -> Part:
+        """Some rows of it, in any order."""
+        return Part(
+            self.there[rows], self.half[rows], self.disk[rows], self.margin[rows], self.scale[rows], self.points,
+            self.turn[rows], self.p[rows], self.reach[rows], self.groups[rows], self.is_plane, self.link,
+            self.triangles,
+        )  # fmt: skip
+
+    def cores(self, rows: Indices) -> Cores:
+        """Some rows of it as cores."""
+        cloud = np.full(len(rows), -1 if self.points is None else 0)
+        clouds = () if self.points is None else (self.points,)
+        return Cores(
+            self.half[rows], self.disk[rows], self.margin[rows], self.turn[rows], self.p[rows],
+            cloud, self.scale[rows], clouds,
+        )  # fmt: skip
+
+    def triangle_cores(self, rows: Indices, number: Indices) -> Cores:
+        """Triangles of it in some rows (n,) as cores."""
+        assert self.points is not None
+        assert self.triangles is not None
+        corners = self.points[self.triangles[number]] * self.scale[rows][:, None]
+        zero = np.zeros(len(rows))
+        return Cores(
+            np.zeros((len(rows), 3)), zero, zero, self.turn[rows], self.p[rows],
+            np.full(len(rows), -1), self.scale[rows], (), corners,
+        )  # fmt: skip
+
+    def triangles_near(self, rows: Indices, p: Floats, reach: Floats) -> tuple[Indices, Indices]:
+        """The pairs of rows (by their place in `rows`) and triangles that may be within `reach` (n,) of points (n, 3).
+
+        They are found by the boxes around the triangles.
+        """
+        assert self.points is not None
+        assert self.triangles is not None
+        found: list[tuple[Indices, Indices]] = []
+        chunk = max(1, _CHUNK // len(self.triangles))
+        for start in range(0, len(rows), chunk):
+            some = rows[start : start + chunk]
+            local = np.matmul((p[start : start + chunk] - self.p[some])[:, None], self.turn[some])[:, 0]
+            corners = self.points[self.triangles]
+            scale = self.scale[some][:, None]
+            ends = corners.min(axis=1) * scale, corners.max(axis=1) * scale
+            low, high = np.minimum(*ends), np.maximum(*ends)
+            away = np.maximum(np.maximum(low - local[:, None], local[:, None] - high), 0.0)
+            far = reach[start : start + chunk]
+            row, triangle = np.nonzero(np.einsum("ijk,ijk->ij", away, away) <= (far * far)[:, None])
+            found.append((row + start, triangle))
+        return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
+
+    def extent(self, direction: Floats) -> Floats:
+        """How far it reaches in unit directions (B, 3), as a coordinate along them (B,) [m]."""
+        local = np.matmul(direction[:, None, :], self.turn)[:, 0]
+        if self.points is None:
+            reach = np.einsum("ij,ij->i", np.abs(local), self.half) + self.margin
+            reach = reach + self.disk * np.hypot(local[:, 1], local[:, 2])
+        else:
+            reach = ((local * self.scale) @ self.points.T).max(axis=1)
+        return reach + np.einsum("ij,ij->i", direction, self.p)
+
+
+def point_part(there: NDArray[np.bool_]) -> Part:
+    """A point at the origin in some scenes (B,), which collides with nothing."""
+    count = len(there)
+    zero, zeros = np.zeros(count), np.zeros((count, 3))
+    turn = np.broadcast_to(np.eye(3), (count, 3, 3))
+    return Part(there, zeros, zero, zero, np.ones((count, 3)), None, turn, zeros, zero, np.zeros((count, 4), np.int64))
+
+
+def matrices(q: Floats) -> Floats:
+    """The rotation matrices (B, 3, 3) of quaternions (B, 4) of about unit length."""
+    w, x, y, z = rotation_arrays.normalized(q).T
+    rows = (
+        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
+    )  # fmt: skip
+    return np.stack(rows, axis=1).reshape(-1, 3, 3)
+
+
+def rows_of(value: Value, rows: Indices) -> NDArray[Any]:
+    """A value in some rows of its entity."""
+    data = value.data
+    return data[rows] if len(data) > 1 else np.broadcast_to(data[0], (len(rows), *data.shape[1:]))
+
+
+def rows_in(scene_idxs: tuple[int, ...], scenes: NDArray[np.int64]) -> tuple[Indices, NDArray[np.bool_]]:
+    """The rows (B,) of what is in some scenes for those of a batch, and in which of these it is."""
+    known = np.array(scene_idxs, dtype=np.int64)
+    rows = np.minimum(np.searchsorted(known, scenes), len(known) - 1)
+    return rows, known[rows] == scenes
+
+
+def entity_parts(entity: Entity, files: Sequence[AssetFile], batch: Batch) -> list[Part]:
+    """The colliding parts of an entity in its own frame.
+
+    Args:
+        entity: of a plan.
+        files: of the plan.
+        batch: the scenes, and what evaluates the joints that a reset draws.
+
+    Raises:
+        UnsupportedShapeError: a shape is not known here.
+        MeshError: a file cannot be read.
+    """
+    rows, there = rows_in(entity.scene_idxs, batch.scenes)
+    pick = None if entity.pick is None else rows_of(entity.pick, rows)
+    found: list[Part] = []
+    for number, structure in enumerate(entity.structures):
+        mine = there if pick is None else there & (pick == number)
+        if not mine.any():
+            continue
+        if isinstance(structure, BodyStructure):
+            if structure.body_type != "none":
+                found += _body_parts(structure, files, rows, mine)
+            continue
+        for link, pose in zip(structure.links, _link_poses(structure, rows, mine, batch), strict=True):
+            for part in _body_parts(link.body, files, rows, mine):
+                moved = part.moved(matrices(pose[:, 3:]), pose[:, :3])
+                moved.link = link.name
+                found.append(moved)
+    return found
+
+
+def link_pose(entity: Entity, link: str, batch: Batch) -> Floats:
+    """The pose (B, 7) of a link in the frame of its articulation's root, where the joints start."""
+    rows, there = rows_in(entity.scene_idxs, batch.scenes)
+    pick = np.zeros(len(rows)) if entity.pick is None else rows_of(entity.pick, rows)
+    found = np.tile(np.array(IDENTITY_POSE), (len(rows), 1))
+    for number, structure in enumerate(entity.structures):
+        mine = there & (pick == number)
+        if mine.any() and not isinstance(structure, BodyStructure):
+            index = [one.name for one in structure.links].index(link)
+            found[mine] = _link_poses(structure, rows, mine, batch)[index][mine]
+    return found
+
+
+def _link_poses(
+    structure: ArticulationStructure, rows: Indices, there: NDArray[np.bool_], batch: Batch
+) -> list[Floats]:
+    """The poses (B, 7) of links in the frame of the root, where their joints start."""
+    found: list[Floats] = []
+    for link in structure.links:
+        joint, at = link.joint, np.tile(np.array(IDENTITY_POSE), (len(rows), 1))
+        if link.parent is not None and joint is not None:
+            at = found[link.parent]
+            if joint.pose_in_parent is not None:
+                at = rotation_arrays.compose(at, rows_of(joint.pose_in_parent, rows))
+            if joint.qpos is not None and joint.type != "fixed":
+                at = rotation_arrays.compose(at, _joint_motion(joint, rows, there, batch))
+            if joint.pose_in_child is not None:
+                at = rotation_arrays.compose(at, rotation_arrays.invert(rows_of(joint.pose_in_child, rows)))
+        found.append(at)
+    return found
+
+
+def _joint_motion(joint: Joint, rows: Indices, there: NDArray[np.bool_], batch: Batch) -> Floats:
+    assert joint.qpos is not None
+    position = np.zeros(len(rows))
+    if joint.qpos.recipe is None:
+        position[there] = rows_of(joint.qpos, rows)[there]
+    else:
+        position[there] = batch.only(np.flatnonzero(there)).evaluate(joint.qpos.recipe)
+    motion: Any = np.zeros((len(rows), 7))
+    motion[:, 3] = 1.0
+    if joint.type == "prismatic":
+        motion[:, 0] = position
+    else:
+        motion[:, 3] = rotation_arrays.map_elements(math.cos, position / 2)
+        motion[:, 4] = rotation_arrays.map_elements(math.sin, position / 2)
+    return motion
+
+
+def _body_parts(
+    body: BodyStructure, files: Sequence[AssetFile], rows: Indices, there: NDArray[np.bool_]
+) -> Iterator[Part]:
+    count = len(rows)
+    for shape, groups in zip(body.collisions, body.shape_groups(), strict=True):
+        turn, p = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3))
+        if shape.pose is not None:
+            pose = rows_of(shape.pose, rows)
+            turn, p = matrices(pose[:, 3:]), np.asarray(pose[:, :3], np.float64)
+        bits = np.broadcast_to(np.array(DEFAULT_GROUPS), (count, 4)) if groups is None else rows_of(groups, rows)
+        for core in _cores_of(shape.geometry, files, rows):
+            mine = there if core.there is None else there & core.there
+            if not mine.any():
+                continue
+            zero = np.zeros(count)
+            half = np.zeros((count, 3)) if core.half is None else core.half
+            disk, margin = (zero if one is None else one for one in (core.disk, core.margin))
+            scale = np.ones((count, 3)) if core.scale is None else core.scale
+            reach = np.sqrt(half[:, 0] ** 2 + np.maximum(np.hypot(half[:, 1], half[:, 2]), disk) ** 2) + margin
+            if core.points is not None:
+                reach = np.abs(scale).max(axis=1) * np.sqrt((core.points**2).sum(axis=1).max())
+            plane = isinstance(shape.geometry, Plane)
+            yield Part(mine, half, disk, margin, scale, core.points, turn, p, reach, bits, plane, None, core.triangles)
+
+
+@dataclass(slots=True)
+class _Core:
+    """What a part is in its shape's frame; what is None is 0, 1 or not there, as of `Part`."""
+
+    half: Floats | None = None
+    disk: Floats | None = None
+    margin: Floats | None = None
+    points: Floats | None = None
+    scale: Floats | None = None
+    triangles: Indices | None = None
+    there: NDArray[np.bool_] | None = None
+
+
+def _cores_of(geometry: CollisionGeometry, files: Sequence[AssetFile], rows: Indices) -> list[_Core]:
+    """The parts of a shape over the scenes of a batch."""
+    found: list[_Core]
+    match geometry:
+        case Plane():
+            found = [_Core()]
+        case Box(half_size):
+            found = [_Core(half=np.asarray(rows_of(half_size, rows), np.float64))]
+        case Sphere(radius):
+            found = [_Core(margin=rows_of(radius, rows))]
+        case Capsule(radius, half_length):
+            found = [_Core(half=_along_x(rows_of(half_length, rows)), margin=rows_of(radius, rows))]
+        case Cylinder(radius, half_length):
+            found = [_Core(half=_along_x(rows_of(half_length, rows)), disk=rows_of(radius, rows))]
+        case RevolvedSolid() as solid if all(len(value.data) == 1 for value in solid.values):
+            found = [_Core(points=points) for points in revolved_parts(solid.profile(*solid.sizes(0)))]
+        case Heightfield() if len(geometry.size.data) == 1:
+            vertices, triangles, *_ = geometry.surface(0)
+            found = [_Core(points=np.asarray(vertices, np.float64), triangles=triangles)]
+        case ConvexMesh() | TriangleMesh() | ConvexParts(coacd=None):
+            found = list(_mesh_cores(geometry, files, rows))
+        case _:
+            raise UnsupportedShapeError(_UNSUPPORTED[type(geometry)])
+    return found
+
+
+_UNSUPPORTED: dict[type, str] = {
+    ConvexParts: "the convex parts that CoACD cuts",
+    Heightfield: "terrain whose size differs from scene to scene",
+    Cone: "a cone whose size differs from scene to scene",
+    Ring: "a ring whose size differs from scene to scene",
+}
+
+
+def _mesh_cores(
+    geometry: ConvexMesh | ConvexParts | TriangleMesh, files: Sequence[AssetFile], rows: Indices
+) -> Iterator[_Core]:
+    from scenecc.placing.meshes import connected_hulls, mesh_of  # noqa: PLC0415 - loads trimesh
+
+    which: Any = rows_of(geometry.file, rows)
+    scale = np.asarray(rows_of(geometry.scale, rows), np.float64)
+    numbers: list[int] = np.unique(which).tolist()
+    for number in numbers:
+        file, there = files[number], which == number
+        if isinstance(geometry, ConvexParts):
+            for points in connected_hulls(file):
+                yield _Core(points=points, scale=scale, there=there)
+            continue
+        points, triangles = mesh_of(file)
+        yield _Core(
+            points=points, scale=scale, there=there,
+            triangles=triangles if isinstance(geometry, TriangleMesh) else None,
+        )  # fmt: skip
+
+
+def _along_x(half_length: Floats) -> Floats:
+    return np.stack([half_length, np.zeros(len(half_length)), np.zeros(len(half_length))], axis=1)
+
+
+def may_collide(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """SAPIEN's rule over the four integers of pairs of shapes, (B, 4) each."""
+    ignored = ((a[:, 2] & b[:, 2]) != 0) & ((a[:, 3] & 0xFFFF) == (b[:, 3] & 0xFFFF))
+    return (((a[:, 0] & b[:, 1]) | (a[:, 1] & b[:, 0])) != 0) & ~ignored

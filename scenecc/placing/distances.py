@@ -1,0 +1,249 @@
+"""Distances between convex parts, for many pairs at once: the algorithm of Gilbert, Johnson and Keerthi."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+    Indices = NDArray[np.intp]
+
+_TOLERANCE: Final = 1e-8
+"""How near the two bounds of a distance come to one another [m]."""
+
+_TOUCHING: Final = 1e-9
+
+_ITERATIONS: Final = 64
+
+_FLAT: Final = 1e-12
+"""Of a triangle and a tetrahedron without area or volume: how small that is, by its edges."""
+
+
+class _Features(NamedTuple):
+    """What a simplex is made of: its edges, its triangles, and the corners of every part, corners themselves first."""
+
+    edges: NDArray[np.intp]
+    faces: NDArray[np.intp]
+    corners: NDArray[np.bool_]
+
+
+def _features(corners: int) -> _Features:
+    edges, faces = list(combinations(range(corners), 2)), list(combinations(range(corners), 3))
+    parts = [*((corner,) for corner in range(corners)), *edges, *faces]
+    needed = np.array([[corner in part for corner in range(4)] for part in parts])
+    return _Features(np.array(edges), np.array(faces).reshape(-1, 3), needed)
+
+
+_FEATURES_OF: Final = {corners: _features(corners) for corners in (2, 3, 4)}
+
+
+@dataclass(slots=True)
+class Cores:
+    """Convex parts where they stand, one a row. A part is all points within `margin` of its core.
+
+    The core of a box is itself, of a sphere its centre, of a capsule its segment, of a cylinder a disk that is swept
+    along x, and of anything else the hull of its points.
+
+    Attributes:
+        half: half the lengths of the core along its own axes (n, 3) [m].
+        disk: radius about its own x (n,) [m].
+        margin: (n,) [m].
+        turn: rotation matrices (n, 3, 3).
+        p: origins (n, 3) [m].
+        cloud: the number in `clouds` of each one's points (n,); -1: it has none.
+        scale: of these points (n, 3).
+        clouds: points (k, 3) [m].
+        corners: of triangles (n, 3, 3) [m]; a row that is all 0 is none. None: there are none at all.
+    """
+
+    half: Floats
+    disk: Floats
+    margin: Floats
+    turn: Floats
+    p: Floats
+    cloud: Indices
+    scale: Floats
+    clouds: tuple[Floats, ...]
+    corners: Floats | None = None
+
+    def taken(self, rows: Indices) -> Cores:
+        """Some of them."""
+        corners = None if self.corners is None else self.corners[rows]
+        return Cores(
+            self.half[rows], self.disk[rows], self.margin[rows], self.turn[rows], self.p[rows],
+            self.cloud[rows], self.scale[rows], self.clouds, corners,
+        )  # fmt: skip
+
+    def support(self, rows: Indices, direction: Floats) -> Floats:
+        """The farthest points (m, 3) of some cores in directions (m, 3) of any length."""
+        turn = self.turn[rows]
+        local = np.matmul(direction[:, None, :], turn)[:, 0]
+        found = np.where(local >= 0, self.half[rows], -self.half[rows])
+        disk = self.disk[rows]
+        if disk.any():
+            across = np.hypot(local[:, 1], local[:, 2])
+            found[:, 1:] += (disk / np.where(across > 0, across, 1.0))[:, None] * local[:, 1:]
+        cloud = self.cloud[rows]
+        for number, points in enumerate(self.clouds):
+            mine = np.flatnonzero(cloud == number)
+            if mine.size:
+                scale = self.scale[rows[mine]]
+                found[mine] = scale * points[((local[mine] * scale) @ points.T).argmax(axis=1)]
+        if self.corners is not None:
+            corners = self.corners[rows]
+            farthest = np.matmul(corners, local[:, :, None])[:, :, 0].argmax(axis=1)
+            found += corners[np.arange(len(rows)), farthest]
+        return np.matmul(turn, found[:, :, None])[:, :, 0] + self.p[rows]
+
+
+def joined(parts: Sequence[Cores]) -> Cores:
+    """Several lots of cores as one."""
+    clouds: list[Floats] = []
+    numbers: list[Indices] = []
+    for part in parts:
+        numbers.append(np.where(part.cloud < 0, -1, part.cloud + len(clouds)))
+        clouds += part.clouds
+
+    def together(name: str) -> Floats:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    half, disk, margin, turn, p, scale = map(together, ("half", "disk", "margin", "turn", "p", "scale"))
+    corners: Floats | None = None
+    if any(part.corners is not None for part in parts):
+        corners = np.concatenate(
+            [np.zeros((len(part.p), 3, 3)) if part.corners is None else part.corners for part in parts]
+        )
+    return Cores(half, disk, margin, turn, p, np.concatenate(numbers), scale, tuple(clouds), corners)
+
+
+def are_apart(a: Cores, b: Cores, least: Floats) -> NDArray[np.bool_]:
+    """Whether each pair (n,) has at least a distance (n,) [m]; of 0 or less: whether it does not overlap."""
+    # Cores that touch overlap.
+    wanted = np.maximum(a.margin + b.margin + least, _TOUCHING)
+    lower, upper = _bounds(a, b, wanted)
+    return (lower >= wanted) | ((upper - lower <= _TOLERANCE) & (upper >= wanted))
+
+
+def distances(a: Cores, b: Cores) -> Floats:
+    """The distance of each pair (n,) [m]; 0 where it overlaps."""
+    _, upper = _bounds(a, b, None)
+    return np.maximum(upper - a.margin - b.margin, 0.0)
+
+
+def _bounds(a: Cores, b: Cores, wanted: Floats | None) -> tuple[Floats, Floats]:
+    """The least and the greatest that the distance of each pair's cores can be (n,) [m].
+
+    Args:
+        a: the ones.
+        b: the others.
+        wanted: distances (n,) above or below which nothing more need be known; None: none.
+    """
+    count = len(a.p)
+    lower, upper = np.zeros(count), np.full(count, np.inf)
+    nearest = a.p - b.p
+    nearest[~nearest.any(axis=1)] = (1.0, 0.0, 0.0)
+    simplex, used = np.zeros((count, 4, 3)), np.zeros((count, 4), np.bool_)
+    rows = np.arange(count)
+    for _ in range(_ITERATIONS):
+        towards = nearest[rows]
+        length = np.sqrt(np.einsum("ij,ij->i", towards, towards))
+        corner = a.support(rows, -towards) - b.support(rows, towards)
+        lower[rows] = np.maximum(lower[rows], np.einsum("ij,ij->i", towards, corner) / length)
+        done = upper[rows] - lower[rows] <= _TOLERANCE
+        if wanted is not None:
+            done |= lower[rows] >= wanted[rows]
+        rows, corner = rows[~done], corner[~done]
+        if not rows.size:
+            break
+        free = used[rows].argmin(axis=1)
+        simplex[rows, free], used[rows, free] = corner, True
+        nearest[rows], simplex[rows], used[rows] = _nearest(simplex[rows], used[rows])
+        upper[rows] = np.sqrt(np.einsum("ij,ij->i", nearest[rows], nearest[rows]))
+        inside = upper[rows] <= _TOLERANCE
+        upper[rows[inside]] = 0.0
+        if wanted is not None:
+            inside |= upper[rows] < wanted[rows]
+        rows = rows[~inside]
+        if not rows.size:
+            break
+    return lower, upper
+
+
+def _nearest(simplex: Floats, used: NDArray[np.bool_]) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """The point of each simplex (n, 4, 3) nearest to the origin, and the corners that it lies between.
+
+    Returns:
+        The points (n, 3), the simplices with the corners that were used in front, and which of these each point needs.
+    """
+    order = np.argsort(~used, axis=1, kind="stable")
+    simplex = np.take_along_axis(simplex, order[:, :, None], axis=1)
+    size = used.sum(axis=1)
+    nearest, needed = simplex[:, 0].copy(), np.zeros((len(simplex), 4), np.bool_)
+    needed[:, 0] = True
+    for corners in (2, 3, 4):
+        rows = np.flatnonzero(size == corners)
+        if rows.size:
+            nearest[rows], needed[rows] = _nearest_of(simplex[rows], corners)
+    return nearest, simplex, needed
+
+
+def _nearest_of(simplex: Floats, corners: int) -> tuple[Floats, NDArray[np.bool_]]:
+    """The same of simplices of 2, 3 or 4 corners."""
+    features = _FEATURES_OF[corners]
+    edge_points, on_edge = _edge_points(simplex, features.edges)
+    points, fits = [simplex[:, :corners], edge_points], [np.ones((len(simplex), corners), np.bool_), on_edge]
+    if corners > 2:
+        face_points, on_face = _face_points(simplex, features.faces)
+        points.append(face_points)
+        fits.append(on_face)
+    every = np.concatenate(points, axis=1)
+    squares = np.where(np.concatenate(fits, axis=1), np.einsum("nij,nij->ni", every, every), np.inf)
+    best = squares.argmin(axis=1)
+    nearest, needed = every[np.arange(len(simplex)), best], features.corners[best]
+    if corners > 3:
+        inside = _holds_origin(simplex)
+        nearest[inside], needed[inside] = 0.0, True
+    return nearest, needed
+
+
+def _edge_points(simplex: Floats, edges: Indices) -> tuple[Floats, NDArray[np.bool_]]:
+    """The points of lines through edges nearest to the origin, and whether they are on the edges."""
+    start = simplex[:, edges[:, 0]]
+    along = simplex[:, edges[:, 1]] - start
+    length = np.einsum("nij,nij->ni", along, along)
+    share = -np.einsum("nij,nij->ni", start, along) / np.where(length > 0, length, 1.0)
+    return start + share[:, :, None] * along, (length > 0) & (share > 0) & (share < 1)
+
+
+def _face_points(simplex: Floats, faces: Indices) -> tuple[Floats, NDArray[np.bool_]]:
+    """The points of planes through faces nearest to the origin, and whether they are in the faces."""
+    start = simplex[:, faces[:, 0]]
+    u, v = simplex[:, faces[:, 1]] - start, simplex[:, faces[:, 2]] - start
+    uu, uv, vv = (np.einsum("nij,nij->ni", x, y) for x, y in ((u, u), (u, v), (v, v)))
+    su, sv = -np.einsum("nij,nij->ni", start, u), -np.einsum("nij,nij->ni", start, v)
+    area = uu * vv - uv * uv
+    flat = area <= _FLAT * uu * vv
+    area = np.where(flat, 1.0, area)
+    s, t = (vv * su - uv * sv) / area, (uu * sv - uv * su) / area
+    return start + s[:, :, None] * u + t[:, :, None] * v, ~flat & (s > 0) & (t > 0) & (s + t < 1)
+
+
+def _holds_origin(simplex: Floats) -> NDArray[np.bool_]:
+    """Whether tetrahedra (n, 4, 3) hold the origin, (n,)."""
+    start = simplex[:, 0]
+    u, v, w = (simplex[:, corner] - start for corner in (1, 2, 3))
+    across = np.cross(v, w), np.cross(w, u), np.cross(u, v)
+    volume = np.einsum("ij,ij->i", u, across[0])
+    sizes = [np.einsum("ij,ij->i", one, one) for one in (u, v, w)]
+    flat = np.abs(volume) <= _FLAT * np.sqrt(sizes[0] * sizes[1] * sizes[2])
+    shares = np.stack([-np.einsum("ij,ij->i", start, one) for one in across], axis=1)
+    shares /= np.where(flat, 1.0, volume)[:, None]
+    return ~flat & (shares > 0).all(axis=1) & (shares.sum(axis=1) < 1)

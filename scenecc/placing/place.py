@@ -1,0 +1,368 @@
+"""Where placed entities stand: tries by (seed, entity, key, scene, try), of which the first that fits is taken."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.geometry import rotation_arrays
+from scenecc.placing.bodies import Part, entity_parts, link_pose, matrices, may_collide, point_part, rows_in, rows_of
+from scenecc.placing.distances import Cores, are_apart, distances, joined
+from scenecc.placing.pairs import core_pairs
+from scenecc.placing.regions import (
+    about_z,
+    drawn_units,
+    footprint_polygons,
+    headings,
+    points_in_regions,
+    rectangle_of,
+    turned,
+)
+from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, upward_surfaces
+from scenecc.variation.evaluation import to_field_rows
+from scenecc.variation.nodes import Placed
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import Mount, ScenePlan, Value
+    from scenecc.plan.placement import Nearness, Placement
+    from scenecc.variation.evaluation import Batch
+
+    Floats = NDArray[np.float64]
+    Indices = NDArray[np.intp]
+    Flags = NDArray[np.bool_]
+
+_ROWS: Final = 4096
+"""How many tries are looked at together, at least where that many are left."""
+
+_TRIES_TOGETHER: Final = 256
+"""How many tries of one scene are looked at together, at most."""
+
+TOLERANCE: Final = 1e-7
+"""By how much less than asked for a distance may be [m]: positions are rounded."""
+
+_LIFT: Final = 1e-6
+"""What touches does not overlap: how far above the surface something is held for the test [m]."""
+
+_TRY_COST: Final = 4
+_OBSTACLE_COST: Final = 20
+"""How many operations a try and a part in the way are counted as."""
+
+_DOWN: Final = np.array((0.0, 0.0, -1.0))
+
+
+class PlacingError(Exception):
+    """Something fits nowhere in some scenes.
+
+    Attributes:
+        name: of the placement.
+        scenes: the indices of those scenes.
+        message: why, in words.
+    """
+
+    def __init__(self, name: str, scenes: Sequence[int], message: str) -> None:
+        super().__init__(message)
+        self.name, self.scenes, self.message = name, tuple(scenes), message
+
+
+def as_in_engine(poses: Floats) -> Floats:
+    """Poses rounded to single precision: a build and a reset place beside the same."""
+    return poses.astype(np.float32).astype(np.float64)
+
+
+class Placer:
+    """Places entities one after the other, in the scenes of a batch.
+
+    Args:
+        plan: of the scenes.
+        batch: evaluates what is drawn; its `placed` takes the poses.
+        standing: the poses (B, 7) in the world of all entities that are not to be placed.
+        local: of those that go with a placement, relative to it (B, 7).
+        still: placements that stay as they are built.
+        drawn_anew: entities whose poses a reset draws, which placements that stay do not avoid.
+
+    Attributes:
+        bodies: the colliding parts in the world, entity → parts, of all that has its place.
+        poses: of the same, (B, 7).
+    """
+
+    def __init__(
+        self,
+        plan: ScenePlan,
+        batch: Batch,
+        standing: Mapping[str, Floats],
+        local: Mapping[str, Floats],
+        still: Container[str] = (),
+        drawn_anew: Container[str] = (),
+    ) -> None:
+        self.plan = plan
+        self.batch = batch
+        self.local = local
+        self._still, self._drawn_anew = still, drawn_anew
+        self.poses: dict[str, Floats] = {name: as_in_engine(pose) for name, pose in standing.items()}
+        self._entities = {entity.name: entity for entity in plan.entities}
+        self.bodies: dict[str, list[Part]] = {
+            name: [part.moved(matrices(pose[:, 3:]), pose[:, :3]) for part in self.own_parts(name)]
+            for name, pose in self.poses.items()
+        }
+        self._surfaces: dict[tuple[str, str | None], list[Surface]] = {}
+        self.by_member = {member: one for one in plan.placements for member in one.entities}
+
+    def own_parts(self, name: str) -> list[Part]:
+        """The colliding parts of an entity in its own frame."""
+        return entity_parts(self._entities[name], self.plan.files, self.batch)
+
+    def place(self, placement: Placement) -> None:
+        """Finds the place of one; it stands in `batch.placed` and among the bodies then.
+
+        Raises:
+            PlacingError: it fits nowhere.
+        """
+        with np.errstate(all="ignore"):
+            # What is too large for numbers fits nowhere.
+            found = _Trial(self, placement).poses()
+        by_scene: Any = np.zeros((self.batch.num_scenes, 7))
+        by_scene[:, 3] = 1.0
+        by_scene[self.batch.scenes] = found
+        self.batch.placed = {**self.batch.placed, placement.name: by_scene}
+        for member in placement.entities:
+            self.poses[member] = world = as_in_engine(rotation_arrays.compose(found, self.local[member]))
+            turn = matrices(world[:, 3:])
+            self.bodies[member] = [part.moved(turn, world[:, :3]) for part in self.own_parts(member)]
+
+    def target_parts(self, mount: Mount) -> list[Part]:
+        """The parts of what something stands on."""
+        return [part for part in self.bodies[mount.entity] if mount.link is None or part.link == mount.link]
+
+    def pose_of(self, mount: Mount) -> Floats:
+        """Where an entity or a link stands (B, 7)."""
+        pose = self.poses[mount.entity]
+        if mount.link is None:
+            return pose
+        return rotation_arrays.compose(pose, link_pose(self._entities[mount.entity], mount.link, self.batch))
+
+    def surfaces(self, mount: Mount) -> list[Surface]:
+        """The upward surfaces of a body that has its place."""
+        key = (mount.entity, mount.link)
+        if key not in self._surfaces:
+            self._surfaces[key] = [one for part in self.target_parts(mount) for one in upward_surfaces(part)]
+        return self._surfaces[key]
+
+    def obstacles(self, placement: Placement) -> Iterable[tuple[Part, float]]:
+        """All other parts that have their place, and how far away each must be [m]; 0: it must not be penetrated."""
+        for name, parts in self.bodies.items():
+            if name in placement.entities or (placement.name in self._still and name in self._drawn_anew):
+                continue
+            other = self.by_member.get(name)
+            for part in parts:
+                yield part, self._distance(placement, other, name, part.link)
+
+    def _distance(self, placement: Placement, other: Placement | None, name: str, link: str | None) -> float:
+        if name in placement.carrying:
+            return 0.0
+        if name == placement.target.entity and placement.target.link in (None, link):
+            return 0.0
+        return max(placement.apart, 0.0 if other is None else other.apart)
+
+
+class _Trial:
+    """The search for the place of one thing."""
+
+    def __init__(self, placer: Placer, placement: Placement) -> None:
+        self._placer, self._placement = placer, placement
+        self._batch = placer.batch
+        self._rows, self._there = rows_in(placement.scene_idxs, self._batch.scenes)
+        self._parts = [
+            part.moved(matrices(placer.local[member][:, 3:]), placer.local[member][:, :3])
+            for member in placement.entities
+            for part in placer.own_parts(member)
+        ]
+        for part in self._parts:
+            part.there = part.there & self._there
+        bare = self._there & ~np.any([part.there for part in self._parts], axis=0)
+        if bare.any():
+            # What does not collide stands with its origin.
+            self._parts.append(point_part(bare))
+        self._target = placer.target_parts(placement.target)
+        if not self._target:
+            message = f"`{placement.target}` has no colliding shape"
+            raise PlacingError(placement.name, self._batch.scenes[self._there].tolist(), message)
+        self._top = extent(self._target, np.broadcast_to((0.0, 0.0, 1.0), (len(self._rows), 3)))
+        self._surfaces = self._carrying_surfaces()
+        self._outline = None if placement.kind == "on" else footprint_polygons(self._target)
+        frame = placer.pose_of(placement.target) if placement.frame is None else self._value(placement.frame)
+        self._origin, self._heading = frame[:, :3], headings(frame[:, 3:])
+        self._rectangle = self._whole_top() if placement.at is placement.low is placement.center is None else None
+        self._work(_OBSTACLE_COST * sum(map(len, placer.bodies.values())))
+        self._obstacles = [
+            (part, number, apart, there)
+            for part, apart in placer.obstacles(placement)
+            for number, mine in enumerate(self._parts)
+            if (there := mine.there & part.there & may_collide(mine.groups, part.groups)).any()
+        ]
+
+    def poses(self) -> Floats:
+        """The poses (B, 7); the identity where it is not.
+
+        Raises:
+            PlacingError: it fits nowhere.
+        """
+        found: Any = np.zeros((len(self._rows), 7))
+        found[:, 3] = 1.0
+        left, done = np.flatnonzero(self._there), 0
+        while left.size:
+            count = min(max(1, _ROWS // len(left)), _TRIES_TOGETHER, self._placement.tries - done)
+            if not count:
+                name = self._placement.name
+                scenes = self._batch.scenes[left].tolist()
+                raise PlacingError(name, scenes, f"`{name}` fits nowhere in {self._placement.tries} tries")
+            rows = np.repeat(left, count)
+            tries = done + np.tile(np.arange(count), len(left))
+            pose, fits = self._tried(rows, tries)
+            fits, pose = fits.reshape(-1, count), pose.reshape(-1, count, 7)
+            first, settled = fits.argmax(axis=1), fits.any(axis=1)
+            found[left[settled]] = pose[np.flatnonzero(settled), first[settled]]
+            left, done = left[~settled], done + count
+        return found
+
+    def _work(self, operations: int) -> None:
+        """Counts what is done; too much is an error (limit `computed`)."""
+        if self._batch.work is not None:
+            self._batch.work.take(operations, Placed(self._placement.name))
+
+    def _value(self, value: Value, rows: Indices | None = None, batch: Batch | None = None) -> Floats:
+        """A value of the placement in some rows of the batch; of all, as drawn, where none are given."""
+        if value.recipe is None:
+            return np.asarray(rows_of(value, self._rows if rows is None else self._rows[rows]), np.float64)
+        drawn = (self._batch if batch is None else batch).evaluate(value.recipe)
+        return np.asarray(to_field_rows(drawn), np.float64)
+
+    def _carrying_surfaces(self) -> list[Surface]:
+        placer, placement = self._placer, self._placement
+        if placement.kind == "above":
+            return []
+        if placement.kind == "on":
+            return placer.surfaces(placement.target)
+        from scenecc.plan import Mount  # noqa: PLC0415 - few placements are inside of something
+
+        return [
+            Surface(one.there & (one.z + placement.gap < self._top), one.z, one.corners)
+            for name in placer.bodies
+            if name not in placement.entities
+            for one in placer.surfaces(placement.target if name == placement.target.entity else Mount(name))
+        ]
+
+    def _whole_top(self) -> Floats:
+        """The rectangle (B, 4) around the target's top in its axes: x, y least and most [m]."""
+        if self._outline is not None:
+            return rectangle_of([(self._outline, np.ones(len(self._rows), np.bool_))], self._origin, self._heading)
+        tops = [(one.corners, one.there) for one in self._surfaces if one.corners is not None]
+        return rectangle_of(tops, self._origin, self._heading)
+
+    def _tried(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
+        """The poses (M, 7) of some tries, and which of them fit."""
+        self._work(_TRY_COST * len(rows))
+        batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
+        pose = self._upright(rows, batch)
+        turn = matrices(pose[:, 3:])
+        parts = [part.taken(rows).moved(turn, pose[:, :3]) for part in self._parts]
+        pose[:, 2] = self._heights(parts, rows, batch)
+        fits = np.isfinite(pose[:, 2])
+        kept = np.flatnonzero(fits)
+        if kept.size:
+            for part in parts:
+                part.p[:, 2] += np.where(fits, pose[:, 2], 0.0)
+            fits[kept] = self._is_free([part.taken(kept) for part in parts], rows[kept])
+            kept = np.flatnonzero(fits)
+            for near in self._placement.near:
+                if kept.size:
+                    fits[kept] = self._is_near([part.taken(kept) for part in parts], rows[kept], near)
+                    kept = np.flatnonzero(fits)
+        return pose, fits
+
+    def _upright(self, rows: Indices, batch: Batch) -> Floats:
+        """Poses (M, 7) in the world at height 0."""
+        placement, heading = self._placement, self._heading[rows]
+        point = points_in_regions(placement, self._rectangle, rows, batch, lambda v: self._value(v, rows, batch))
+        pose: Any = np.zeros((len(rows), 7))
+        pose[:, :2] = self._origin[rows, :2] + turned(point, heading)
+        axes = about_z(heading)
+        pose[:, 3:] = axes
+        if placement.rotation is not None:
+            pose[:, 3:] = rotation_arrays.multiply(axes, self._value(placement.rotation, rows, batch))
+        towards: Floats | None = None
+        if placement.facing is not None:
+            towards = self._placer.pose_of(placement.facing)[rows, :2]
+        elif placement.facing_point is not None:
+            towards = self._origin[rows, :2] + turned(self._value(placement.facing_point, rows, batch), heading)
+        if towards is not None:
+            away = towards - pose[:, :2]
+            pose[:, 3:] = about_z(np.array([math.atan2(y, x) for x, y in away.tolist()]))
+        return pose
+
+    def _heights(self, parts: list[Part], rows: Indices, batch: Batch) -> Floats:
+        """How high the origin is (M,) [m]; not finite where it cannot be. `parts`: at height 0."""
+        placement = self._placement
+        lowest = -extent(parts, np.broadcast_to(_DOWN, (len(rows), 3)))
+        within = np.ones(len(rows), np.bool_)
+        if self._outline is not None:
+            within = is_within(parts, self._outline[rows])
+        if placement.height is not None:
+            low, high = self._value(placement.height, rows, batch).T
+            u = drawn_units(batch, placement.name, "place.height", 1)[:, 0]
+            base = self._top[rows] + np.minimum(np.maximum(low + (high - low) * u, low), high)
+        else:
+            levels = None
+            if placement.low is not None and placement.high is not None:
+                ends = [self._value(end, rows, batch)[:, 2] for end in (placement.low, placement.high)]
+                levels = np.stack(ends, axis=1) + self._origin[rows, 2:]
+            base = highest_below(parts, [one.taken(rows) for one in self._surfaces], levels) + placement.gap
+        return np.where(within, base - lowest, np.nan)
+
+    def _is_free(self, parts: list[Part], rows: Indices) -> Flags:
+        """Whether parts in some rows of the batch are as far from all others as they must be."""
+        free = np.ones(len(rows), np.bool_)
+        mine: list[Cores] = []
+        others: list[Cores] = []
+        least: list[Floats] = []
+        whose: list[Indices] = []
+        for part, number, apart, there in self._obstacles:
+            own = parts[number]
+            wanted = apart - TOLERANCE if apart else 0.0
+            if part.is_plane:
+                normal = part.turn[rows, :, 0]
+                height = -own.extent(-normal) - np.einsum("ij,ij->i", normal, part.p[rows])
+                free &= ~there[rows] | (height >= (wanted or -_LIFT))
+                continue
+            between = own.p - part.p[rows]
+            reach = own.reach + part.reach[rows] + apart
+            close = np.flatnonzero(there[rows] & (np.einsum("ij,ij->i", between, between) < reach * reach))
+            if close.size:
+                pair, first, second = core_pairs(own, close, part, rows[close], apart)
+                mine.append(first)
+                others.append(second)
+                least.append(np.full(len(pair), wanted))
+                whose.append(close[pair])
+                if not apart:
+                    # What touches does not overlap.
+                    mine[-1].p = mine[-1].p - _LIFT * _DOWN
+        if whose:
+            apart_ = are_apart(joined(mine), joined(others), np.concatenate(least))
+            free[np.concatenate(whose)[~apart_]] = False
+        return free
+
+    def _is_near(self, parts: list[Part], rows: Indices, near: Nearness) -> Flags:
+        """Whether parts in some rows of the batch are at a distance from an entity."""
+        closest = np.full(len(rows), np.inf)
+        for other in self._placer.bodies[near.entity]:
+            for own in parts:
+                there = np.flatnonzero(own.there & other.there[rows])
+                if there.size and not other.is_plane:
+                    pair, first, second = core_pairs(own, there, other, rows[there], near.most)
+                    np.minimum.at(closest, there[pair], distances(first, second))
+        return (closest >= near.least - TOLERANCE) & (closest <= near.most + TOLERANCE)

@@ -1,0 +1,298 @@
+"""The upward surfaces of parts, and what stands on them whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.placing.bodies import Part
+
+    Floats = NDArray[np.float64]
+    Flags = NDArray[np.bool_]
+
+LEVEL: Final = 0.9998
+"""Least z of the normal of a surface that things stand on: within about a degree."""
+
+COPLANAR: Final = 0.001
+"""Surfaces whose heights differ by less are one [m]."""
+
+_SIDES: Final = 64
+"""Corners of a polygon in a round top."""
+
+_TOLERANCE: Final = 1e-9
+
+_SAME_HEIGHT: Final = 1e-6
+"""Corners of a mesh whose heights differ by less are in one level [m]."""
+
+_BOX: Final = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], np.float64)
+_CIRCLE: Final = np.stack(
+    [np.cos(np.arange(_SIDES) * (2 * np.pi / _SIDES)), np.sin(np.arange(_SIDES) * (2 * np.pi / _SIDES))], axis=1
+)
+
+
+@dataclass(slots=True)
+class Surface:
+    """A level convex polygon over the scenes of a batch.
+
+    Attributes:
+        there: in which scenes it is (B,).
+        z: how high (B,) [m].
+        corners: in the world, counterclockwise from above (B, k, 2) [m]; None: it has no end.
+    """
+
+    there: Flags
+    z: Floats
+    corners: Floats | None
+
+    def taken(self, rows: NDArray[np.intp]) -> Surface:
+        """Some rows of it, in any order."""
+        return Surface(self.there[rows], self.z[rows], None if self.corners is None else self.corners[rows])
+
+
+def upward_surfaces(part: Part) -> list[Surface]:
+    """The level surfaces of a part in the world that look up."""
+    up = part.turn[:, 2]
+    if part.is_plane:
+        return [Surface(part.there & (up[:, 0] > LEVEL), part.p[:, 2], None)]
+    if part.points is not None:
+        return _mesh_surfaces(part)
+    if part.margin.any():
+        return []
+    if part.disk.any():
+        there = part.there & (np.abs(up[:, 0]) > LEVEL)
+        return [_face(part, there, 0, part.disk[:, None, None] * _CIRCLE)] if there.any() else []
+    found: list[Surface] = []
+    steepest = np.abs(up).argmax(axis=1)
+    for axis in range(3):
+        there = part.there & (steepest == axis) & (np.abs(up[:, axis]) > LEVEL)
+        if there.any():
+            across = part.half[:, [(axis + 1) % 3, (axis + 2) % 3]]
+            found.append(_face(part, there, axis, across[:, None] * _BOX))
+    return found
+
+
+def _face(part: Part, there: Flags, axis: int, flat: Floats) -> Surface:
+    """The upper of the two faces of a part across an axis. `flat`: its corners (B, k, 2) along the two other axes."""
+    side = np.where(part.turn[:, 2, axis] > 0, 1.0, -1.0)
+    local = np.empty((*flat.shape[:2], 3))
+    local[:, :, axis] = (side * part.half[:, axis])[:, None]
+    local[:, :, (axis + 1) % 3] = flat[:, :, 0]
+    # Seen from the other side, the corners run the other way round.
+    local[:, :, (axis + 2) % 3] = flat[:, :, 1] * side[:, None]
+    corners = np.matmul(local, part.turn.transpose(0, 2, 1)) + part.p[:, None]
+    return Surface(there, corners[:, :, 2].max(axis=1), corners[:, :, :2])
+
+
+def _mesh_surfaces(part: Part) -> list[Surface]:
+    """The level tops of a hull, and of a mesh of triangles its level triangles; those of a convex polygon are one."""
+    assert part.points is not None
+    state = np.concatenate([part.turn.reshape(-1, 9), part.scale], axis=1)
+    _, first, same = np.unique(state, axis=0, return_index=True, return_inverse=True)
+    same = same.reshape(-1)
+    each = [
+        _level_polygons((part.points * part.scale[row]) @ part.turn[row].T, part.triangles) for row in first.tolist()
+    ]
+    found: list[Surface] = []
+    for number in range(max(map(len, each))):
+        widest = max(len(polygons[number][1]) for polygons in each if len(polygons) > number)
+        z, corners = np.zeros(len(each)), np.zeros((len(each), widest, 2))
+        for row, polygons in enumerate(each):
+            if len(polygons) > number:
+                z[row], polygon = polygons[number]
+                corners[row, : len(polygon)], corners[row, len(polygon) :] = polygon, polygon[-1]
+        there = part.there & np.array([len(polygons) > number for polygons in each])[same]
+        found.append(Surface(there, z[same] + part.p[:, 2], corners[same] + part.p[:, None, :2]))
+    return found
+
+
+def _level_polygons(points: Floats, triangles: Any) -> list[tuple[float, Floats]]:
+    """The heights and corners of the level polygons of one mesh that look up."""
+    if triangles is None:
+        top = points[points[:, 2] > points[:, 2].max() - _SAME_HEIGHT]
+        order = hull_order(top[:, :2])
+        return [(float(top[:, 2].max()), top[order][:, :2])] if len(order) > 2 else []
+    corners = points[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.sqrt((normal**2).sum(axis=1))
+    level = corners[(length > 0) & (normal[:, 2] > LEVEL * length)]
+    found: list[tuple[float, Floats]] = []
+    heights: Floats = np.round(np.asarray(level[:, :, 2].max(axis=1), np.float64) / _SAME_HEIGHT)
+    distinct: list[float] = np.unique(heights).tolist()
+    for height in distinct:
+        flat = level[heights == height][:, :, :2]
+        whole = flat.reshape(-1, 2)
+        whole = whole[hull_order(whole)]
+        area = sum(map(area_of, flat))
+        polygons = [whole] if abs(area_of(whole) - area) <= 1e-9 * area else list(flat)
+        found += [(height * _SAME_HEIGHT, polygon) for polygon in polygons]
+    return found
+
+
+def hull_order(points: Floats) -> list[int]:
+    """The numbers of the corners of the convex hull of points (n, 2), counterclockwise."""
+    order = np.lexsort((points[:, 1], points[:, 0])).tolist()
+
+    def half(indices: Sequence[int]) -> list[int]:
+        kept: list[int] = []
+        for index in indices:
+            while len(kept) > 1 and _turn(points[kept[-2]], points[kept[-1]], points[index]) <= 0:
+                kept.pop()
+            kept.append(index)
+        return kept[:-1]
+
+    return half(order) + half(order[::-1])
+
+
+def _turn(a: Any, b: Any, c: Any) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def extent(parts: Sequence[Part], direction: Floats) -> Floats:
+    """How far parts reach together in directions (B, 3), as a coordinate along them (B,) [m]."""
+    found = np.full(len(direction), -np.inf)
+    for part in parts:
+        found = np.where(part.there, np.maximum(found, part.extent(direction)), found)
+    return found
+
+
+def is_within(parts: Sequence[Part], corners: Floats) -> Flags:
+    """Whether the footprint of parts is within a convex polygon in each scene, (B,). `corners`: (B, k, 2) [m]."""
+    fits = np.ones(len(corners), np.bool_)
+    edges = np.roll(corners, -1, axis=1) - corners
+    for number in range(corners.shape[1]):
+        edge = edges[:, number]
+        length = np.hypot(edge[:, 0], edge[:, 1])
+        outward = np.zeros((len(corners), 3))
+        # Of corners in one place there is no edge.
+        safe = np.where(length > 0, length, 1.0)
+        outward[:, 0], outward[:, 1] = edge[:, 1] / safe, -edge[:, 0] / safe
+        limit = np.einsum("ij,ij->i", outward[:, :2], corners[:, number]) + _TOLERANCE
+        fits &= (length == 0) | (extent(parts, outward) <= limit)
+    return fits
+
+
+def highest_below(parts: Sequence[Part], surfaces: Sequence[Surface], levels: Floats | None) -> Floats:
+    """How high the highest surface is that is below the whole footprint of parts (B,) [m]; -inf: there is none.
+
+    Args:
+        parts: of what stands there, at any height.
+        surfaces: that it may stand on.
+        levels: the lowest and the highest that the surface may be (B, 2) [m]; None: any.
+    """
+    count = len(parts[0].there)
+    best = np.full(count, -np.inf)
+    fits_each: list[Flags] = []
+    for surface in surfaces:
+        open_ = surface.there & (surface.z > best)
+        if levels is not None:
+            open_ &= (surface.z >= levels[:, 0] - _TOLERANCE) & (surface.z <= levels[:, 1] + _TOLERANCE)
+        fits_each.append(open_)
+        if surface.corners is not None and open_.any():
+            rows = np.flatnonzero(open_)
+            fits = np.zeros(count, np.bool_)
+            fits[rows] = is_within([part.taken(rows) for part in parts], surface.corners[rows])
+            open_ &= fits
+        best = np.where(open_, surface.z, best)
+    return _joined_surfaces(parts, surfaces, levels, best)
+
+
+def _joined_surfaces(parts: Sequence[Part], surfaces: Sequence[Surface], levels: Floats | None, best: Floats) -> Floats:
+    """As `highest_below`, where several coplanar surfaces may carry together what none of them carries alone."""
+    ended = [surface for surface in surfaces if surface.corners is not None]
+    if len(ended) < 2:
+        return best
+    z = np.stack([np.where(one.there, one.z, -np.inf) for one in ended], axis=1)
+    if levels is not None:
+        z = np.where((z >= levels[:, :1] - _TOLERANCE) & (z <= levels[:, 1:] + _TOLERANCE), z, -np.inf)
+    ranked = np.sort(z, axis=1)
+    with np.errstate(invalid="ignore"):
+        near = (ranked[:, 1:] - ranked[:, :-1] <= COPLANAR) & (ranked[:, 1:] > best[:, None])
+    found = best.copy()
+    for row in np.flatnonzero(near.any(axis=1)).tolist():
+        outline: Floats | None = None
+        for top in sorted({level for level in z[row].tolist() if level > best[row]}, reverse=True):
+            members = [one for one, level in zip(ended, z[row].tolist(), strict=True) if 0 <= top - level <= COPLANAR]
+            if len(members) < 2:
+                continue
+            outline = footprint(parts, row) if outline is None else outline
+            polygons = [one.corners[row] for one in members if one.corners is not None]
+            if is_covered(outline, polygons):
+                found[row] = top
+                break
+    return found
+
+
+def footprint(parts: Sequence[Part], row: int) -> Floats:
+    """The footprint of parts in a scene, (k, 2) counterclockwise; round shapes have a polygon around them."""
+    directions = np.concatenate([_CIRCLE, np.zeros((_SIDES, 1))], axis=1)
+    found: list[Floats] = []
+    for part in parts:
+        if not part.there[row]:
+            continue
+        if part.points is not None:
+            found.append(((part.points * part.scale[row]) @ part.turn[row].T + part.p[row])[:, :2])
+        elif not part.margin[row] and not part.disk[row]:
+            signs = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, 8).T
+            found.append(((signs * part.half[row]) @ part.turn[row].T + part.p[row])[:, :2])
+        else:
+            reach = part.taken(np.full(_SIDES, row)).extent(directions)
+            following = np.roll(reach, -1)
+            turn = 2 * np.pi / _SIDES
+            along = (following - reach * np.cos(turn)) / np.sin(turn)
+            found.append(reach[:, None] * _CIRCLE + along[:, None] * np.stack([-_CIRCLE[:, 1], _CIRCLE[:, 0]], axis=1))
+    points = np.concatenate(found)
+    return points[hull_order(points)]
+
+
+def is_covered(polygon: Floats, by: Sequence[Floats]) -> bool:
+    """Whether convex polygons together cover another one; all (k, 2), counterclockwise."""
+    rest = [polygon]
+    for cover in by:
+        rest = [piece for one in rest for piece in _outside(one, cover)]
+    return sum(map(area_of, rest)) <= 1e-9 * area_of(polygon)
+
+
+def _outside(polygon: Floats, cover: Floats) -> list[Floats]:
+    """The convex pieces of a polygon that are outside of another one."""
+    pieces: list[Floats] = []
+    inside = polygon
+    for start, end in zip(cover, np.roll(cover, -1, axis=0), strict=True):
+        beyond = _clipped(inside, end, start)
+        if len(beyond) > 2:
+            pieces.append(beyond)
+        inside = _clipped(inside, start, end)
+        if len(inside) < 3:
+            break
+    return pieces
+
+
+def _clipped(polygon: Floats, start: Floats, end: Floats) -> Floats:
+    """What of a convex polygon is to the left of a line."""
+    if not len(polygon):
+        return polygon
+    along = end - start
+    side = along[0] * (polygon[:, 1] - start[1]) - along[1] * (polygon[:, 0] - start[0])
+    kept: list[Floats] = []
+    for here in range(len(polygon)):
+        there = (here + 1) % len(polygon)
+        if side[here] >= 0:
+            kept.append(polygon[here])
+        if (side[here] > 0) != (side[there] > 0) and side[here] * side[there] < 0:
+            share = side[here] / (side[here] - side[there])
+            kept.append(polygon[here] + share * (polygon[there] - polygon[here]))
+    return np.array(kept).reshape(-1, 2)
+
+
+def area_of(polygon: Floats) -> float:
+    """The area of a polygon (k, 2) [m²]."""
+    if len(polygon) < 3:
+        return 0.0
+    x, y = polygon.T
+    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2

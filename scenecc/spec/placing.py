@@ -1,0 +1,68 @@
+"""How an entity is placed: the keys of `place`. Imported when a document has one."""
+
+from typing import Annotated
+
+from pydantic import Field, Strict, Tag
+
+from scenecc.spec.base import MAPPING_KEY, Finite, Maybe, NonNegative, Positive, Reference, SpecModel, Vec3, key
+from scenecc.spec.nodes import COMPONENTS, LIST, MAPPING, WORD, union_by_kind
+from scenecc.spec.pose import AxisAngle, Quaternion
+from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
+
+Vec2 = Annotated[tuple[Finite, Finite], Strict(strict=False)]
+
+Corner = Annotated[list[Finite], Field(min_length=2, max_length=3)]
+"""[x, y] or [x, y, z]."""
+
+
+class DiskRegion(SpecModel):
+    """A disk that the origin is in."""
+
+    center: Leaf[Vec2] = Field(description="[x, y] [m].")
+    radius: Leaf[Positive] = Field(description="[m].")
+
+
+Region = Annotated[
+    Annotated[list[Leaf[Corner]], Field(min_length=2, max_length=2), Tag(LIST)]
+    | Annotated[DiskRegion, Tag(MAPPING)]
+    | Annotated[Reference, Tag(WORD)],
+    union_by_kind("[[x, y], [x, y]], {center, radius} or the name of a frame with `region`"),
+]
+"""Two corners, a disk or the name of a frame."""
+
+Distances = Annotated[tuple[NonNegative, NonNegative], Strict(strict=False)]
+
+
+class PlaceSpec(SpecModel):
+    """Where an entity is placed, by trial, so that it overlaps nothing."""
+
+    on: Maybe[Fixed[Reference]] = key("ENTITY or ENTITY/LINK that it stands on.")
+    inside: Maybe[Fixed[Reference]] = key("ENTITY or ENTITY/LINK that it stands in.")
+    above: Maybe[Fixed[Reference]] = key("ENTITY or ENTITY/LINK that it starts above, standing on nothing.")
+    at: Maybe[Leaf[Vec2]] = key("Where its origin is: [x, y] [m].")
+    region: Maybe[Region] = key(
+        "Where its origin may be: two corners, a disk or the name of a frame with a region [m]. Left out: the top.",
+        examples=[[[-0.3, -0.2], [0.3, 0.2]], {"center": [0, 0], "radius": 0.2}],
+    )
+    relative_to: Maybe[Fixed[Reference]] = key("Whose axes count, turned by its heading alone. Left out: the target's.")
+    yaw: Maybe[Leaf[Finite]] = key("Turn about z [rad].")
+    yaw_deg: Maybe[Leaf[Finite]] = key("Turn about z [degrees].", examples=[{"uniform": [0, 360]}])
+    q: Maybe[ExpressionOnly[Quaternion]] = key("Rotation as a unit quaternion [w, x, y, z], or `uniform`.")
+    rpy: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z [rad].")
+    rpy_deg: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z [degrees].")
+    axis_angle: Maybe[AxisAngle] = key("Rotation about one axis.")
+    facing: Maybe[
+        Annotated[
+            Annotated[Leaf[Vec2], Tag(COMPONENTS)] | Annotated[Reference, Tag(WORD)],
+            union_by_kind("[x, y] or the name of an entity"),
+        ]
+    ] = key("What its +x points to, about z alone: an entity, or a point [x, y] [m].")
+    near: dict[Annotated[Reference, MAPPING_KEY], Fixed[Distances]] = Field(
+        default_factory=dict,
+        description="Entity → least and greatest distance between the colliding shapes [m].",
+        examples=[{"mug": [0.05, 0.15]}],
+    )
+    apart: Fixed[NonNegative] = Field(default=0.001, description="Least distance from every other body [m].")
+    gap: Fixed[NonNegative] = Field(default=0.001, description="Between its lowest point and the surface [m].")
+    height: Maybe[Leaf[Vec2]] = key("With `above`: the least and the most above the target's top [m].")
+    tries: Fixed[Annotated[int, Field(ge=1, le=10_000)]] = Field(default=2000, description="In each scene.")
