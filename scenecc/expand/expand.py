@@ -189,11 +189,13 @@ class ModuleExpander:
 
     def _node(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> bool:
         frame = scope.frame(made.part, self.objects, self.sink)
-        overrides = self._overrides(section, name, scope) if section in OVERRIDE_SECTIONS else []
+        overrides = self._overrides(section, name, scope) if scope.overrides and section in OVERRIDE_SECTIONS else []
         if overrides is None:
             return False
         frame.lists = {}
-        node, places = self._merged(made.make(frame), overrides, section, name)
+        node, places = made.make(frame), None
+        if overrides:
+            node, places = self._merged(node, overrides, section, name)
         return self.output.add(section, name, node, frame.mark(made.path), frame.lists, overrides=places)
 
     def _placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
@@ -229,14 +231,16 @@ class ModuleExpander:
             self._instance(unit, name, scope, frame)
             return
         full = scope.prefix + name
-        overrides = self._overrides(unit.section, full, scope)
+        overrides = self._overrides(unit.section, full, scope) if scope.overrides else []
         if overrides is None:
             return
         selection = self._selection(unit, scope, frame, overrides)
         if selection is not None and not selection:
             return
         frame.lists = {}
-        node, places = self._merged(unit.body.make(frame), overrides, unit.section, full)
+        node, places = unit.body.make(frame), None
+        if overrides:
+            node, places = self._merged(node, overrides, unit.section, full)
         if selection is not None:
             self.output.selections[qualified_name(unit.section, full)] = selection
             if "scene_idxs" in node:
@@ -263,8 +267,6 @@ class ModuleExpander:
         self, node: Any, overrides: list[Override], section: str, full: str
     ) -> tuple[Any, dict[Path, OverridePlace]]:
         """A node with what is said of it, and where that is written."""
-        if not overrides:
-            return node, {}
         merger = OverrideMerger(section, self.sink)
         for override in overrides:
             node = merger.merge(node, override)
@@ -276,7 +278,7 @@ class ModuleExpander:
         self, unit: UnitTemplate, scope: ModuleScope, frame: ExpansionFrame, overrides: list[Override]
     ) -> Selection:
         """The scenes of what is inside an instance that narrows them; None where none does."""
-        given = next((one for one in reversed(overrides) if "scene_idxs" in one.value), None)
+        given = _last_with_scenes(overrides) if overrides else None
         if given is not None and scope.selection is not None:
             return self.scenes.narrowed(given.value["scene_idxs"], scope.selection, given.origin("scene_idxs"))
         if scope.selection is None or unit.selection is None:
@@ -307,7 +309,7 @@ class ModuleExpander:
             prefix = scope.prefix + (_checked_name(use.prefix, "prefix", PREFIX_PATTERN, frame) or "")
         start = self.output.counts() if scope.overrides else {}
         called = _anchor_name(full, prefix, compiled) if scope.overrides else full
-        overrides = self._overrides("use", called, scope)
+        overrides = self._overrides("use", called, scope) if scope.overrides else []
         said = overrides or []
         selection = self._instance_selection(unit, said, scope, frame)
         if selection is not None and not selection:
@@ -316,10 +318,14 @@ class ModuleExpander:
         arguments = self._arguments(use, said, selection, scope, frame)
         bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
         chain = (*scope.chain, compiled.module.main.document)
-        body, places = self._merged(unit.body.make(frame), [_placing(one, self.sink) for one in said], "frames", called)
+        body, places = unit.body.make(frame), None
+        if said:
+            body, places = self._merged(body, [_placing(one, self.sink) for one in said], "frames", called)
         hidden = scope.hidden or body.get("hidden") is True
-        own = InstanceOverrides(full, prefix, make_overrides(use.overrides, frame, scope.name, scope.prefix))
-        tables = (own, *scope.overrides) if own.entries else scope.overrides
+        own, tables = None, scope.overrides
+        if use.overrides:
+            own = InstanceOverrides(full, prefix, make_overrides(use.overrides, frame, scope.name, scope.prefix))
+            tables = (own, *tables)
         inner = ModuleScope(
             compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain, hidden, tables
         )
@@ -331,13 +337,14 @@ class ModuleExpander:
         self._anchor(full, body, mark, selection, scope, places)
         if overrides is None:
             self.output.remove(start, self.output.removed["use", called])
-        own.check(self.output.removed, self.sink)
+        if own is not None:
+            own.check(self.output.removed, self.sink)
 
     def _instance_selection(
         self, unit: UnitTemplate, overrides: list[Override], scope: ModuleScope, frame: ExpansionFrame
     ) -> Selection:
         """The scenes of an instance; None for every scene, empty where they were reported."""
-        override = next((one for one in reversed(overrides) if "scene_idxs" in one.value), None)
+        override = _last_with_scenes(overrides) if overrides else None
         if override is not None:
             return self.scenes.narrowed(override.value["scene_idxs"], scope.selection, override.origin("scene_idxs"))
         if unit.selection is None:
@@ -363,11 +370,13 @@ class ModuleExpander:
             for param, value in given.items() if is_mapping(given) else ():
                 mark = replace(override.record.mark, path=(*override.record.mark.path, "with", param))
                 arguments[param] = ParamArgument(value, mark, override.document, override.scope)
+        if selection is None:
+            return arguments
         return {param: self._by_scene(argument, selection) for param, argument in arguments.items()}
 
-    def _by_scene(self, argument: ParamArgument, selection: Selection) -> ParamArgument:
+    def _by_scene(self, argument: ParamArgument, selection: tuple[int, ...]) -> ParamArgument:
         """An argument whose `per_scene` lists, one value for each scene of the instance, are mappings."""
-        if selection is None or not is_varying(argument.value):
+        if not is_varying(argument.value):
             return argument
         turned: dict[Path, tuple[int, ...]] = {}
         value, wrong = self.scenes.by_scene(argument.value, selection, (), turned)
@@ -384,7 +393,7 @@ class ModuleExpander:
         mark: SourceMark,
         selection: Selection,
         scope: ModuleScope,
-        places: Mapping[Path, OverridePlace],
+        places: Mapping[Path, OverridePlace] | None,
     ) -> None:
         """The frame in which an instance stands."""
         output = self.output
@@ -401,6 +410,11 @@ class ModuleExpander:
             output.names.scopes[anchor] = scope.name
         if selection is not None:
             output.selections[anchor] = selection
+
+
+def _last_with_scenes(overrides: list[Override]) -> Override | None:
+    """The override that decides in which scenes an object is; None where none says it."""
+    return next((one for one in reversed(overrides) if "scene_idxs" in one.value), None)
 
 
 def _anchor_name(full: str, prefix: str, compiled: CompiledModule) -> str:

@@ -99,7 +99,7 @@ class InstanceOverrides:
                 sink.report("SC243", message, entry.origin(), at="key", related=[("removed here", place, "value")])
             elif key not in self.inside:
                 message = f"nothing inside `{cut(self.instance)}` is called `{cut(key)}`"
-                hint = suggest_name(key, self.inside, sink) or "the prefab is empty"
+                hint = suggest_name(key, self.inside, sink) if self.inside else "the prefab is empty"
                 sink.report("SC243", message, entry.origin(), at="key", hint=hint)
 
 
