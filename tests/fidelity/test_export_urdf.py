@@ -18,7 +18,7 @@ from scenecc.diagnostics import Diagnostic
 
 ROOT = Path(__file__).parents[2]
 BOX = {"type": "box", "half_size": [0.1, 0.2, 0.05]}
-ROBOTS = [("robot_arm", "arm"), ("robot_arm", "tumbling"), ("robot_door", "door")]
+ROBOTS = [("robot_arm", "arm"), ("robot_arm", "tumbling"), ("robot_door", "door"), ("robot_gripper", "arm")]
 TASKS = [("PickCube-v1", "panda"), ("RotateValveLevel2-v1", None), ("MS-HumanoidRun-v1", None), ("MS-AntRun-v1", None)]
 
 
