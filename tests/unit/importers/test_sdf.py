@@ -506,6 +506,18 @@ def test_equal_models_become_instances_of_a_prefab(folder: Path, monkeypatch: py
     assert compared == [{"rack_0/rack", "rack_1/rack"}]
 
 
+def test_names_that_a_scene_cannot_have_are_told(folder: Path) -> None:
+    text = model(link("a:b") + link("c") + joint("fixed", "a:b", "c", name="k l"), name="\u65e5\u672c")
+    found, made = imported(folder, text)
+    assert list(found["entities"]) == ["_"]
+    told = [loss.message for loss in made.losses if loss.kind == "names"]
+    assert told == [
+        "the model `\u65e5\u672c` is called `_`",
+        "the link `a:b` is called `a_b`",
+        "the joint `k l` is called `k_l`",
+    ]
+
+
 def racks(name: str) -> str:
     return world(
         "".join(
