@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 import sys
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from scenecc.diagnostics.messages import cut
 from scenecc.expand.documents import SHIPPED_PREFIX
@@ -18,6 +20,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from scenecc.source.paths import AssetScope
+
+
+IMPORTED_FROM: Final = "Imported from"
+"""The first words of a file that is written."""
+
+_HEAD: Final = f"# {IMPORTED_FROM} ".encode()
 
 
 def assets_of(output: Path) -> Path:
@@ -34,6 +42,36 @@ def output_fault(output: Path) -> str | None:
     if name.startswith(SHIPPED_PREFIX):
         return f"`{SHIPPED_PREFIX}` begins the name of a prefab that scenecc has"
     return f"`${{` in `{cut(name)}` would be an expression" if "${" in name else None
+
+
+def check_assets(output: Path, files: Mapping[str, bytes]) -> list[Path]:
+    """Checks that none of the files beside a scene belongs to others. Returns prefabs of an import that it replaces.
+
+    Args:
+        output: the scene file, which may exist.
+        files: what is to be written, by their paths from its folder.
+
+    Raises:
+        OSError: the folder of assets is no folder or another scene's, or a file in it is of no import.
+    """
+    folder = assets_of(output)
+    if len(files) > 1 and folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(folder))
+    mark = f"{folder.name}/".encode()
+    others = [output.with_suffix(suffix) for suffix in (".yaml", ".yml") if suffix != output.suffix]
+    other = next((each for each in others if each.is_file() and mark in each.read_bytes()), None)
+    if other is not None and len(files) > 1:
+        raise FileExistsError(errno.EEXIST, f"it belongs to `{other.name}`", str(folder))
+    before = output.read_bytes() if output.is_file() else b""
+    if not before.startswith(_HEAD):
+        beside = {output.parent / name: data for name, data in files.items() if name != output.name}
+        changed = next((path for path, data in beside.items() if path.is_file() and path.read_bytes() != data), None)
+        if changed is not None:
+            raise FileExistsError(errno.EEXIST, "it exists, and is of no earlier import of this scene", str(changed))
+    elif other is None:
+        made = [path for path in folder.glob("*.yaml") if f"{folder.name}/{path.name}" not in files]
+        return [path for path in made if mark + path.name.encode() in before and path.read_bytes().startswith(_HEAD)]
+    return []
 
 
 def map_assets(node: Any, name: Callable[[Asset], str]) -> Any:

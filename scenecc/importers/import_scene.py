@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import re
 from collections import Counter
@@ -18,7 +17,7 @@ from scenecc.diagnostics.diagnostic import Location
 from scenecc.errors import SceneError
 from scenecc.files import open_regular, replace_all, replace_set
 from scenecc.importers import FORMATS
-from scenecc.importers.assets import AssetNames, assets_of, map_assets, output_fault
+from scenecc.importers.assets import IMPORTED_FROM, AssetNames, assets_of, check_assets, map_assets, output_fault
 from scenecc.importers.imported_scene import LOSSES, REPAIRED, ImportContext, ImportedScene, Loss
 from scenecc.importers.prefabs import Prefabs, find_prefabs
 from scenecc.interrupt import undoing
@@ -120,9 +119,7 @@ def import_scene(
     files, prefabs = _texts(found, source, target, names)
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
     targets = [target.parent / name for name in files]
-    beside = assets_of(target)
-    if len(files) > 1 and beside.exists() and not beside.is_dir():
-        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(beside))
+    stale = check_assets(target, files)
     before = {path: path.read_bytes() for path in targets if path.is_file()}
     folders = {each for path in targets for each in path.parents if not each.exists()}
     paths = replace_set(target, files, folder=False)
@@ -132,6 +129,8 @@ def import_scene(
         _tell(progress, 3)
         certificate = certificate_of(found, source, target, options)
         undo.pop_all()
+    for path in stale:
+        path.unlink(missing_ok=True)
     return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
 
 
@@ -145,7 +144,7 @@ def _texts(found: ImportedScene, source: Path, target: Path, names: AssetNames) 
     document = simplify(map_assets(found.document, lambda asset: _FILE_MARK + names.name(asset)))
     taken = (Path(path).stem for path in names.copies if path.endswith(".yaml"))
     prefabs = find_prefabs(document, taken, lambda name: f"{_FILE_MARK}{assets_of(target).name}/{name}.yaml")
-    head = {(): f"Imported from {source.name} by scenecc."}
+    head = {(): f"{IMPORTED_FROM} {source.name} by scenecc."}
     texts = {target.name: scene_text(_with_paths(prefabs.document, "."), comments=head)}
     for path, content in prefabs.files.items():
         name = path.removeprefix(_FILE_MARK)

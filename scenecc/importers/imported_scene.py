@@ -42,7 +42,7 @@ LOSSES: Final[Mapping[str, LossKind]] = {
     "mesh-looks": LossKind("materials of meshes"),
     "lights": LossKind("lights"),
     "light-falloff": LossKind("falloffs of lights"),
-    "names": LossKind("names used twice"),
+    "names": LossKind("changed names"),
     "empty-links": LossKind("links without shapes"),
     "ellipsoids": LossKind("ellipsoids as hulls"),
     "hulls": LossKind("meshes as hulls"),

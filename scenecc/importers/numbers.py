@@ -84,10 +84,15 @@ def light_place(kind: str, position: Iterable[float], direction: Iterable[float]
     return keys
 
 
+def plain_name(wish: str) -> str:
+    """The nearest name that the language takes: what a name cannot hold becomes `_`."""
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish.replace("::", "."))
+    return name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
+
+
 class Names(UniqueNames):
     """Names that the language takes, each once."""
 
     def new(self, wish: str) -> str:
-        """The nearest free name: what a name cannot hold becomes `_`."""
-        name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish.replace("::", "."))
-        return super().new(name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}")
+        """The nearest free name."""
+        return super().new(plain_name(wish))

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix, invert, relative_pose
-from scenecc.importers.numbers import Names, plain_number, pose_key
+from scenecc.importers.numbers import Names, plain_name, plain_number, pose_key
 from scenecc.importers.sdf_files import find, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
@@ -158,6 +159,12 @@ class ModelReader:
 
     def _collect(self, scope: Scope, prefix: str, turn: Pose7) -> None:
         """Every link and joint, nested ones too. `turn`: of the scope's frame in the top model's."""
+        named = [("model", scope.name, scope.placing)]
+        named += [("link", name, link) for name, link in scope.links.items()]
+        named += [("joint", name, joint) for name, joint in scope.joints.items()]
+        for what, name, element in named:
+            if plain_name(name) != name.replace(SEPARATOR, "."):
+                scope.file.lose("names", f"the {what} `{cut(name)}` is called `{plain_name(name)}`", element)
         for name, link in scope.links.items():
             pose = compose(turn, scope.pose_of(name, link))
             self._links[prefix + name] = SdfLink(scope, link, prefix + name, pose, turn)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.messages import cut
 from scenecc.importers.imported_scene import ImportedScene, ReferencePose
-from scenecc.importers.numbers import Names, plain_number, plain_numbers, pose_key
+from scenecc.importers.numbers import Names, plain_name, plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import BodyReader, UsdBody
 from scenecc.importers.usd_filters import CollisionFilters
@@ -208,7 +209,7 @@ class SceneReader:
         shapes = any(key in keys for key in ("shapes", "collisions", "visuals"))
         if not shapes and body.body_type != "dynamic":
             return {}
-        name = self._names.new(self._wish(body.prim))
+        name = self._new(self._names, self._wish(body.prim), body.prim)
         self._where[path] = name
         placed = pose_key(body.pose)
         if not shapes:
@@ -226,7 +227,8 @@ class SceneReader:
         link_names, joint_names = Names(*(() if tree.root else ("world",))), Names()
         links: dict[str, str] = {}
         for path in tree.bodies:
-            links[path] = link_names.new(self._wish(self._bodies[path].prim))
+            prim = self._bodies[path].prim
+            links[path] = self._new(link_names, self._wish(prim), prim)
             self._where[path] = f"{name}/{links[path]}"
         joints = {id(joint): joint_names.new(joint.name) for joint in tree.joints}
         writer = ArticulationWriter(self._stage, self._reader, self._bodies)
@@ -280,6 +282,12 @@ class SceneReader:
                 **keys,
             }
         return found
+
+    def _new(self, names: Names, wish: str, prim: Prim) -> str:
+        """A free name. One that the language does not take as it is is told."""
+        if plain_name(wish) != wish:
+            self._stage.lose("names", f"`{cut(wish)}` is called `{plain_name(wish)}`", prim)
+        return names.new(wish)
 
     def _wish(self, prim: Prim) -> str:
         """The name of a prim, as people see it."""

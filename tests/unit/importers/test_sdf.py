@@ -504,3 +504,50 @@ def test_equal_models_become_instances_of_a_prefab(folder: Path, monkeypatch: py
     plan = open_scene(folder / "out/scene.yaml").plan
     assert [each.mount and each.mount.entity for each in plan.cameras] == ["rack_0/rack", "rack_1/rack"]
     assert compared == [{"rack_0/rack", "rack_1/rack"}]
+
+
+def test_names_that_a_scene_cannot_have_are_told(folder: Path) -> None:
+    text = model(link("a:b") + link("c") + joint("fixed", "a:b", "c", name="k l"), name="\u65e5\u672c")
+    found, made = imported(folder, text)
+    assert list(found["entities"]) == ["_"]
+    told = [loss.message for loss in made.losses if loss.kind == "names"]
+    assert told == [
+        "the model `\u65e5\u672c` is called `_`",
+        "the link `a:b` is called `a_b`",
+        "the joint `k l` is called `k_l`",
+    ]
+
+
+def racks(name: str) -> str:
+    return world(
+        "".join(
+            f'<model name="{name}_{i}"><pose>0 0 {i * 9} 0 0 0</pose>{link("top")[:-7]}{MANY_BOXES}</link></model>'
+            for i in range(2)
+        )
+    )
+
+
+def test_files_of_another_scene_are_not_replaced(folder: Path) -> None:
+    imported(folder, racks("rack"))
+    out = folder / "out"
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    with pytest.raises(FileExistsError, match=r"belongs to `scene\.yaml`"):
+        import_scene(folder / "in/world.sdf", out / "scene.yml")
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+    (out / "scene.yaml").unlink()
+    (out / "scene_assets/rack.yaml").write_text("mine")
+    with pytest.raises(FileExistsError, match="no earlier import"):
+        import_scene(folder / "in/world.sdf", out / "scene.yaml")
+    assert (out / "scene_assets/rack.yaml").read_text() == "mine"
+
+
+def test_prefabs_of_an_earlier_import_are_removed(folder: Path) -> None:
+    imported(folder, racks("rack"))
+    assets = folder / "out/scene_assets"
+    (assets / "mine.yaml").write_text("scenecc: 1\n")
+    (folder / "in/world.sdf").write_text("broken")
+    with pytest.raises(SceneError):
+        import_scene(folder / "in/world.sdf", folder / "out/scene.yaml")
+    assert {path.name for path in assets.iterdir()} == {"mine.yaml", "rack.yaml"}
+    imported(folder, racks("shelf"))
+    assert {path.name for path in assets.iterdir()} == {"mine.yaml", "shelf.yaml"}
