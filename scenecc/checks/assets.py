@@ -129,6 +129,9 @@ AssetUse = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"
 ResolveNamed = Callable[[str, "AssetFile"], "Path | tuple[str, str, str | None]"]
 """Finds a file that an asset names: its path, or why it may not be read (code, message, hint)."""
 
+_LeftOut = tuple["Origin | None", str, bool]
+"""The node that names a robot's file, the kind of what a mesh of it names, and whether that is missing."""
+
 _REFERENCE_COST = 4096
 """Budget of looking for one file that a mesh refers to."""
 
@@ -147,6 +150,8 @@ class _AssetChecker:
         blocks: budget for reading JPEGs.
         read: hash and state of each file that was read, by its path.
         textures: the fault of each texture, if any, by its path: several meshes may share one.
+        left_out: what is said, and where, of files that are left out, by who names the meshes, the kind of the file
+            and why; a robot may have one a mesh.
     """
 
     sink: Sink
@@ -156,6 +161,9 @@ class _AssetChecker:
     blocks: JpegBlockBudget = field(default_factory=JpegBlockBudget)
     read: dict[Path, tuple[str, State]] = field(default_factory=dict["Path", "tuple[str, State]"])
     textures: dict[Path, AssetError | None] = field(default_factory=dict["Path", "AssetError | None"])
+    left_out: dict[_LeftOut, list[tuple[str, Origin]]] = field(
+        default_factory=dict["_LeftOut", "list[tuple[str, Origin]]"]
+    )
 
 
 def check_assets(
@@ -197,6 +205,9 @@ def check_assets(
             names = tuple(NamedFile(uri, checker.read[path][0], path, checker.read[path][1]) for uri, path in named)
             files[index] = replace(asset, sha256=digest, names=names, state=state)
             check_unchanged(asset, files[index], first, sink)
+    for (message, origin), *others in checker.left_out.values():
+        count = f" (and {len(others)} other{'s' if len(others) > 1 else ''} like it)" if others else ""
+        sink.report("SC488", message + count, origin)
     if not sink.failed:
         check_environment_map(plan, sink)
     return tuple(files)
@@ -385,7 +396,8 @@ def _check_optional(
     if not asset.optional_names:
         raise _with_repair(fault, visual)
     why = "is missing" if missing else f"cannot be used ({fault.message})"
-    checker.sink.report("SC488", f"{asset.uri} names `{reference.uri[:60]}`, which {why}: it is left out", visual)
+    message = f"{asset.uri} names `{reference.uri[:60]}`, which {why}: it is left out"
+    checker.left_out.setdefault((visual.parent, reference.kind, missing), []).append((message, visual))
 
 
 _UNREAD_IMAGE = {"SC410", "SC420"}

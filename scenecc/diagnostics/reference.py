@@ -77,8 +77,10 @@ lines: its places are the paths alone.
 
 `--format` is one of:
 
-- `text`, for people: the place, the message, the source line underlined, the hint. Coloured on a terminal
-  (`NO_COLOR` and `FORCE_COLOR` are heeded). Characters that would steer the terminal are spelled out.
+- `text`, for people: the place, the message, the source line underlined, the hint. Notes come first and errors last,
+  nearest to the prompt; those of one severity stand in the order of their places, as all do in the other formats.
+  Coloured on a terminal (`NO_COLOR` and `FORCE_COLOR` are heeded). Characters that would steer the terminal are
+  spelled out.
 - `json`, for programs: an object whose `diagnostics` is a list of `code`, `severity` (`error`, `warning` or `note`),
   `message`, `file`, `line`, `column`, `end_column` (the one after the last), `path`, `hint` and `related` (a list of
   `message`, `file`, `line`, `column` and `end_column`). What is not known is `null`. ASCII only.

@@ -267,12 +267,13 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     )
 
 
-def _check_distinct(repairs: list[str]) -> list[str]:
-    """Refuses a repair that is named twice."""
-    repeated = next((one for number, one in enumerate(repairs) if one in repairs[:number]), None)
+def _check_distinct(names: list[Any]) -> list[Any]:
+    """Refuses a repair, or a group of geoms, that is named twice."""
+    repeated = next((one for number, one in enumerate(names) if one in names[:number]), None)
     if repeated is not None:
-        raise custom_error("SC104", f"`{repeated}` is named twice", hint="name each repair once")
-    return repairs
+        what = "repair" if isinstance(repeated, str) else "group"
+        raise custom_error("SC104", f"`{repeated}` is named twice", hint=f"name each {what} once")
+    return names
 
 
 Repairs = Annotated[
@@ -284,7 +285,8 @@ Repairs = Annotated[
 
 VisualGroups = Annotated[
     list[Annotated[int, Field(ge=0, le=5)]],
-    WithJsonSchema({"type": "array", "items": {"type": "integer", "minimum": 0, "maximum": 5}}),
+    AfterValidator(_check_distinct),
+    WithJsonSchema({"type": "array", "items": {"type": "integer", "minimum": 0, "maximum": 5}, "uniqueItems": True}),
 ]
 """MuJoCo's groups of geoms are 0 to 5."""
 

@@ -179,6 +179,8 @@ def _text_hint(expected: str, path: Path, text: str) -> str | None:
         return f'an expression is written `"${{{cut(next(filter(None, other.groups())))}}}"`'
     if len(path) == 2 and path[0] == "entities":
         return f"another scene file is used by `{{use: {cut(text)}}}`"
+    if path[-1:] == ("repair",):
+        return f"repairs are a list: `repair: [{cut(text)}]`"
     return SYNTAX_HINTS["include"] if path == ("include",) else None
 
 

@@ -95,12 +95,19 @@ _SEVERITIES: Final[tuple[Severity, ...]] = ("error", "warning", "note")
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """Diagnostics for people, a blank line between them and a count at the end; "" for none."""
+    """Diagnostics for people, a blank line between them and a count at the end; "" for none.
+
+    Errors are last, nearest to the prompt, and notes first; those of one severity keep their order.
+    """
     if not diagnostics:
         return ""
     page = _Page(style)
-    blocks = ["".join(line + "\n" for line in page.block(d)) for d in diagnostics]
+    blocks = ["".join(line + "\n" for line in page.block(d)) for d in _errors_last(diagnostics)]
     return "\n".join([*blocks, page.summary(diagnostics) + "\n"])
+
+
+def _errors_last(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    return sorted(diagnostics, key=lambda d: -_SEVERITIES.index(d.severity))
 
 
 class _Page:

@@ -115,7 +115,8 @@ def _keyframe(keyframe: tuple[str, Origin | None], model: CompiledModel, report:
     if name in names:
         return names.index(name)
     near = nearest(name, names)
-    hint = f"did you mean `{near}`?" if near else f"it has {', '.join(f'`{cut(one)}`' for one in names[:12]) or 'none'}"
+    known = f"it has {', '.join(f'`{cut(one)}`' for one in names[:12])}" if names else "it has none: leave the key out"
+    hint = f"did you mean `{near}`?" if near else known
     message = f"the file has no keyframe `{cut(name)}`"
     findings = report.findings
     findings.errors += 1

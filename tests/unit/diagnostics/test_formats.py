@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from rich.cells import cell_len
 
 from scenecc.diagnostics import Diagnostic, Related
-from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.codes import CODES, Severity
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.formats import FORMATS, render, wants_color
 from scenecc.diagnostics.formats.style import relative_file, uri, visible
@@ -40,6 +40,9 @@ def underlined(text: str, column: int, end_column: int | None = None) -> tuple[s
 
 def test_whole_report(typo: Diagnostic, bare: Diagnostic) -> None:
     assert render([typo, bare]) == (
+        "<dict>: warning SC501: the mass is tiny\n"
+        "  --> entities.cube.mass\n"
+        "\n"
         "scene.yaml:4:20: error SC101: `half_sise` is not a key of a box\n"
         "    --> entities.cube.shapes[0].half_sise\n"
         "  4 |       - {type: box, half_sise: [1, 1, 1]}\n"
@@ -49,11 +52,15 @@ def test_whole_report(typo: Diagnostic, bare: Diagnostic) -> None:
         "112 |       - {type: box}\n"
         "    |         ^\n"
         "\n"
-        "<dict>: warning SC501: the mass is tiny\n"
-        "  --> entities.cube.mass\n"
-        "\n"
         "1 error, 1 warning\n"
     )
+
+
+def test_errors_stand_last_in_text_and_by_their_places_elsewhere() -> None:
+    said: list[tuple[Severity, int]] = [("error", 1), ("note", 2), ("warning", 3), ("error", 4), ("note", 5)]
+    found = [Diagnostic("SC101", severity, "x", Location("s.yaml", line)) for severity, line in said]
+    assert re.findall(r"(?m)^s\.yaml:(\d)", render(found)) == ["2", "5", "3", "1", "4"]
+    assert [each["line"] for each in json.loads(render(found, "json"))["diagnostics"]] == [1, 2, 3, 4, 5]
 
 
 def test_nothing_to_say_is_an_empty_text() -> None:

@@ -227,6 +227,16 @@ def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> 
     assert len(scenecc.load_scene(plan, render=False).articulations["r"].objs[0].links) == 2
 
 
+def test_files_that_meshes_name_and_that_are_left_out_are_counted(tmp_path: Path) -> None:
+    shapes = ""
+    for name in ("one", "two", "three"):
+        (tmp_path / f"{name}.obj").write_text(f"mtllib {name}.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n")
+        shapes += shape("visual", f'mesh filename="{name}.obj"')
+    build(tmp_path, f'<link name="a">{shapes}{BOX}</link><link name="b"/>' + joint("fixed"), "files")
+    (found,) = [d for d in scenecc.validate(tmp_path / "scene.yaml") if d.code == "SC488"]
+    assert found.message == "one.obj names `one.mtl`, which is missing: it is left out (and 2 others like it)"
+
+
 def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -> None:
     mesh = shape("visual", 'mesh filename="file:///usr/arm.obj"')
     content = f'<link name="a">{mesh}{BOX}</link>'
