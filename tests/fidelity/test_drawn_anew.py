@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import pickle
 from textwrap import dedent, indent
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -13,6 +13,9 @@ from fidelity.compare import assert_same_scene, assert_same_trajectory
 
 import scenecc
 from scenecc.backends.sapien import SceneBatch
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 SCENES = 4
 
@@ -248,3 +251,26 @@ def test_it_wakes_what_it_changes() -> None:
     assert body.is_sleeping
     batch.reset(seed=1)
     assert not body.is_sleeping
+
+
+URDF = """
+<robot name="arm">
+  <link name="base"/>
+  <link name="bar">
+    <inertial><mass value="2"/><inertia ixx="0.01" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial>
+  </link>
+  <joint name="hinge" type="revolute">
+    <parent link="base"/><child link="bar"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
+  </joint>
+</robot>
+"""
+
+
+def test_the_inertia_of_a_file_scales_with_a_mass_that_is_drawn(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(URDF)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {arm: {urdf: arm.urdf, links: {bar: {mass: {uniform: [1, 5]}}}}}\n")
+    batch, fresh = (scenecc.load_scene(scene, num_scenes=SCENES, seed=seed, render=False) for seed in (0, 8))
+    batch.reset(seed=8, exact=True)
+    assert_same(batch, fresh)
+    assert_same_trajectory(batch.scenes, fresh.scenes)

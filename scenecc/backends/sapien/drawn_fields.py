@@ -19,6 +19,8 @@ from scenecc.backends.sapien.live_properties import (
     MASS_AND_INERTIA,
     LiveProperty,
     live_property,
+    read_all,
+    set_all,
     stored_rows,
 )
 from scenecc.backends.sapien.objects import ArticulationObjects
@@ -148,17 +150,14 @@ class FieldWrite(NamedTuple):
         """Sets it."""
         prop, holder = self.field.prop, self.field.holder
         rows = self.rows if self.field.quantity.dtype != "bool" else self.rows != 0
-        setter = prop.set
-        for obj, item in zip(self.field.objs(self.scenes), prop.convert(rows), strict=True):
-            setter(obj, item)
+        set_all(prop, self.field.objs(self.scenes), rows)
         if holder.moved is not None and self.field.name == "com":
             for scene in self.scenes:
                 holder.moved(scene)
 
     def read(self) -> NDArray[np.float32]:
         """What the engine holds, (B, n)."""
-        objs = self.field.objs(self.scenes)
-        return np.array([*map(self.field.prop.get, objs)], np.float32).reshape(len(objs), -1)
+        return read_all(self.field.prop, self.field.objs(self.scenes))
 
     def differing(self) -> list[tuple[int, Floats, Floats]]:
         """The scenes in which the engine does not hold it, with what is wanted and what is there."""

@@ -6,6 +6,7 @@ fields what the language and the plan's JSON allow, and a test holds the two tog
 
 from __future__ import annotations
 
+from collections import deque
 from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -69,20 +70,16 @@ def _pose_getter(name: str) -> Callable[[Any], Any]:
 _Body = physx.PhysxRigidBodyComponent
 
 
-def _set_mass_and_inertia(body: Any, item: tuple[float, Any]) -> None:
-    body.set_mass(item[0])
-    body.set_inertia(item[1])
+def _set_mass_and_inertia(body: Any, row: Any) -> None:
+    body.set_mass(row[0])
+    body.set_inertia(row[1:])
 
 
 def _mass_and_inertia(body: Any) -> list[float]:
     return [body.get_mass(), *body.get_inertia().tolist()]
 
 
-def _to_masses_and_inertias(rows: NDArray[Any]) -> Column:
-    return list(zip(rows[:, 0].tolist(), rows[:, 1:], strict=True))
-
-
-MASS_AND_INERTIA = LiveProperty(_set_mass_and_inertia, _mass_and_inertia, _to_masses_and_inertias, stored="inverse")
+MASS_AND_INERTIA = LiveProperty(_set_mass_and_inertia, _mass_and_inertia, list, stored="inverse")
 """`mass` of `BodyStructure`, with the inertia that it scales: (B, 4)."""
 
 
@@ -229,8 +226,27 @@ def live_property(holder: Any, field: str) -> LiveProperty | None:
     return LIVE_PROPERTIES.get((type(holder), field))  # pyright: ignore[reportUnknownArgumentType]
 
 
-ANGLE_TOLERANCE = 1e-5
-"""Of an angle of view, which SAPIEN keeps as a focal length, by its size."""
+ANGLE_TOLERANCE = 1e-6
+"""Of an angle of view, relative: SAPIEN keeps the focal length that it makes of one."""
+
+
+def set_all(prop: LiveProperty, objs: list[Any], rows: NDArray[Any]) -> None:
+    """Sets a property of objects to rows (B, …); without a call of ours for each, since there are thousands."""
+    if prop is MASS_AND_INERTIA:
+        masses: list[float] = rows[:, 0].tolist()
+        setters: list[tuple[Any, Column]] = [(_Body.set_mass, masses), (_Body.set_inertia, to_vectors(rows[:, 1:]))]
+        for setter, column in setters:
+            deque(map(setter, objs, column), maxlen=0)  # pyright: ignore[reportUnknownArgumentType]
+    else:
+        deque(map(prop.set, objs, prop.convert(rows)), maxlen=0)
+
+
+def read_all(prop: LiveProperty, objs: list[Any]) -> NDArray[np.float32]:
+    """What objects hold, (B, n)."""
+    if prop is MASS_AND_INERTIA:
+        masses = np.array([*map(_Body.get_mass, objs)], np.float32)
+        return np.column_stack((masses, np.array([*map(_Body.get_inertia, objs)], np.float32)))
+    return np.array([*map(prop.get, objs)], np.float32).reshape(len(objs), -1)
 
 
 def stored_rows(prop: LiveProperty, rows: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.drafts import ContactDefaults
 from scenecc.lower.articulations.robots import nearest_override
+from scenecc.lower.deferred_checks import ResettableValue
 from scenecc.lower.entities import BODY_FIELDS, lower_inertial
 from scenecc.lower.field_types import field_type, report_exclusive_keys
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
@@ -16,7 +17,8 @@ from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.shapes import DEFAULT_BITS, ShapeDefaults, find_group
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
 from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
-from scenecc.plan.properties import JOINT_PROPERTIES, properties_of, property_fields
+from scenecc.plan.properties import FLOAT32_MAX, JOINT_PROPERTIES, properties_of, property_fields
+from scenecc.variation.nodes import AffineClamp, Stacked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -180,7 +182,13 @@ def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) ->
         # A mass has one row where it is equal in all scenes.
         return np.broadcast_to(np.array(moments) * (mass.data[:, None] / before), (rows, len(moments)))
 
-    return Inertial(mass, inertial.com, varying(draw, bounds=support, rows=rows))
+    inertia = varying(draw, bounds=support, rows=rows)
+    resets = values.fields.sampling.resets
+    if (reset := resets.get(id(mass))) is not None:
+        factors = [one / before for one in moments]
+        node = Stacked(tuple(AffineClamp(reset.node, -1, -FLOAT32_MAX, FLOAT32_MAX, factor) for factor in factors))
+        resets[id(inertia)] = ResettableValue(inertia, node, reset.variation, values.fields)
+    return Inertial(mass, inertial.com, inertia)
 
 
 _JOINT_FIELDS = property_fields("joint")

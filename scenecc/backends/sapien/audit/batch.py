@@ -24,6 +24,7 @@ from scenecc.backends.sapien.audit.comparison import (
 from scenecc.backends.sapien.audit.reference import ReferenceMeshes, cooking_differences, scene_differences
 from scenecc.backends.sapien.cameras import camera_values, rows_by_scene
 from scenecc.backends.sapien.engine import render, sapien
+from scenecc.backends.sapien.live_properties import ANGLE_TOLERANCE
 from scenecc.backends.sapien.preparation import PreparedArticulation
 from scenecc.backends.sapien.properties import select_rows
 from scenecc.backends.sapien.rendering import LIGHT_CLASSES, light_values
@@ -43,10 +44,6 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
     from scenecc.plan.rendering import Light
-
-
-_ANGLE_TOLERANCE = 1e-6
-"""Of an angle of view, relative: SAPIEN keeps the focal length that it makes of one."""
 
 
 def audit_rendering(plan: ScenePlan, rendering: LightsAndCameras, lookup: EntityLookup, sink: Sink) -> bool:
@@ -142,7 +139,7 @@ def _camera_differences(camera: Camera, component: Any, row: int) -> Iterator[En
     yield from _property_differences(*((name, wanted, getattr(component, name)) for name, wanted in values.items()))
     for name, wanted in angles.items():
         found = getattr(component, name)
-        if not abs(found - wanted) <= _ANGLE_TOLERANCE * wanted:
+        if not abs(found - wanted) <= ANGLE_TOLERANCE * wanted:
             yield EngineDifference(name, format_value(np.float32(wanted)), format_value(np.float32(found)))
     if len(angles) == 1:
         yield from _property_differences(("fx / fy", 1.0, component.fx / component.fy))
