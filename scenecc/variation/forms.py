@@ -83,8 +83,12 @@ class Vector:
     items: tuple[Any, ...]
 
 
-LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice}
-"""Keys of the forms that list the values of which each scene has one. (`per_scene` may be a map, too: `SceneMap`.)"""
+LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice, "shuffle": Choice}
+"""Keys of the forms that list the values of which each scene has one. (`per_scene` may be a map, too:
+`SceneMap`. A `shuffle` is a choice among the orders of its list.)"""
+
+MAX_SHUFFLED: Final = 7
+"""Values of a `shuffle`: of so many there are 5040 orders."""
 
 FORM_KEYS: Final = frozenset((*LIST_FORMS, *DISTRIBUTIONS))
 """Keys of the mappings that give another value in each scene; others stand beside some of them."""
