@@ -389,8 +389,11 @@ def _check_optional(
         if reference.kind == "buffer" or not unused:
             raise fault
         return
-    # A build takes images that are there out of an OBJ alone.
-    unread = reference.kind == "image" and fault.code in _UNREAD_IMAGE and Path(asset.path).suffix.lower() == ".obj"
+    # A build takes images out of an OBJ alone: of others SAPIEN opens them at the first picture.
+    if reference.kind == "image" and Path(asset.path).suffix.lower() != ".obj":
+        repaired = missing and asset.optional_names
+        raise AssetError(fault.code, fault.message, _ONLY_OF_OBJ) if repaired else fault
+    unread = reference.kind == "image" and fault.code in _UNREAD_IMAGE
     if reference.kind == "buffer" or not (missing or unread):
         raise fault
     if not asset.optional_names:
@@ -399,6 +402,8 @@ def _check_optional(
     message = f"{asset.uri} names `{reference.uri[:60]}`, which {why}: it is left out"
     checker.left_out.setdefault((visual.parent, reference.kind, missing), []).append((message, visual))
 
+
+_ONLY_OF_OBJ = "`repair: [files]` leaves images out of OBJ meshes alone: put the image there, or export the mesh as OBJ"
 
 _UNREAD_IMAGE = {"SC410", "SC420"}
 """Codes of images that are there and that cannot be read."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -235,6 +236,30 @@ def test_files_that_meshes_name_and_that_are_left_out_are_counted(tmp_path: Path
     build(tmp_path, f'<link name="a">{shapes}{BOX}</link><link name="b"/>' + joint("fixed"), "files")
     (found,) = [d for d in scenecc.validate(tmp_path / "scene.yaml") if d.code == "SC488"]
     assert found.message == "one.obj names `one.mtl`, which is missing: it is left out (and 2 others like it)"
+
+
+def test_an_image_that_a_gltf_lacks_is_an_error(tmp_path: Path) -> None:
+    """SAPIEN opens it at the first picture, and raises."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32).tobytes()
+    content = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": 36, "uri": "data:;base64," + base64.b64encode(points).decode()}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "images": [{"uri": "gone.png"}],
+        "textures": [{"source": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    }
+    (tmp_path / "m.gltf").write_text(json.dumps(content), encoding="utf-8")
+    mesh = shape("visual", 'mesh filename="m.gltf"')
+    with pytest.raises(scenecc.SceneError):
+        build(tmp_path, f'<link name="a">{mesh}{BOX}</link><link name="b"/>' + joint("fixed"), "files")
+    (error,) = scenecc.validate(tmp_path / "scene.yaml")
+    assert "gone.png" in error.message
+    assert "OBJ meshes alone" in (error.hint or "")
 
 
 def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -> None:
