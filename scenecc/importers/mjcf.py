@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from scenecc.importers.imported_scene import ImportContext
     from scenecc.robots.mujoco.reader import ReadModel
 
+_SLIDE: Final = 2
+"""`mjJNT_SLIDE`; after it comes only `mjJNT_HINGE`."""
+
 _KINDS: Final = {
     "ball": "ball-joints",
     "ellipsoid": "ellipsoids",
@@ -134,10 +137,13 @@ class _Importer:
     def _keyframe(self) -> dict[str, str]:
         """The key `keyframe`, where one adds targets of drives to the positions that the file starts at anyway."""
         model, used = self._model, dict[str, str]()
+        # Without a keyframe drives hold where joints start, and with one they go to its controls.
+        starts = model["qpos0"][model["jnt_qposadr"][model["jnt_type"] >= _SLIDE]]
         for number, qpos in enumerate(model["key_qpos"]):
             name, place = model.name("key", number), model.location("key", number)
             if not used and name and np.allclose(qpos, model["qpos0"], rtol=0, atol=1e-6):
-                used = {"keyframe": name} if model["key_ctrl"][number].any() else {}
+                controls = model["key_ctrl"][number]
+                used = {"keyframe": name} if controls.any() or (controls.size and starts.any()) else {}
                 if model["key_qvel"][number].any():
                     self._losses.append(Loss("saved-states", f"the velocities of the keyframe `{name}`", place))
             else:

@@ -62,7 +62,7 @@ size 0.22 × 0.02 × 0.02 m
 │   ├── visual  0 · base_color #102030 · used_by cube
 │   └── visual  1 · base_color #00ff00 · used_by marker
 ├── variation (1)
-│   └── cube  at [-1 … 1, 0, 0.5] at reset · mass 1 | 2
+│   └── cube  at [-1 … 1, 0, 0.5] at reset · mass 1 | 2 at reset
 └── files (2)
     ├── scene.yaml  scene  {scene} B · sha256 {scene_hash}
     └── parts.yaml  include  {parts} B · sha256 {parts_hash} · named_by scene.yaml
@@ -94,7 +94,7 @@ def test_programs_are_told_the_same(run, scene: Path) -> None:
         *("name", "type", "num_scenes", "seed", "physics", "parameters", "entities", "materials", "variation", "files"),
     ]
     cube = found["entities"][1]
-    assert cube["mass"] == {"alternatives": [1.0, 2.0]}
+    assert cube["mass"] == {"alternatives": [1.0, 2.0], "at_reset": True}
     assert cube["pose.p"] == {"low": [-1.0, 0.0, 0.5], "high": [1.0, 0.0, 0.5], "at_reset": True}
     assert cube["shapes"][0]["roles"] == ["collides", "seen"]
     assert cube["shapes"][0]["physical_material"] == 0
@@ -136,7 +136,12 @@ def test_some_entities_are_told_alone(run, scene: Path) -> None:
 def test_without_the_engine_masses_are_told_where_the_file_says_them(run, scene: Path) -> None:
     found = json.loads(run("inspect", "scene.yaml", "--no-build", "--format", "json").stdout)
     masses = {one["name"]: one.get("mass") for one in found["entities"]}
-    assert masses == {"ground": None, "cube": {"alternatives": [1.0, 2.0]}, "rod": None, "marker": None}
+    assert masses == {
+        "ground": None,
+        "cube": {"alternatives": [1.0, 2.0], "at_reset": True},
+        "rod": None,
+        "marker": None,
+    }
 
 
 def test_a_plan_and_standard_input_are_told_as_well(run, scene: Path) -> None:

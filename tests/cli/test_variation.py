@@ -78,12 +78,12 @@ def test_a_dry_run_says_what_differs(run, scene: Path) -> None:
     assert [re.sub("  +", "  ", line.strip()) for line in fields.splitlines()] == [
         "differs  values",
         "cube  pose.p  at reset  within [-1 … 1, 0, 0.2 … 0.4]",
-        "mass  1 | 2",
+        "mass  at reset  1 | 2",
         "shapes[0].half_size  within [0.1, 0.1, 0.1 … 0.2]",
         "post  pose.p  [0, 0, 1] | [0, 0, 2] | [0, 0, 3]",
         "shapes[0].material.base_color  #00ff00 | #ff0000 | #0000ff",
     ]
-    assert totals.startswith("scene: planned 6 scenes, 15 objects in all; 5 fields differ, 1 drawn anew at a reset\n")
+    assert totals.startswith("scene: planned 6 scenes, 15 objects in all; 5 fields differ, 2 drawn anew at a reset\n")
 
 
 def test_a_part_of_the_batch_is_as_it_is_among_all(run, scene: Path) -> None:

@@ -217,7 +217,9 @@ def test_which_material_a_shape_has_stays_as_built() -> None:
 
 def test_only_what_is_drawn_is_written() -> None:
     """A friction and a damping that were changed by hand stay, beside a mass that is drawn."""
-    batch = loaded(BODIES.format(cube="mass: {uniform: [0.5, 2]}"))
+    # A material of its own: that of SAPIEN's process would keep the friction for all that comes after.
+    keys = "mass: {uniform: [0.5, 2]}\n    material: {physical: {static_friction: 0.5}}"
+    batch = loaded(BODIES.format(cube=keys))
     body = components(batch, "cube")[0]
     body.linear_damping = 3
     body.collision_shapes[0].physical_material.static_friction = 0.9

@@ -32,13 +32,14 @@ def measured(path: Path) -> MeasuredScene:
         return measure(batch).scenes[0]
 
 
-def bodies(scene: MeasuredScene) -> dict[str, MeasuredBody]:
-    """Bodies and links by their names, as USD can say these."""
+def bodies(scene: MeasuredScene, *, imported: bool = False) -> dict[str, MeasuredBody]:
+    """Bodies and links by their names, as USD can say these. An imported body of a prefab has its instance's name."""
     found: dict[str, MeasuredBody] = {}
     for entity in scene.entities:
+        name = entity.entity.name.partition("/")[0] if imported else entity.entity.name
         for body in entity.bodies:
             link = f"/{body.name}" if len(entity.bodies) > 1 or body.joint is not None else ""
-            found[re.sub(r"[^\w.-]", "_", entity.entity.name) + re.sub(r"[^\w./-]", "_", link)] = body
+            found[re.sub(r"[^\w.-]", "_", name) + re.sub(r"(?<!^)[^\w.-]", "_", link)] = body
     return found
 
 
@@ -48,9 +49,10 @@ def test_an_exported_scene_comes_back(path: Path, tmp_path: Path) -> None:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(data)
     made = import_scene(tmp_path / "out.usda", tmp_path / "back.yaml")
-    assert not made.losses
+    # A name of an instance's body holds a slash, which a prim has not.
+    assert {loss.kind for loss in made.losses} <= {"names"}
     assert made.certificate.relative_mass < 1e-5
-    before, after = bodies(measured(path)), bodies(measured(tmp_path / "back.yaml"))
+    before, after = bodies(measured(path)), bodies(measured(tmp_path / "back.yaml"), imported=True)
     assert list(before) == list(after)
     for name, first in before.items():
         second = after[name]

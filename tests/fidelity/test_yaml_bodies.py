@@ -54,6 +54,7 @@ KNOBS: dict[str, tuple[str, Any]] = {
 }
 ELSEWHERE = {
     "pose": "every case",
+    "place": "tests/unit/placing",
     "body_type": "test_body_type",
     "scene_idxs": "test_yaml_scenes.py",
     "hidden": "what is seen: test_pictures.py",

@@ -89,7 +89,7 @@ def _write_keyframe(model: MjcfModel) -> None:
     starts = [model.starts[id(each)] for each in model.world.walk() if id(each) in model.starts]
     qpos = [number for start in starts for number in start.qpos]
     qvel = [number for start in starts for number in start.qvel]
-    if any(qvel) or any(model.controls):
+    if any(qvel) or any(model.controls) or model.is_commanded:
         model.sections["keyframe"].add("key", name="start", qpos=qpos, qvel=qvel, ctrl=model.controls or None)
 
 

@@ -95,6 +95,7 @@ def _write_drive(model: MjcfModel, entity: str, name: str, joint: MeasuredJoint)
         forcerange=None if limit >= MAX_LIMIT else (-limit, limit),
     )
     model.controls.append(wanted / strength)
+    model.is_commanded |= joint.stiffness > 0 and wanted / strength != joint.qpos
 
 
 def _report_joint(model: MjcfModel, entity: str, joint: MeasuredJoint) -> None:

@@ -75,6 +75,7 @@ class MjcfModel:
         joints: names of joints in the model, by (entity, joint's name).
         starts: by the `id` of the joint's element.
         controls: of each actuator, in order.
+        is_commanded: whether an actuator moves its joint away from where it starts.
         looks, textures: names of materials, and of textures by the digests of their images.
         meshes: names of meshes.
     """
@@ -90,6 +91,7 @@ class MjcfModel:
     joints: dict[tuple[str, str], str] = field(default_factory=dict[tuple[str, str], str])
     starts: dict[int, InitialState] = field(default_factory=dict[int, InitialState])
     controls: list[float] = field(default_factory=list[float])
+    is_commanded: bool = False
     looks: dict[SurfaceMaterial, str] = field(default_factory=dict["SurfaceMaterial", str])
     textures: dict[str, str] = field(default_factory=dict[str, str])
     meshes: set[str] = field(default_factory=set[str])

@@ -88,7 +88,8 @@ def mirrored(mesh: str, signs: tuple[int, ...], *, parts: bool) -> str:
     given = (mesh, [1, 1, 1], physx.get_default_material())
     shapes = hull.load_multiple(*given) if parts else [hull(*given)]
     turned = -1 if np.prod(signs) < 0 else 1
-    return str(ply_file([(shape.vertices * np.array(signs), shape.triangles[:, ::turned]) for shape in shapes]))
+    sign = np.array(signs)
+    return str(ply_file([(one.vertices * sign, one.triangles[:, ::turned]) for one in shapes]))
 '''
 
 _COLLADA_MESH = '''\

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 from typing import Any
 
@@ -86,6 +87,7 @@ def test_an_engine_that_keeps_what_it_had_is_told(monkeypatch: pytest.MonkeyPatc
 
 
 def test_materials_that_are_drawn_count_for_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    gc.collect()  # batches that other tests have dropped
     monkeypatch.setattr(assets, "_MATERIAL_LIMIT", len(assets._live_materials) + 2)  # pyright: ignore[reportPrivateUsage]
     with pytest.raises(scenecc.SceneError, match="SC821"):
         loaded("material: {physical: {restitution: {choice: [0.5, 0.6]}}}", seed=1)
