@@ -77,6 +77,9 @@ ANY = Bounds(-FLOAT32_MAX, FLOAT32_MAX)
 
 POSITIVE = Bounds(FLOAT32_MIN, FLOAT32_MAX)
 
+SPEED = Bounds(2e-19, 1.8e19)
+"""Of the largest speeds of a body, whose squares PhysX keeps in single precision."""
+
 NON_NEGATIVE = Bounds(0, FLOAT32_MAX)
 
 UNIT_INTERVAL = Bounds(0, 1)
@@ -143,8 +146,8 @@ PROPERTIES: tuple[Property, ...] = (
     Property("locked_motion_axes", "body", "locked_axes", ANY, "bool", (6,), untouched=(False,) * 6),
     _same_key("linear_damping", "body", NON_NEGATIVE, "1/s", reset=True),
     _same_key("angular_damping", "body", NON_NEGATIVE, "1/s", reset=True),
-    _same_key("max_linear_velocity", "body", POSITIVE, "m/s"),
-    _same_key("max_angular_velocity", "body", POSITIVE, "rad/s"),
+    _same_key("max_linear_velocity", "body", SPEED, "m/s"),
+    _same_key("max_angular_velocity", "body", SPEED, "rad/s"),
     _same_key("max_depenetration_velocity", "body", POSITIVE, "m/s"),
     _same_key("max_contact_impulse", "body", POSITIVE, "N·s"),
     _same_key("sleep_threshold", "body", NON_NEGATIVE, "m²/s²"),

@@ -17,6 +17,7 @@ from scenecc.plan.properties import (
     NON_NEGATIVE,
     POSITION_ITERATIONS,
     POSITIVE,
+    SPEED,
     UNIT_INTERVAL,
     VELOCITY_ITERATIONS,
     Bounds,
@@ -49,6 +50,8 @@ def within(bounds: Bounds, *, allow_inf_nan: bool | None = False) -> Any:
 Finite = Annotated[float, within(ANY)]
 
 Positive = Annotated[float, within(POSITIVE)]
+
+Speed = Annotated[float, Field(gt=0, ge=SPEED.low, le=SPEED.high, allow_inf_nan=False)]
 
 NonNegative = Annotated[float, within(NON_NEGATIVE)]
 

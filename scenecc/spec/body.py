@@ -12,6 +12,7 @@ from scenecc.spec.base import (
     OuterName,
     Positive,
     SpecModel,
+    Speed,
     Text,
     Unit,
     Vec3,
@@ -66,8 +67,8 @@ class MotionKeys(SpecModel):
     gravity: Maybe[Leaf[bool]] = key("false: gravity does not act on it.", default=True)
     linear_damping: Maybe[Leaf[NonNegative]] = key("[1/s]; left out: 0, of a link 0.05.")
     angular_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
-    max_linear_velocity: Maybe[Leaf[Positive]] = key("[m/s]")
-    max_angular_velocity: Maybe[Leaf[Positive]] = key("[rad/s]; left out: 100, of a link none.")
+    max_linear_velocity: Maybe[Leaf[Speed]] = key("[m/s]")
+    max_angular_velocity: Maybe[Leaf[Speed]] = key("[rad/s]; left out: 100, of a link none.")
     max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Maximum speed of resolving an overlap [m/s].")
     max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
 

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from scenecc.maniskill import tasks
-
 TASKS = {
     "PickCube-v1*2": 60,  # parallel scenes
     "PickCube-v1": 40,  # a robot by its URDF, a prefab for table and ground
@@ -39,6 +37,8 @@ def test_a_tasks_file_is_the_task() -> None:
 
 @pytest.mark.parametrize("task", ["PickCube", "pickcube-v1"])
 def test_a_task_that_does_not_exist_is_an_error_with_the_nearest_one(task: str, tmp_path: Path) -> None:
+    from scenecc.maniskill import tasks
+
     with pytest.raises(tasks.TaskFailure, match=f"no task `{task}`; did you mean `PickCube-v1`"):
         tasks.decompile_task(task, base=tmp_path)
 
@@ -46,6 +46,8 @@ def test_a_task_that_does_not_exist_is_an_error_with_the_nearest_one(task: str, 
 def test_without_a_device_that_renders_the_error_says_how_to_get_one(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
+    from scenecc.maniskill import tasks
+
     monkeypatch.setattr(tasks, "render_problem", lambda: "none")
     with pytest.raises(tasks.TaskFailure, match=r"need a device that renders: none\n(.|\n)*mesa-vulkan-drivers"):
         tasks.decompile_task("PickCube-v1", base=tmp_path)

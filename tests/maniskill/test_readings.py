@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -11,7 +11,9 @@ from maniskill.test_articulations import DOOR
 from plugins.maniskill_scenes import new_scene
 
 import scenecc
-from scenecc.maniskill import LoadedScene
+
+if TYPE_CHECKING:
+    from scenecc.maniskill import LoadedScene
 
 SCENE = {
     "scenecc": 1,
