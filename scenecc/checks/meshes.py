@@ -187,7 +187,7 @@ _SAFE_THICKNESS = 32
 _MAX_CHANGE = 0.5
 """By how much of its volume a hull may be cooked to another: thin stickers on real robots gain a quarter."""
 
-_TOLD_CHANGE = 0.1
+_TOLD_CHANGE = 0.25
 """From how much on that is told."""
 
 _MIN_LENGTH = 0.01

@@ -24,6 +24,9 @@ def main(tasks: list[str]) -> None:
     """Prints one line of JSON a task: `task`, `lines`, `differences`, `step`."""
     with tempfile.TemporaryDirectory() as assets:
         os.environ["MS_ASSET_DIR"] = assets
+        import scenecc.backends.sapien.live_properties  # which names setters of materials that are taken away below
+
+        assert scenecc.backends.sapien.live_properties
         render_nothing()
         import gymnasium
         import mani_skill.envs
