@@ -237,7 +237,7 @@ class ArticulationReader:
     def _tree(self, name: str, articulation: Any) -> Node:
         links = articulation.links
         self._names.replace("link", [link.entity for link in links], ["link"] * len(links), UniqueNames(), of=name)
-        joints = [joint for joint in articulation.joints if joint.name or joint.dof]
+        joints = [joint for joint in articulation.joints if self._names.rename(joint.name) or joint.dof]
         self._names.replace("joint", joints, ["joint"] * len(joints), UniqueNames(), of=name)
         fixed = links[0].joint.type == "fixed"
         node: Node = {"fix_root_link": True} if fixed else {}
