@@ -20,7 +20,7 @@ from scenecc.checks.value_queries import (
 )
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import BodyStructure, Heightfield, Mesh, Plane, Ring, TriangleMesh, literal
-from scenecc.plan.body import COLLISION_ID_BITS, PhysicalMaterial, groups_collide
+from scenecc.plan.body import COLLISION_ID_BITS, DEFAULT_COLLISION_GROUPS, PhysicalMaterial, groups_collide
 from scenecc.plan.properties import (
     CONTACT_OFFSET,
     MAX_COORDINATE,
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 
     Found = tuple[Entity, BodyStructure, CollisionShape]
 
-
-DEFAULT_GROUPS = (1, 1, 0, 0)
 
 CollisionKey = tuple[tuple[int, ...], "tuple[int, ...] | None", "tuple[Value | None, ...]"]
 """The scenes of an entity, those of its rows that have a structure (None: all), and the groups of its shapes."""
@@ -97,7 +95,7 @@ def _groups_collide(a: BodyStructure, row_a: int, b: BodyStructure, row_b: int) 
 def _collision_groups(structure: BodyStructure, row: int) -> Sequence[Sequence[int]]:
     """The groups of the shapes of a body, each once."""
     each = _distinct_groups(structure)
-    return [DEFAULT_GROUPS if groups is None else [int(x) for x in groups.row(row)] for groups in each]
+    return [DEFAULT_COLLISION_GROUPS if groups is None else [int(x) for x in groups.row(row)] for groups in each]
 
 
 def _distinct_groups(structure: BodyStructure) -> tuple[Value | None, ...]:

@@ -185,7 +185,7 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 
 def rotation_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotation matrix of a unit quaternion [w, x, y, z]."""
+    """The rotation matrix (3, 3) of a unit quaternion [w, x, y, z]; (3, 3, B) of four arrays (B,)."""
     w, x, y, z = q
     return np.array(
         [

@@ -291,9 +291,7 @@ def lower(
     report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     if sink.failed:
         return None
-    plan = _make_plan(scene, name, built, constraints, rendering, physics, tables, sampling, origin)
-    if placed:
-        plan = replace(plan, placements=placed)
+    plan = _make_plan(scene, name, built, constraints, placed, rendering, physics, tables, sampling, origin)
     return Lowered(plan, tables.file_origins, tables.material_origins, sampling, entities.frames)
 
 
@@ -411,6 +409,7 @@ def _make_plan(
     name: str,
     entities: tuple[Entity, ...],
     constraints: tuple[Constraint, ...],
+    placements: tuple[Placement, ...],
     seen: RenderObjects | None,
     physics: Physics,
     tables: PlanTables,
@@ -425,6 +424,7 @@ def _make_plan(
         seed=sampling.seed,
         entities=entities,
         constraints=constraints,
+        placements=placements,
         environment=None if seen is None else seen.environment,
         lights=() if seen is None else seen.lights,
         cameras=() if seen is None else seen.cameras,

@@ -21,8 +21,8 @@ from scenecc.lower.materials import (
 )
 from scenecc.lower.references import qualified, scope_of, select_per_scene
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
+from scenecc.plan.body import DEFAULT_COLLISION_GROUPS, groups_collide
 from scenecc.plan.body import VisualMaterial as SeenMaterial
-from scenecc.plan.body import groups_collide
 from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS, REVOLVED_SOLIDS, SOLIDS, heights_fault
 from scenecc.plan.properties import DEFAULT_DENSITY, properties_of
 
@@ -44,7 +44,7 @@ GROUPS = 31
 
 GroupBits = tuple[int, int, int, int]
 
-DEFAULT_BITS: GroupBits = (1, 1, 0, 0)
+DEFAULT_BITS: GroupBits = DEFAULT_COLLISION_GROUPS
 """What SAPIEN gives to a shape without a group."""
 
 

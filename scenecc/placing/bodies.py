@@ -13,6 +13,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.geometry.surfaces import revolved_parts
 from scenecc.placing.distances import Cores
 from scenecc.plan import BodyStructure
+from scenecc.plan.body import DEFAULT_COLLISION_GROUPS
 from scenecc.plan.geometry import (
     Box,
     Capsule,
@@ -39,9 +40,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Indices = NDArray[np.intp]
-
-DEFAULT_GROUPS: Final = (1, 1, 0, 0)
-
 
 _CHUNK: Final = 500_000
 """How many pairs of bodies and triangles are looked at together."""
@@ -161,13 +159,8 @@ def point_part(there: NDArray[np.bool_]) -> Part:
 
 def matrices(q: Floats) -> Floats:
     """The rotation matrices (B, 3, 3) of quaternions (B, 4) of about unit length."""
-    w, x, y, z = rotation_arrays.normalized(q).T
-    rows = (
-        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
-    )  # fmt: skip
-    return np.stack(rows, axis=1).reshape(-1, 3, 3)
+    turned = rotation_arrays.rotation_matrix(rotation_arrays.normalized(q).T)
+    return np.ascontiguousarray(np.moveaxis(turned, -1, 0))
 
 
 def rows_of(value: Value, rows: Indices) -> NDArray[Any]:
@@ -272,7 +265,7 @@ def _body_parts(
         if shape.pose is not None:
             pose = rows_of(shape.pose, rows)
             turn, p = matrices(pose[:, 3:]), np.asarray(pose[:, :3], np.float64)
-        bits = np.broadcast_to(np.array(DEFAULT_GROUPS), (count, 4)) if groups is None else rows_of(groups, rows)
+        bits = np.tile(DEFAULT_COLLISION_GROUPS, (count, 1)) if groups is None else rows_of(groups, rows)
         for core in _cores_of(shape.geometry, files, rows):
             mine = there if core.there is None else there & core.there
             if not mine.any():
@@ -358,9 +351,3 @@ def _mesh_cores(
 
 def _along_x(half_length: Floats) -> Floats:
     return np.stack([half_length, np.zeros(len(half_length)), np.zeros(len(half_length))], axis=1)
-
-
-def may_collide(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """SAPIEN's rule over the four integers of pairs of shapes, (B, 4) each."""
-    ignored = ((a[:, 2] & b[:, 2]) != 0) & ((a[:, 3] & 0xFFFF) == (b[:, 3] & 0xFFFF))
-    return (((a[:, 0] & b[:, 1]) | (a[:, 1] & b[:, 0])) != 0) & ~ignored

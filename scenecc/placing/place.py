@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.geometry import rotation_arrays
-from scenecc.placing.bodies import Part, entity_parts, link_pose, matrices, may_collide, point_part, rows_in, rows_of
+from scenecc.placing.bodies import Part, entity_parts, link_pose, matrices, point_part, rows_in, rows_of
 from scenecc.placing.distances import Cores, are_apart, distances, joined
 from scenecc.placing.pairs import core_pairs
 from scenecc.placing.regions import (
@@ -21,6 +21,7 @@ from scenecc.placing.regions import (
     turned,
 )
 from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, upward_surfaces
+from scenecc.plan.body import groups_collide
 from scenecc.variation.evaluation import to_field_rows
 from scenecc.variation.nodes import Placed
 
@@ -203,7 +204,7 @@ class _Trial:
             (part, number, apart, there)
             for part, apart in placer.obstacles(placement)
             for number, mine in enumerate(self._parts)
-            if (there := mine.there & part.there & may_collide(mine.groups, part.groups)).any()
+            if (there := mine.there & part.there & groups_collide(mine.groups.T, part.groups.T)).any()
         ]
 
     def poses(self) -> Floats:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.placing.bodies import entity_parts, matrices, may_collide
+from scenecc.placing.bodies import entity_parts, matrices
 from scenecc.placing.distances import are_apart, distances
 from scenecc.placing.pairs import core_pairs
+from scenecc.plan.body import groups_collide
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -72,7 +73,7 @@ def _too_near(a: list[Part], b: list[Part], least: float) -> Iterator[tuple[floa
     """The pairs of parts that are nearer than they may be: their distance [m], and the row of the scene."""
     for one in a:
         for other in b:
-            both = one.there & other.there & may_collide(one.groups, other.groups)
+            both = one.there & other.there & groups_collide(one.groups.T, other.groups.T)
             if one.is_plane or other.is_plane:
                 plane, solid = (one, other) if one.is_plane else (other, one)
                 normal = plane.turn[:, :, 0]

@@ -5,13 +5,11 @@ from __future__ import annotations
 import os
 from dataclasses import field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.files import State
     from scenecc.plan.geometry import CollisionGeometry, VisualGeometry
@@ -292,11 +290,19 @@ class Mount:
         return self.entity if self.link is None else f"{self.entity}/{self.link}"
 
 
+DEFAULT_COLLISION_GROUPS = (1, 1, 0, 0)
+"""SAPIEN's four integers of a shape of which nothing is said."""
+
 COLLISION_ID_BITS = 0xFFFF
 """The bits of the fourth integer within which those of the third count."""
 
 
-def groups_collide(a: Sequence[int], b: Sequence[int]) -> bool:
-    """SAPIEN's rule over the four integers of two shapes (`PhysxCollisionShape.set_collision_groups`)."""
-    ignored = bool(a[2] & b[2]) and (a[3] & COLLISION_ID_BITS) == (b[3] & COLLISION_ID_BITS)
-    return bool((a[0] & b[1]) or (a[1] & b[0])) and not ignored
+def groups_collide(a: Any, b: Any) -> Any:
+    """SAPIEN's rule over the four integers of two shapes (`PhysxCollisionShape.set_collision_groups`).
+
+    Args:
+        a: four integers, or four arrays of integers for many pairs at once.
+        b: the same of the other shapes.
+    """
+    ignored = ((a[2] & b[2]) != 0) & ((a[3] & COLLISION_ID_BITS) == (b[3] & COLLISION_ID_BITS))
+    return (((a[0] & b[1]) | (a[1] & b[0])) != 0) & (ignored == 0)
