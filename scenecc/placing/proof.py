@@ -82,7 +82,12 @@ def _too_near(a: list[Part], b: list[Part], least: float) -> Iterator[tuple[floa
                     yield float(height[row]), row
                 continue
             between = np.sqrt(((one.p - other.p) ** 2).sum(axis=1))
-            rows = np.flatnonzero(both & (between <= one.reach + other.reach + least))
+            close = both & (between <= one.reach + other.reach + least)
+            if not least and close.any():
+                # What stands on the other is above it.
+                up = np.broadcast_to((0.0, 0.0, 1.0), one.p.shape)
+                close &= (-one.extent(-up) <= other.extent(up)) & (-other.extent(-up) <= one.extent(up))
+            rows = np.flatnonzero(close)
             if rows.size:
                 pair, first, second = core_pairs(one, rows, other, rows, least)
                 wanted = np.full(len(pair), max(least - _TOLERANCE, 0.0))
