@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.messages import cut, show, suggest
-from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, material_name
+from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, entity_name, material_name
 from scenecc.expand.documents import FailedValue, Load, SceneDocument, is_varying, top_document
 from scenecc.expand.expansion import (
     BudgetExhausted,
@@ -128,9 +128,11 @@ class ModuleExpander:
     ) -> BoundParams:
         """The values of a module's parameters. `key`: what stands before the names of materials given as mappings."""
 
-        def material(param: Param, argument: ParamArgument) -> Any:
+        def name_of(param: Param, argument: ParamArgument) -> Any:
             if argument.scope == scope and isinstance(argument.value, str):
                 return argument.value
+            if param.kind == "entity":
+                return entity_name(argument, self.output.names)
             return material_name(argument, f"{key}with.{param.name}", self.output, self.sink)
 
         return bind_params(
@@ -139,7 +141,7 @@ class ModuleExpander:
             {"num_scenes": self.scenes.count},
             scope=scope,
             use=use,
-            material=material,
+            name_of=name_of,
             objects=self.objects,
             sink=self.sink,
         )
@@ -625,7 +627,7 @@ def _expand_head(
             {},
             scope="",
             use=None,
-            material=lambda _, argument: argument.value,
+            name_of=lambda _, argument: argument.value,
             objects=few,
             sink=Sink(),  # all this is told when the parameters are bound for good
         )

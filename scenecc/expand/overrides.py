@@ -131,7 +131,7 @@ def make_overrides(
 
 
 _GROUP_KEY, _MATERIAL_KEY = "collision_group", "material"
-_REFERENCE_KEYS = frozenset(("relative_to", "mount", "parent", "child"))
+_REFERENCE_KEYS = frozenset(("relative_to", "mount", "parent", "child", "on", "inside", "above", "facing", "region"))
 
 
 def _absolute(value: Any, scope: str, prefix: str) -> Any:
@@ -153,6 +153,8 @@ def _absolute_item(key: str, item: Any, scope: str, prefix: str) -> Any:
     if key in _REFERENCE_KEYS and isinstance(item, str):
         known = item == WORLD or isinstance(item, FailedValue)
         return item if known else f"{ABSOLUTE_PREFIX}{prefix}{item}"
+    if key == "near" and is_mapping(item):
+        return {f"{ABSOLUTE_PREFIX}{prefix}{name}": _absolute(one, scope, prefix) for name, one in item.items()}
     return item if key.startswith(NOTE_PREFIX) else _absolute(item, scope, prefix)
 
 

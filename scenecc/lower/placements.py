@@ -16,7 +16,6 @@ from scenecc.plan import Mount, Nearness, Placement, Value, literal
 from scenecc.plan.geometry import Plane
 from scenecc.plan.properties import MAX_COORDINATE
 from scenecc.spec.pose import PoseMapping
-from scenecc.spec.references import WORLD
 from scenecc.variation.nodes import NODES, FromAxisAngle, Posed, Radians
 
 if TYPE_CHECKING:
@@ -154,7 +153,7 @@ class PlacementLowerer:
     def _mount(self, written: str, name: str, fields: FieldLowerer, place: Origin) -> Mount | None:
         scope = self._names.scopes.get(name, "")
         found = self._mounts.find(written, scope, fields.scenes, place)
-        if found is not None and found.entity == self._names.prefixes.get(scope, "") + written:
+        if found is not None and found.entity == self._names.full_name(written, scope):
             return Mount(found.entity)
         return found
 
@@ -195,7 +194,7 @@ class PlacementLowerer:
     def _region(self, made: Placement, region: Any, fields: FieldLowerer, owner: Origin) -> Placement:
         at: tuple[str, ...] = ("place", "region")
         if isinstance(region, str):
-            frame = self._names.prefixes.get(self._names.scopes.get(made.name, ""), "") + region
+            frame = self._names.full_name(region, self._names.scopes.get(made.name, ""))
             node = self._scene.frames.get(frame)
             if node is None or node.region is None:
                 known = ", ".join(name for name, one in self._scene.frames.items() if one.region is not None)
@@ -223,14 +222,15 @@ class PlacementLowerer:
     def _axes(self, made: Placement, place: Any, fields: FieldLowerer, owner: Origin) -> Placement:
         if place.relative_to is None:
             return made
-        if place.relative_to == WORLD and not self._names.scopes.get(made.name):
+        frame = self._names.parent(made.name, place.relative_to)
+        if frame is None:
             return replace(made, frame=literal(IDENTITY_POSE))
-        return self._in_frame(made, place.relative_to, fields, owner.child("place"))
+        return self._in_frame(made, frame, fields, owner.child("place"))
 
-    def _in_frame(self, made: Placement, written: str, fields: FieldLowerer, origin: Origin) -> Placement:
+    def _in_frame(self, made: Placement, name: str, fields: FieldLowerer, origin: Origin) -> Placement:
         key = f"placements:{made.name}"
         variation = VariationLowerer(fields, origin)
-        frame = self._frames.follow(key, written, IDENTITY_POSE, variation, fields, origin)
+        frame = self._frames.follow(key, name, IDENTITY_POSE, variation, fields, origin)
         follower = self._frames.followers.get(key)
         root = None if follower is None or follower.parent is None else self._frames.placed_root(follower.parent)
         if root is not None:

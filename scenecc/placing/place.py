@@ -214,7 +214,8 @@ class _Trial:
             (part, number, apart, there, None if apart or part.is_plane else part.extent(along(_UP, self._rows)))
             for part, apart in placer.obstacles(placement)
             for number, mine in enumerate(self._parts)
-            if (there := mine.there & part.there & groups_collide(mine.groups.T, part.groups.T)).any()
+            if (both := mine.there & part.there).any()
+            and (there := both & groups_collide(mine.groups.T, part.groups.T)).any()
         ]
 
     def poses(self) -> Floats:

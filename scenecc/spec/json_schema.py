@@ -130,7 +130,7 @@ DEFINITIONS: dict[str, Any] = {
                     "type": {
                         "description": "Type of the value. Left out: that of the default.",
                         "enum": ["number", "integer", "string", "boolean", "vector", "color", "file", "material",
-                                 "choice", "list"],
+                                 "entity", "choice", "list"],
                     },
                     "default": {"description": "Value where none is given. Left out: a value is required."},
                     "min": {"description": "The least number or components.", "type": ["number", "array"]},

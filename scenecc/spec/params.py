@@ -88,6 +88,7 @@ PARAM_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "color": (is_color, 'a colour: three or four numbers in 0..1, or "#rrggbb[aa]"'),
     "file": (_is_path, "a file"),
     "material": (_is_material, "the name of a material, or a mapping"),
+    "entity": (_is_path, "the name of an entity"),
     "choice": (_is_scalar, "one of its options"),
     "list": (is_sequence, "a list"),
 }
