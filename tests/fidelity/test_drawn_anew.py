@@ -97,6 +97,7 @@ CASES = {
     "linear_damping": (BODIES, "linear_damping: {uniform: [0, 2]}"),
     "angular_damping": (BODIES, "angular_damping: {uniform: [0, 2]}"),
     "gravity": (BODIES, "gravity: {choice: [true, false]}"),
+    "gravity by a shared draw": (BODIES, "gravity: '${u > 0.75}'"),
     "static_friction": (BODIES, f"material: {{physical: {{{FRICTION}}}}}"),
     "dynamic_friction": (BODIES, "material: {physical: {dynamic_friction: {uniform: [0, 0.3]}}}"),
     "restitution": (BODIES, "material: {physical: {restitution: {uniform: [0, 1]}}}"),
