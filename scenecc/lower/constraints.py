@@ -70,7 +70,7 @@ _SPRING = field_type("AxisLimit.stiffness")
 """Of the spring of a limit, which stays as it is built."""
 _SCALES = field_type("inv_mass_scales")
 _NUMBER = FieldType()
-_ENABLED = FieldType(dtype="bool", fallback=True)
+_ENABLED = field_type("enabled", fallback=True)
 
 
 def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -> Joint:

@@ -38,18 +38,10 @@ _RADIUS = field_type("Placement.radius", fallback=1.0)
 _HEIGHT = field_type("height")
 
 
-def _corner(far: float) -> FieldType:
-    """A corner of a region; of one without z there is no bound."""
-
-    def convert(given: Any) -> Any:
-        if given.__class__ not in {list, tuple} or len(given) not in {2, 3}:
-            return None
-        return tuple(given) if len(given) == 3 else (*given, far)
-
-    return FieldType((3,), convert=convert, fallback=(0.0, 0.0, far), pad=far)
-
-
-_LOW, _HIGH = _corner(-MAX_COORDINATE), _corner(MAX_COORDINATE)
+_LOW, _HIGH = (
+    field_type(end, conversion=f"{end}_corner", fallback=(0.0, 0.0, far), pad=far)
+    for end, far in (("low", -MAX_COORDINATE), ("high", MAX_COORDINATE))
+)
 
 
 def placed_nodes(scene: SceneFile) -> dict[str, tuple[str, Any]]:

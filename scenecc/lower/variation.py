@@ -23,12 +23,12 @@ from scenecc.variation.forms import (
     SceneMap,
     Template,
     Vector,
-    alternative_values,
 )
 from scenecc.variation.nodes import (
     NODE_TYPES,
     Chosen,
     Computed,
+    Converted,
     Cycled,
     Drawn,
     Key,
@@ -248,7 +248,8 @@ class VariationLowerer:
         reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
         shape = None if kind.convert is not None else kind.shape
         self._fields.sampling.count_operations(expression_cost(given.text, len(self._fields.scenes)), place.origin)
-        return self.risk(Computed(given if given.scope is None else given.within(None), shape, reads), place.origin)
+        node = self.risk(Computed(given if given.scope is None else given.within(None), shape, reads), place.origin)
+        return node if kind.conversion is None else Converted(node, kind.conversion)
 
     def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: FieldPlace) -> Any:
         one = component(kind)
@@ -281,7 +282,7 @@ class VariationLowerer:
 
     def _bound(self, given: Any, kind: FieldType, place: FieldPlace, step: FormStep) -> Any:
         if given.__class__ in VARYING:
-            return self.item(given, kind, place.inside(step))
+            return self.item(given, replace(kind, conversion=None), place.inside(step))
         if kind.complain is not None and kind.convert is not None:
             # What no value may be, a bound may: 0 points nowhere, and is a deviation, or the end of a range.
             made = kind.convert(given)
@@ -296,11 +297,6 @@ class VariationLowerer:
 def component(kind: FieldType) -> FieldType:
     """The kind of one number of a vector, or of one row of a matrix."""
     return COMPONENT_TYPES[kind.dtype] if len(kind.shape) < 2 else replace(kind, shape=kind.shape[1:])
-
-
-def holds_template(given: Any) -> bool:
-    """Whether an expression gives a whole value in it, so that its form differs by scene."""
-    return any(isinstance(one, Template) for one in alternative_values(given))
 
 
 def _is_vector(item: Any) -> bool:

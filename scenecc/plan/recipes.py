@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from scenecc.plan.json_values import JsonProblem, describe_json, is_list, is_object
 from scenecc.plan.schema import type_name
 from scenecc.variation import nodes
+from scenecc.variation.conversions import CONVERSIONS
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import Template
 from scenecc.variation.nodes import NODES, SIGNATURES, Key, Node, Section, shaped_fields
@@ -103,6 +104,7 @@ _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     nodes.RandomRotated: lambda _node, _draws: (4,),
     nodes.Stacked: _stack_shape,
     nodes.Computed: lambda node, _: node.shape,
+    nodes.Converted: lambda node, _: CONVERSIONS[node.to].shape,
     nodes.Shared: lambda node, draws: draws[node.name],
     nodes.Placed: lambda _node, _draws: (7,),
     nodes.Radians: lambda node, draws: infer_shape(node.degrees, draws),
@@ -392,6 +394,12 @@ def _read_scene_idxs(_: _RecipeReader, data: object, __: int) -> tuple[int, ...]
     return tuple(data)
 
 
+def _read_conversion(_reader: _RecipeReader, data: object, _depth: int) -> str:
+    if not isinstance(data, str) or data not in CONVERSIONS:
+        raise _RecipeError("SC705", f"{describe_json(data)} is no conversion")
+    return data
+
+
 _FIELD_READERS: Final[dict[str, Callable[[_RecipeReader, object, int], Any]]] = {
     "items": _RecipeReader.items,
     "reads": _RecipeReader.reads,
@@ -401,6 +409,7 @@ _FIELD_READERS: Final[dict[str, Callable[[_RecipeReader, object, int], Any]]] = 
     "path": _read_text,
     "section": _read_text,
     "kind": _read_text,
+    "to": _read_conversion,
     "word": _integer_reader(0, _MAX_WORD),
     "index": _integer_reader(-1, _MAX_COMPONENTS - 1),
     "shape": _read_shape,

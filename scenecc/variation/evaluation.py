@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from scenecc.diagnostics.messages import show
 from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, RIGID_TOLERANCE, UNIT_TOLERANCE
 from scenecc.variation import nodes
+from scenecc.variation.conversions import CONVERSIONS
 from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.nodes import NODES, Key, Node, evaluation_order, shaped_fields
 from scenecc.variation.operations import (
@@ -596,6 +598,17 @@ def _row_error(batch: Batch, node: nodes.Computed, row: int, message: str) -> Dr
     return DrawError(message, int(batch.scenes[row]), node)
 
 
+def _converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
+    """Rows (B, …) as the field has them."""
+    convert, shape = CONVERSIONS[node.to]
+    rows = batch.item(node.of).tolist()
+    made = [convert(row) for row in rows]
+    if None in made:
+        row = made.index(None)
+        raise DrawError(f"it gives {show(rows[row])}, which means nothing here", int(batch.scenes[row]), node.of)
+    return np.array(made, dtype=np.float64 if shape else np.bool_).reshape(len(made), *shape)
+
+
 def _normalized(batch: Batch, node: nodes.Normalized) -> Floats:
     """Quaternions (B, 4)."""
     (q,) = _parts(batch, node)
@@ -693,6 +706,7 @@ EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     nodes.RandomRotated: lambda batch, node: rotation(_units(batch, node, 0, 3)),
     nodes.Stacked: _stacked,
     nodes.Computed: _computed,
+    nodes.Converted: _converted,
     nodes.Shared: lambda batch, node: batch.shared(node.name),
     nodes.Posed: lambda batch, node: np.concatenate(_parts(batch, node), axis=1),
     nodes.Normalized: _normalized,

@@ -21,6 +21,7 @@ from scenecc.variation.bounds import (
     to_value_bounds,
     union_bounds,
 )
+from scenecc.variation.conversions import CONVERSIONS
 from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, combination_batch, enumerate_outcomes
 from scenecc.variation.expression_bounds import ExpressionFault, template_bounds
 from scenecc.variation.nodes import NODE_TYPES, SIGNATURES, Node, draws_read_by, evaluation_order, shaped_fields
@@ -264,6 +265,17 @@ def _to_radians(bound: Any) -> Any:
     return tuple(map(_to_radians, bound)) if bound.__class__ is tuple else math.radians(bound)
 
 
+def _converted(analysis: BoundsAnalysis, node: nodes.Converted) -> ValueBounds:
+    found, convert = analysis.item(node.of), CONVERSIONS[node.to].convert
+    ends = () if found.low is None else (found.low, found.high)
+    made = [convert(item) for item in (ends if found.alternatives is None else found.alternatives)]
+    if not made or None in made:
+        return UNKNOWN
+    if found.alternatives is not None:
+        return ValueBounds.of(made, exact=found.exact)
+    return ValueBounds(None, *made, exact=found.exact)
+
+
 def _from_matrix(analysis: BoundsAnalysis, node: nodes.FromMatrix) -> ValueBounds:
     (found,) = _parts(analysis, node)
     if found.low is None:
@@ -333,6 +345,7 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     nodes.RandomRotated: lambda _analysis, _node: ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True),
     nodes.Stacked: lambda analysis, node: stack_bounds(list(map(analysis.item, node.items))),
     nodes.Computed: lambda analysis, node: to_value_bounds(bounds_and_faults(analysis, node)[0]),
+    nodes.Converted: _converted,
     nodes.Shared: lambda analysis, node: analysis.shared(node.name),
     nodes.Placed: lambda _analysis, _node: UNKNOWN,
     nodes.Posed: _posed,

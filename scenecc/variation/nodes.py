@@ -134,6 +134,19 @@ class Computed:
 
 
 @frozen
+class Converted:
+    """A row of a field, of what an expression gives in its place.
+
+    Attributes:
+        of: an item.
+        to: a name among `CONVERSIONS`.
+    """
+
+    of: Any
+    to: str
+
+
+@frozen
 class Shared:
     """A shared draw, by its name among the draws."""
 
@@ -242,6 +255,7 @@ Node = (
     | RandomRotated
     | Stacked
     | Computed
+    | Converted
     | Shared
     | Placed
     | Posed

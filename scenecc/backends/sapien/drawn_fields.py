@@ -469,10 +469,9 @@ def _component_holders(section: str, node: Constraint | Light | Camera, batch: C
     objs = {scene: obj for scene, obj in zip(batch.scene_idxs, batch.objs, strict=True) if obj is not None}
     rows = {scene: row for row, scene in enumerate(node.scene_idxs)}
     who = f"{section}/{node.name}"
+    yield Holder(who, node, objs, rows, node.origin)
     if isinstance(node, Constraint):
         for drive in node.joint.drives if isinstance(node.joint, Drive) else ():
             yield Holder(f"{who}.drive.{drive.axis}", drive, objs, rows, node.origin)
-        return
-    yield Holder(who, node, objs, rows, node.origin)
     if isinstance(node, Camera):
         yield Holder(f"{who}.lens", node.lens, objs, rows, node.origin)
