@@ -43,7 +43,7 @@ from scenecc.variation.forms import ONCE
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from scenecc.diagnostics.diagnostic import Path
+    from scenecc.diagnostics.diagnostic import Path, RelatedPlace
     from scenecc.expand.expansion import Expansion, OverridePlace
     from scenecc.expand.module_compiler import DocumentChain, InstanceTemplate, NodeTemplate, UnitTemplate
     from scenecc.expand.modules import ModulePart
@@ -406,6 +406,10 @@ class ModuleExpander:
         output.names.anchors[full] = anchor
         node = {"pose": body["pose"]} if "pose" in body else _NO_POSE
         if "place" in body:
+            if "pose" in body:
+                first: RelatedPlace = ("the first", mark.origin.child("pose"), "key")
+                message, place = "`pose` and `place` exclude each other", mark.origin.child("place")
+                self.sink.report("SC111", message, place, at="key", related=[first])
             node = {**node, "place": body["place"]}
         if not output.add("frames", anchor, node, mark, overrides=places):
             return

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin, Path
+    from scenecc.diagnostics.diagnostic import Origin, Path, RelatedPlace
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.expansion import ExpansionFrame
     from scenecc.expand.module_compiler import NodeTemplate
@@ -271,6 +271,10 @@ class OverrideMerger:
                 continue
             for other in () if names else _EXCLUDED_BY.get(key, frozenset()) & made.keys():
                 del made[other]
+                if other in given:
+                    first: RelatedPlace = ("the first", record.trace((*at, other)), "key")
+                    message = f"`{other}` and `{key}` exclude each other"
+                    self._sink.report("SC111", message, record.trace(written), at="key", related=[first])
             if path[-1:] and path[-1] in _PATTERN_KEYS:
                 self._pattern(made, key, item, path, record, written)
             else:

@@ -327,14 +327,14 @@ class _Trial:
         if self._outline is not None:
             within = is_within(parts, self._outline[rows])
         if placement.height is not None:
-            low, high = self._value(placement.height, rows, batch).T
+            low, high = np.sort(self._value(placement.height, rows, batch), axis=1).T
             u = drawn_units(batch, placement.name, "place.height", 1)[:, 0]
             base = self._top[rows] + np.minimum(np.maximum(low + (high - low) * u, low), high)
         else:
             levels = None
             if placement.low is not None and placement.high is not None:
                 ends = [self._value(end, rows, batch)[:, 2] for end in (placement.low, placement.high)]
-                levels = np.stack(ends, axis=1) + self._origin[rows, 2:]
+                levels = np.sort(np.stack(ends, axis=1), axis=1) + self._origin[rows, 2:]
             base = highest_below(parts, [one.taken(rows) for one in self._surfaces], levels) + placement.gap
         return np.where(within, base - lowest, np.nan)
 
