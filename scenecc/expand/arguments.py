@@ -336,6 +336,7 @@ def _names(text: str) -> frozenset[str]:
     if EXPRESSION_START not in text:
         return frozenset()
     try:
-        return frozenset(Template.parse(text).names)
+        template = Template.parse(text)
+        return template.names.union(*(path.places for path in template.meshes.values()))
     except ExpressionError:
         return frozenset()

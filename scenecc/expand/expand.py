@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Sink
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
     from scenecc.diagnostics.diagnostic import Path, RelatedPlace
-    from scenecc.expand.expansion import Expansion, OverridePlace
+    from scenecc.expand.expansion import Expansion, MeasureMesh, MeshMeasurer, OverridePlace
     from scenecc.expand.module_compiler import DocumentChain, InstanceTemplate, NodeTemplate, UnitTemplate
     from scenecc.expand.modules import ModulePart
     from scenecc.expand.params import Param
@@ -566,6 +567,7 @@ def expand(
     seed: int | None,
     draws: Collection[str],
     load: Load,
+    measure: MeshMeasurer,
     limits: Limits,
     sink: Sink,
 ) -> Expansion | None:
@@ -580,6 +582,7 @@ def expand(
         seed: in place of the document's.
         draws: names of the shared draws that are given from outside.
         load: reads the files that it uses; see `scenecc.expand.documents.scene_loader`.
+        measure: finds the bounds of meshes; see `scenecc.named_files.mesh_measurer`.
         limits: on what it may ask for.
         sink: takes the diagnostics.
     """
@@ -593,14 +596,14 @@ def expand(
     module = library.module(top, None)
     if not module.good:
         return None
-    compiled = compile_module(module, None, sink)
+    compiled = compile_module(module, None, measure, sink)
     arguments = {name: ParamArgument(value, Location(PARAMS), top, "") for name, value in given.items()}
-    head = _expand_head(compiled, arguments, limits, sink)
+    head = _expand_head(compiled, arguments, partial(measure, top), limits, sink)
     output = ExpansionWriter(top.name, sink)
     objects = ObjectBudget("SC604", "objects", "objects", limits.objects)
     instances = ObjectBudget("SC604", "instances", "objects", limits.objects)
     scenes = SceneSelections(_scene_count(head, num_scenes, limits), limits.objects_times_scenes, sink)
-    builder = ModuleExpander(output, PrefabLibrary(library, sink), scenes, draws, objects, instances, sink)
+    builder = ModuleExpander(output, PrefabLibrary(library, measure, sink), scenes, draws, objects, instances, sink)
     if not _expand_top(builder, compiled, arguments, top, objects, sink):
         return None
     _check_draws(draws, compiled, output, sink)
@@ -615,7 +618,11 @@ def expand(
 
 
 def _expand_head(
-    compiled: CompiledModule, arguments: Mapping[str, ParamArgument], limits: Limits, sink: Sink
+    compiled: CompiledModule,
+    arguments: Mapping[str, ParamArgument],
+    measure: MeasureMesh,
+    limits: Limits,
+    sink: Sink,
 ) -> dict[str, Any]:
     """What stands before the sections of the top document: it may read parameters, and no number of scenes yet."""
     document = compiled.module.main.document
@@ -637,7 +644,7 @@ def _expand_head(
         )
     except BudgetExhausted:
         return head
-    frame = ExpansionFrame(document.name, None, early.values, few, sink)
+    frame = ExpansionFrame(document.name, None, early.values, few, sink, measure=measure)
     names: dict[str, NameMeaning] = dict.fromkeys(compiled.params, "parameter")
     for key, item in head.items():
         pattern = PatternCompiler(names, frame, f"`{key}`").pattern(item, (key,))

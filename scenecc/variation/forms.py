@@ -206,9 +206,14 @@ class Template:
         """The literal texts and the expressions, in order."""
         return self._parsed.parts
 
+    @property
+    def meshes(self) -> Mapping[str, Expression]:
+        """The paths of meshes whose bounds it reads, by the name that each `bounds(PATH)` is."""
+        return self._parsed.meshes
+
     def place(self, name: str) -> tuple[int, int]:
         """Where a name that it reads stands first: (start, end) in the text."""
-        for part in self.expressions():
+        for part in (*self.expressions(), *self.meshes.values()):
             if isinstance(part, Expression) and name in part.places:
                 return part.places[name]
         raise KeyError(name)
@@ -242,10 +247,11 @@ MAX_FILLED_CHARACTERS = 100_000
 
 @frozen
 class _Parsed:
-    """The literal texts and expressions of a scalar, in order, with all names that they read."""
+    """The literal texts and expressions of a scalar, in order, with all names and bounds of meshes that they read."""
 
     parts: tuple[str | Expression, ...]
     names: frozenset[str]
+    meshes: Mapping[str, Expression]
 
 
 @lru_cache(maxsize=4096)
@@ -273,8 +279,9 @@ def _parse(text: str) -> _Parsed:
     literal += text[at:]
     if literal:
         parts.append(literal)
-    names = (part.places.keys() for part in parts if isinstance(part, Expression))
-    return _Parsed(tuple(parts), frozenset[str]().union(*names))
+    read = [part for part in parts if isinstance(part, Expression)]
+    names = frozenset[str]().union(*(part.places for part in read))
+    return _Parsed(tuple(parts), names, {name: path for part in read for name, path in part.meshes.items()})
 
 
 def _filled(parts: tuple[str | Expression, ...], environment: Mapping[str, Any]) -> str:
