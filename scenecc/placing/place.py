@@ -343,6 +343,10 @@ class _Trial:
             between = own.p - part.p[rows]
             reach = own.reach + part.reach[rows] + apart
             close = np.flatnonzero(there[rows] & (np.einsum("ij,ij->i", between, between) < reach * reach))
+            if close.size and not (own.triangles is part.triangles is None):
+                # Where hulls are apart, triangles are: of these there may be millions of pairs.
+                least_ = np.full(len(close), wanted)
+                close = close[~are_apart(own.cores(close), part.cores(rows[close]), least_)]
             if close.size:
                 pair, first, second = core_pairs(own, close, part, rows[close], apart)
                 mine.append(first)
