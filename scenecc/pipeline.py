@@ -346,8 +346,8 @@ def _lower(
         ),
         sink=sink,
         names=NameScopes() if expansion is None else expansion.names,
-        selections=None if expansion is None else expansion.selections,
-        draws=options.draws,
+        selections={} if expansion is None else expansion.selections,
+        draws=options.draws or {},
     )
 
 

@@ -359,6 +359,10 @@ class _Trial:
             if top is not None:
                 maybe &= -own.extent(along(_DOWN, rows)) <= top[rows]
             close = np.flatnonzero(maybe)
+            if close.size and not (own.triangles is part.triangles is None):
+                # Where hulls are apart, triangles are: of these there may be millions of pairs.
+                least_ = np.full(len(close), wanted)
+                close = close[~are_apart(own.cores(close), part.cores(rows[close]), least_)]
             if close.size:
                 pair, first, second = core_pairs(own, close, part, rows[close], apart)
                 mine.append(first)
