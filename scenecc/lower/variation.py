@@ -19,11 +19,23 @@ from scenecc.variation.forms import (
     PerScene,
     RandomRotation,
     SceneMap,
+    Shuffle,
     Template,
     Vector,
     alternative_values,
 )
-from scenecc.variation.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
+from scenecc.variation.nodes import (
+    NODE_TYPES,
+    Chosen,
+    Computed,
+    Cycled,
+    Drawn,
+    Key,
+    RandomRotated,
+    Rows,
+    Shuffled,
+    Stacked,
+)
 from scenecc.variation.operations import expression_cost, form_cost
 
 if TYPE_CHECKING:
@@ -31,7 +43,7 @@ if TYPE_CHECKING:
     from scenecc.lower.field_types import FieldType
     from scenecc.lower.fields import FieldLowerer
 
-VARYING = SELECTORS | {DrawForm, RandomRotation, Vector, Template}
+VARYING = SELECTORS | {DrawForm, RandomRotation, Shuffle, Vector, Template}
 """All that may stand in place of a plain value, by type."""
 
 FormStep = tuple["PathKey", ...]
@@ -197,6 +209,10 @@ class VariationLowerer:
             case RandomRotation():
                 self.drawn = True
                 return RandomRotated(self._key(place))
+            case Shuffle(items):
+                self.drawn = True
+                count, row = len(items), self.plain(items, kind, around, step)
+                return Shuffled(tuple(row[:count]), self._key(place, count), place.word * count, tuple(row[count:]))
             case _:
                 return self._drawn(given, kind, place)
 
