@@ -130,7 +130,7 @@ def _components(bound: Any) -> int | None:
     match first:
         case forms.DrawForm(_, operands):
             return next(iter(drawn_shape(operands)), None)
-        case forms.Vector(items):
+        case forms.Vector(items) | forms.Shuffle(items):
             return len(items)
         case _:
             return len(first) if first.__class__ in {list, tuple} else None

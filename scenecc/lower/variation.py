@@ -21,6 +21,7 @@ from scenecc.variation.forms import (
     PerScene,
     RandomRotation,
     SceneMap,
+    Shuffle,
     Template,
     Vector,
 )
@@ -35,6 +36,7 @@ from scenecc.variation.nodes import (
     RandomRotated,
     Rows,
     Shared,
+    Shuffled,
     Stacked,
 )
 from scenecc.variation.operations import expression_cost, form_cost
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
     from scenecc.lower.field_types import FieldType
     from scenecc.lower.fields import FieldLowerer
 
-VARYING = SELECTORS | {DrawForm, RandomRotation, Vector, Template}
+VARYING = SELECTORS | {DrawForm, RandomRotation, Shuffle, Vector, Template}
 """All that may stand in place of a plain value, by type."""
 
 FormStep = tuple["PathKey", ...]
@@ -223,6 +225,10 @@ class VariationLowerer:
             case RandomRotation():
                 self.drawn = True
                 return RandomRotated(self._key(place))
+            case Shuffle(items):
+                self.drawn = True
+                count, row = len(items), self.plain(items, kind, around, step)
+                return Shuffled(tuple(row[:count]), self._key(place, count), place.word * count, tuple(row[count:]))
             case _:
                 return self._drawn(given, kind, place)
 

@@ -100,6 +100,7 @@ _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     nodes.Rows: lambda node, draws: _common_shape(node.items, draws),
     nodes.Cycled: lambda node, draws: _common_shape(node.items, draws),
     nodes.Chosen: lambda node, draws: _common_shape(node.items, draws),
+    nodes.Shuffled: lambda node, draws: infer_shape((*node.items, *node.rest), draws),
     nodes.Drawn: _draw_shape,
     nodes.RandomRotated: lambda _node, _draws: (4,),
     nodes.Stacked: _stack_shape,
@@ -333,13 +334,17 @@ class _RecipeReader:
 
 
 def _check_counts(node: Any) -> None:
-    if isinstance(node, nodes.Rows | nodes.Cycled | nodes.Chosen | nodes.Stacked) and not node.items:
+    if isinstance(node, nodes.Rows | nodes.Cycled | nodes.Chosen | nodes.Shuffled | nodes.Stacked) and not node.items:
         raise _RecipeError("SC706", "one item at least is wanted here", "items")
     if isinstance(node, nodes.Chosen) and node.weights is not None:
         if len(node.weights) != len(node.items):
             raise _RecipeError("SC706", f"{len(node.items)} weights are wanted here", "weights")
         if not 0 < sum(node.weights) < math.inf:
             raise _RecipeError("SC707", "the weights add up to no positive number", "weights")
+    if isinstance(node, nodes.Shuffled) and any(
+        isinstance(item, (*NODES, tuple)) for item in (*node.items, *node.rest)
+    ):
+        raise _RecipeError("SC705", "plain values are wanted here", "items")
     if isinstance(node, nodes.Rows) and len(node.scene_idxs) != len(node.items):
         raise _RecipeError("SC706", f"{len(node.scene_idxs)} items are wanted here", "items")
 
@@ -402,6 +407,7 @@ def _read_conversion(_reader: _RecipeReader, data: object, _depth: int) -> str:
 
 _FIELD_READERS: Final[dict[str, Callable[[_RecipeReader, object, int], Any]]] = {
     "items": _RecipeReader.items,
+    "rest": _RecipeReader.items,
     "reads": _RecipeReader.reads,
     "key": _RecipeReader.key,
     "template": _RecipeReader.template,

@@ -45,8 +45,8 @@ _LIST_FORMS: dict[str, Any] = {
     },
     "choice": {"description": "One of them, drawn.", "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF]},
     "shuffle": {
-        "description": "A random order of a list of at most 7 values.",
-        "anyOf": [{"type": "array", "minItems": 1, "maxItems": 7}, EXPRESSION_REF],
+        "description": "A random order of a list.",
+        "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF],
     },
     "once": {
         "description": "A form whose value no reset draws anew.",

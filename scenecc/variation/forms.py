@@ -66,6 +66,13 @@ class Once:
 
 
 @frozen
+class Shuffle:
+    """`shuffle: [a, b, c]`: its plain values in a random order, as one list."""
+
+    items: tuple[Any, ...]
+
+
+@frozen
 class DrawForm:
     """Numbers that a distribution draws: `uniform: [low, high]` and its like.
 
@@ -90,12 +97,9 @@ class Vector:
     items: tuple[Any, ...]
 
 
-LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice, "shuffle": Choice}
-"""Keys of the forms that list the values of which each scene has one. (`per_scene` may be a map, too:
-`SceneMap`. A `shuffle` is a choice among the orders of its list.)"""
-
-MAX_SHUFFLED: Final = 7
-"""Values of a `shuffle`: of so many there are 5040 orders."""
+LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice, "shuffle": Shuffle}
+"""Keys of the forms that list the values of which each scene has one, or all in an order of its own. (`per_scene` may
+be a map, too: `SceneMap`.)"""
 
 ONCE: Final = "once"
 
@@ -126,7 +130,7 @@ def alternative_values(given: Any) -> Iterator[Any]:
         yield from alternative_values(one)
 
 
-Form = PerScene | SceneMap | Cycle | Choice | Once | DrawForm | RandomRotation | Vector
+Form = PerScene | SceneMap | Cycle | Choice | Shuffle | Once | DrawForm | RandomRotation | Vector
 
 
 class Template:

@@ -128,7 +128,12 @@ class BoundsAnalysis:
         """The same, as expressions read it: once, for there may be very many alternatives and expressions."""
         found = self._reached.get(name)
         if found is None:
-            found = to_expression_bounds(self.shared(name), whole=_gives_integers(self.draws.get(name)))
+            node = self.draws.get(name)
+            if isinstance(node, nodes.Shuffled) and name not in self.given:
+                # Any of the items may stand anywhere; of texts the bounds of a value know nothing.
+                found = ExpressionBounds(items=(bounds_of_values(node.items),) * len(node.items), exact=True)
+            else:
+                found = to_expression_bounds(self.shared(name), whole=_gives_integers(node))
             self._reached[name] = found
         return found
 
@@ -247,6 +252,13 @@ def _drawn(analysis: BoundsAnalysis, node: nodes.Drawn) -> ValueBounds:
     return ValueBounds(None, low, high, exact)
 
 
+def _shuffled(_: BoundsAnalysis, node: nodes.Shuffled) -> ValueBounds:
+    if not all(item.__class__ in NUMBERS for item in node.items):
+        return UNKNOWN
+    low, high = ((pick(node.items),) * len(node.items) for pick in (min, max))
+    return ValueBounds(None, (*low, *node.rest), (*high, *node.rest), exact=True)
+
+
 def _posed(analysis: BoundsAnalysis, node: nodes.Posed) -> ValueBounds:
     p, q = _parts(analysis, node)
     if p.low is None or q.low is None:
@@ -341,6 +353,7 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     nodes.Rows: lambda analysis, node: analysis.any_of(node.items),
     nodes.Cycled: lambda analysis, node: analysis.any_of(node.items),
     nodes.Chosen: lambda analysis, node: analysis.any_of(tuple(node.items[number] for number in node.possible)),
+    nodes.Shuffled: _shuffled,
     nodes.Drawn: _drawn,
     nodes.RandomRotated: lambda _analysis, _node: ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True),
     nodes.Stacked: lambda analysis, node: stack_bounds(list(map(analysis.item, node.items))),

@@ -74,6 +74,23 @@ class Chosen:
 
 
 @frozen
+class Shuffled:
+    """Plain values in a drawn order; item j is placed by word `word` + j.
+
+    Attributes:
+        items: numbers, booleans or strings.
+        key: the field's.
+        word: of the first item.
+        rest: values that stay behind them.
+    """
+
+    items: tuple[Any, ...]
+    key: Key
+    word: int = 0
+    rest: tuple[Any, ...] = ()
+
+
+@frozen
 class Drawn:
     """Numbers drawn independently, each component by its own word.
 
@@ -251,6 +268,7 @@ Node = (
     | Rows
     | Cycled
     | Chosen
+    | Shuffled
     | Drawn
     | RandomRotated
     | Stacked
