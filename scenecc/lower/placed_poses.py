@@ -60,6 +60,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
         message = f"in scene {first}: {error.message}"
         if len(error.scenes) > 1:
             message += f", nor in {len(error.scenes) - 1} other scenes"
+        message += f"; {error.why}" if error.why else ""
         hint = "make the region larger, `apart` or the things smaller, or place fewer"
         sink.report("SC354", message, origin, hint=hint)
     except UnsupportedShapeError as error:

@@ -71,7 +71,7 @@ def place_anew(plan: ScenePlan, batch: Batch, poses: Mapping[str, tuple[Sequence
                 placer.place(placement)
     except PlacingError as error:
         shown = ", ".join(map(str, error.scenes[:10])) + (", …" if len(error.scenes) > 10 else "")
-        raise ValueError(f"{error.message}, in scenes {shown}") from None
+        raise ValueError(f"{error.message}, in scenes {shown}" + (f"; {error.why}" if error.why else "")) from None
     overlap = find_overlap(plan, batch, placer.poses)
     if overlap is not None:
         raise ValueError(overlap)

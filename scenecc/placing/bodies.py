@@ -125,12 +125,13 @@ class Part:
         assert self.triangles is not None
         found: list[tuple[Indices, Indices]] = []
         chunk = max(1, _CHUNK // len(self.triangles))
+        corners = self.points[self.triangles]
+        least, most = corners.min(axis=1), corners.max(axis=1)
         for start in range(0, len(rows), chunk):
             some = rows[start : start + chunk]
             local = np.matmul((p[start : start + chunk] - self.p[some])[:, None], self.turn[some])[:, 0]
-            corners = self.points[self.triangles]
             scale = self.scale[some][:, None]
-            ends = corners.min(axis=1) * scale, corners.max(axis=1) * scale
+            ends = least * scale, most * scale
             low, high = np.minimum(*ends), np.maximum(*ends)
             away = np.maximum(np.maximum(low - local[:, None], local[:, None] - high), 0.0)
             far = reach[start : start + chunk]

@@ -2,17 +2,72 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
     from numpy.typing import NDArray
 
     from scenecc.placing.bodies import Part
     from scenecc.placing.distances import Cores
 
     Indices = NDArray[np.intp]
+
+
+_LOT: Final = 500_000
+"""How many pairs are looked at together, at most."""
+
+_BOXES_PER_OPERATION: Final = 16
+"""How many boxes around triangles are looked at in the time of one operation."""
+
+
+def core_pair_lots(
+    a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float, work: Callable[[int], None]
+) -> Iterator[tuple[Indices, Cores, Cores]]:
+    """The same as `core_pairs`, so few at a time that they need little memory.
+
+    Args:
+        a: the one part; no plane.
+        a_rows: its rows (n,).
+        b: the other part; no plane.
+        b_rows: its rows (n,).
+        within: triangles that are farther away are left out [m].
+        work: counts operations before they are done, and may raise.
+    """
+    if a.triangles is None or b.triangles is None:
+        size = max(len(one.triangles) if one.triangles is not None else 1 for one in (a, b))
+        rows = max(1, _LOT // size)
+        for start in range(0, len(a_rows), rows):
+            some = slice(start, start + rows)
+            work(len(a_rows[some]) * size // _BOXES_PER_OPERATION)
+            pair, first, second = core_pairs(a, a_rows[some], b, b_rows[some], within)
+            yield pair + start, first, second
+        return
+    for index in range(len(a_rows)):
+        row, other = a_rows[index : index + 1], b_rows[index : index + 1]
+        work(len(b.triangles) // _BOXES_PER_OPERATION)
+        _, near = b.triangles_near(other, a.p[row], a.reach[row] + within)
+        size = max(1, _LOT // len(a.triangles))
+        for start in range(0, len(near), size):
+            some = near[start : start + size]
+            work(len(some) * len(a.triangles) // _BOXES_PER_OPERATION)
+            pair, first, second = _triangle_pairs(
+                a, np.repeat(row, len(some)), b.triangle_cores(np.repeat(other, len(some)), some), within
+            )
+            yield np.full(len(pair), index), first, second
+
+
+def _triangle_pairs(a: Part, rows: Indices, theirs: Cores, within: float) -> tuple[Indices, Cores, Cores]:
+    """The triangles of a part in rows (n,) that may be near triangles (n,) of another; of which each is."""
+    assert theirs.corners is not None
+    middle = theirs.corners.mean(axis=1)
+    reach = np.sqrt(((theirs.corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+    world = np.matmul(theirs.turn, middle[:, :, None])[:, :, 0] + theirs.p
+    again, own = a.triangles_near(rows, world, reach + within)
+    return again, a.triangle_cores(rows[again], own), theirs.taken(again)
 
 
 def core_pairs(a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float) -> tuple[Indices, Cores, Cores]:
@@ -34,13 +89,5 @@ def core_pairs(a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
     theirs = b.triangle_cores(b_rows[pair], triangle)
     if a.triangles is None:
         return pair, a.cores(a_rows[pair]), theirs
-    assert theirs.corners is not None
-    middle = theirs.corners.mean(axis=1)
-    reach = np.sqrt(((theirs.corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
-    world = np.matmul(theirs.turn, middle[:, :, None])[:, :, 0] + theirs.p
-    again, own = a.triangles_near(a_rows[pair], world, reach + within)
-    return (
-        pair[again],
-        a.triangle_cores(a_rows[pair][again], own),
-        b.triangle_cores(b_rows[pair][again], triangle[again]),
-    )
+    again, first, second = _triangle_pairs(a, a_rows[pair], theirs, within)
+    return pair[again], first, second

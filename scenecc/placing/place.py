@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from scenecc.geometry import rotation_arrays
 from scenecc.placing.bodies import Part, entity_parts, link_pose, matrices, point_part, rows_in, rows_of
 from scenecc.placing.distances import Cores, are_apart, distances, joined
-from scenecc.placing.pairs import core_pairs
+from scenecc.placing.pairs import core_pair_lots
 from scenecc.placing.regions import (
     about_z,
     drawn_units,
@@ -20,7 +21,7 @@ from scenecc.placing.regions import (
     rectangle_of,
     turned,
 )
-from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, upward_surfaces
+from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, level_triangles, upward_surfaces
 from scenecc.plan.body import groups_collide
 from scenecc.variation.evaluation import to_field_rows
 from scenecc.variation.nodes import Placed
@@ -55,7 +56,16 @@ _LIFT: Final = 1e-6
 
 _TRY_COST: Final = 4
 _OBSTACLE_COST: Final = 20
-"""How many operations a try and a part in the way are counted as."""
+_LEVEL_COST: Final = 200
+_SURFACE_COST: Final = 60
+_PAIR_COST: Final = 8
+"""How many operations these are: a try, a part in the way, a level triangle, a surface, and a pair of triangles."""
+
+_MANY_OBSTACLES: Final = 64
+"""From how many on those that are far from every try are sorted out together."""
+
+_OBSTACLES_TOGETHER: Final = 1_000_000
+"""How many pairs of a try and an obstacle are looked at together."""
 
 _DOWN: Final = np.array((0.0, 0.0, -1.0))
 _UP: Final = -_DOWN
@@ -67,12 +77,13 @@ class PlacingError(Exception):
     Attributes:
         name: of the placement.
         scenes: the indices of those scenes.
-        message: why, in words.
+        message: what happened, in words.
+        why: what most tries in the first of the scenes failed at.
     """
 
-    def __init__(self, name: str, scenes: Sequence[int], message: str) -> None:
+    def __init__(self, name: str, scenes: Sequence[int], message: str, why: str = "") -> None:
         super().__init__(message)
-        self.name, self.scenes, self.message = name, tuple(scenes), message
+        self.name, self.scenes, self.message, self.why = name, tuple(scenes), message, why
 
 
 def along(direction: Floats, rows: Indices) -> Floats:
@@ -160,24 +171,45 @@ class Placer:
         """The upward surfaces of a body that has its place."""
         key = (mount.entity, mount.link)
         if key not in self._surfaces:
+            for part in self.target_parts(mount):
+                if part.triangles is not None and self.batch.work is not None:
+                    work = len(part.triangles) + _LEVEL_COST * len(level_triangles(part))
+                    self.batch.work.take(work, Placed(mount.entity))
             self._surfaces[key] = [one for part in self.target_parts(mount) for one in upward_surfaces(part)]
         return self._surfaces[key]
 
-    def obstacles(self, placement: Placement) -> Iterable[tuple[Part, float]]:
-        """All other parts that have their place, and how far away each must be [m]; 0: it must not be penetrated."""
+    def obstacles(self, placement: Placement) -> Iterable[tuple[str, Part, float]]:
+        """All other parts that have their place, whose, and how far away each must be [m]; 0: not penetrated."""
+        members, carrying = set(placement.entities), set(placement.carrying)
         for name, parts in self.bodies.items():
-            if name in placement.entities or (placement.name in self._still and name in self._drawn_anew):
+            if name in members or (placement.name in self._still and name in self._drawn_anew):
                 continue
             other = self.by_member.get(name)
             for part in parts:
-                yield part, self._distance(placement, other, name, part.link)
+                yield name, part, 0.0 if name in carrying else self._distance(placement, other, name, part.link)
 
     def _distance(self, placement: Placement, other: Placement | None, name: str, link: str | None) -> float:
-        if name in placement.carrying:
-            return 0.0
         if name == placement.target.entity and placement.target.link in (None, link):
             return 0.0
         return max(placement.apart, 0.0 if other is None else other.apart)
+
+
+class _Obstacle(NamedTuple):
+    """A part that has its place and one of those to be placed, by its number.
+
+    Attributes:
+        name: of the entity that has its place.
+        apart: how far away it must be [m]; 0: it must not be penetrated.
+        there: in which scenes both are, and collide (B,).
+        top: how high it reaches (B,) [m]; None: that does not matter.
+    """
+
+    name: str
+    part: Part
+    number: int
+    apart: float
+    there: Flags
+    top: Floats | None
 
 
 class _Trial:
@@ -198,6 +230,7 @@ class _Trial:
         if bare.any():
             # What does not collide stands with its origin.
             self._parts.append(point_part(bare))
+        self._why: Counter[str] = Counter()
         self._target = placer.target_parts(placement.target)
         if not self._target:
             message = f"`{placement.target}` has no colliding shape"
@@ -211,8 +244,15 @@ class _Trial:
         self._work(_OBSTACLE_COST * sum(map(len, placer.bodies.values())))
         self._obstacles = [
             # Only what it may stand on is often below it.
-            (part, number, apart, there, None if apart or part.is_plane else part.extent(along(_UP, self._rows)))
-            for part, apart in placer.obstacles(placement)
+            _Obstacle(
+                name,
+                part,
+                number,
+                apart,
+                there,
+                None if apart or part.is_plane else part.extent(along(_UP, self._rows)),
+            )
+            for name, part, apart in placer.obstacles(placement)
             for number, mine in enumerate(self._parts)
             if (both := mine.there & part.there).any()
             and (there := both & groups_collide(mine.groups.T, part.groups.T)).any()
@@ -234,7 +274,13 @@ class _Trial:
             if not count:
                 name = self._placement.name
                 scenes = self._batch.scenes[left].tolist()
-                raise PlacingError(name, scenes, f"`{name}` fits nowhere in {self._placement.tries} tries")
+                # One scene alone says why.
+                self._why.clear()
+                few = min(_TRIES_TOGETHER, done)
+                self._tried(np.repeat(left[:1], few), np.arange(done - few, done))
+                reasons = [f"{count} of {few} are {reason}" for reason, count in self._why.most_common(3) if count]
+                why = f"of the last tries in scene {scenes[0]}, " + ", ".join(reasons)
+                raise PlacingError(name, scenes, f"`{name}` fits nowhere in {done} tries", why)
             rows = np.repeat(left, count)
             tries = done + np.tile(np.arange(count), len(left))
             pose, fits = self._tried(rows, tries)
@@ -287,6 +333,7 @@ class _Trial:
         parts = [part.taken(rows).moved(turn, pose[:, :3]) for part in self._parts]
         pose[:, 2] = self._heights(parts, rows, batch)
         fits = np.isfinite(pose[:, 2])
+        self._why[f"not whole {self._placement.kind} `{self._placement.target}`"] += int((~fits).sum())
         kept = np.flatnonzero(fits)
         if kept.size:
             for part in parts:
@@ -296,6 +343,7 @@ class _Trial:
             for near in self._placement.near:
                 if kept.size:
                     fits[kept] = self._is_near([part.taken(kept) for part in parts], rows[kept], near)
+                    self._why[f"not as far from `{near.entity}` as `near` says"] += int((~fits[kept]).sum())
                     kept = np.flatnonzero(fits)
         return pose, fits
 
@@ -322,6 +370,8 @@ class _Trial:
     def _heights(self, parts: list[Part], rows: Indices, batch: Batch) -> Floats:
         """How high the origin is (M,) [m]; not finite where it cannot be. `parts`: at height 0."""
         placement = self._placement
+        if len(self._surfaces) > _MANY_OBSTACLES:
+            self._work(_SURFACE_COST * len(self._surfaces))
         lowest = -extent(parts, along(_DOWN, rows))
         within = np.ones(len(rows), np.bool_)
         if self._outline is not None:
@@ -345,13 +395,14 @@ class _Trial:
         others: list[Cores] = []
         least: list[Floats] = []
         whose: list[Indices] = []
-        for part, number, apart, there, top in self._obstacles:
+        names: list[str] = []
+        for name, part, number, apart, there, top in self._obstacles_near(parts, rows):
             own = parts[number]
             wanted = apart - TOLERANCE if apart else 0.0
             if part.is_plane:
                 normal = part.turn[rows, :, 0]
                 height = -own.extent(-normal) - np.einsum("ij,ij->i", normal, part.p[rows])
-                free &= ~there[rows] | (height >= (wanted or -_LIFT))
+                self._refuse(free, np.flatnonzero(there[rows] & ~(height >= (wanted or -_LIFT))), name)
                 continue
             between = own.p - part.p[rows]
             reach = own.reach + part.reach[rows] + apart
@@ -363,19 +414,59 @@ class _Trial:
                 # Where hulls are apart, triangles are: of these there may be millions of pairs.
                 least_ = np.full(len(close), wanted)
                 close = close[~are_apart(own.cores(close), part.cores(rows[close]), least_)]
-            if close.size:
-                pair, first, second = core_pairs(own, close, part, rows[close], apart)
-                mine.append(first)
-                others.append(second)
-                least.append(np.full(len(pair), wanted))
-                whose.append(close[pair])
+                self._refuse(free, self._meeting(own, close, part, rows[close], wanted), name)
+            elif close.size:
+                mine.append(own.cores(close))
+                others.append(part.cores(rows[close]))
+                least.append(np.full(len(close), wanted))
+                whose.append(close)
+                names.append(name)
                 if not apart:
                     # What touches does not overlap.
                     mine[-1].p = mine[-1].p - _LIFT * _DOWN
         if whose:
             apart_ = are_apart(joined(mine), joined(others), np.concatenate(least))
-            free[np.concatenate(whose)[~apart_]] = False
+            ends = np.cumsum([len(one) for one in whose])[:-1]
+            for name, index, far in zip(names, whose, np.split(apart_, ends), strict=True):
+                self._refuse(free, index[~far], name)
         return free
+
+    def _obstacles_near(self, parts: list[Part], rows: Indices) -> Sequence[_Obstacle]:
+        """The obstacles without those that are far from all of some tries."""
+        if len(self._obstacles) < _MANY_OBSTACLES:
+            return self._obstacles
+        found: list[_Obstacle] = []
+        chunk = max(1, _OBSTACLES_TOGETHER // len(rows))
+        for start in range(0, len(self._obstacles), chunk):
+            some = self._obstacles[start : start + chunk]
+            near = np.zeros(len(some), np.bool_)
+            for number, own in enumerate(parts):
+                index = [i for i, one in enumerate(some) if one.number == number]
+                if index:
+                    between = np.stack([some[i].part.p[rows] for i in index]) - own.p
+                    reach = np.stack([some[i].part.reach[rows] + some[i].apart for i in index]) + own.reach
+                    near[index] = ((between**2).sum(axis=2) <= 1.000001 * reach**2).any(axis=1)
+            found += [one for one, is_near in zip(some, near, strict=True) if is_near or one.part.is_plane]
+        return found
+
+    def _meeting(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
+        """Those of `close`, rows of a part, in which its triangles or those of another meet or are too near."""
+        meet = np.zeros(len(close), np.bool_)
+        for pair, first, second in core_pair_lots(own, close, part, rows, wanted, self._work):
+            if meet[pair].all():
+                continue
+            self._work(_PAIR_COST * len(pair))
+            if not wanted:
+                # What touches does not overlap.
+                first.p = first.p - _LIFT * _DOWN
+            meet[pair[~are_apart(first, second, np.full(len(pair), wanted))]] = True
+        return close[meet]
+
+    def _refuse(self, free: Flags, index: Indices, name: str) -> None:
+        """Some tries do not fit, for they are too near to an entity."""
+        free[index] = False
+        if len(index):
+            self._why[f"too near to `{name}`"] += len(index)
 
     def _is_near(self, parts: list[Part], rows: Indices, near: Nearness) -> Flags:
         """Whether parts in some rows of the batch are at a distance from an entity."""
@@ -384,6 +475,6 @@ class _Trial:
             for own in parts:
                 there = np.flatnonzero(own.there & other.there[rows])
                 if there.size and not other.is_plane:
-                    pair, first, second = core_pairs(own, there, other, rows[there], near.most)
-                    np.minimum.at(closest, there[pair], distances(first, second))
+                    for pair, first, second in core_pair_lots(own, there, other, rows[there], near.most, self._work):
+                        np.minimum.at(closest, there[pair], distances(first, second))
         return (closest >= near.least - TOLERANCE) & (closest <= near.most + TOLERANCE)

@@ -121,21 +121,33 @@ def _level_polygons(points: Floats, triangles: Any) -> list[tuple[float, Floats]
         top = points[points[:, 2] > points[:, 2].max() - _SAME_HEIGHT]
         order = hull_order(top[:, :2])
         return [(float(top[:, 2].max()), top[order][:, :2])] if len(order) > 2 else []
-    corners = points[triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.sqrt((normal**2).sum(axis=1))
-    level = corners[(length > 0) & (normal[:, 2] > LEVEL * length)]
+    level = _level_of(points, triangles)
     found: list[tuple[float, Floats]] = []
     heights: Floats = np.round(np.asarray(level[:, :, 2].max(axis=1), np.float64) / _SAME_HEIGHT)
     distinct: list[float] = np.unique(heights).tolist()
-    for height in distinct:
-        flat = level[heights == height][:, :, :2]
+    order = np.argsort(heights, kind="stable")
+    for height, rows in zip(distinct, np.split(order, np.searchsorted(heights[order], distinct[1:])), strict=True):
+        flat = level[rows][:, :, :2]
         whole = flat.reshape(-1, 2)
         whole = whole[hull_order(whole)]
-        area = sum(map(area_of, flat))
+        first, second = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+        area = float(np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum()) / 2
         polygons = [whole] if abs(area_of(whole) - area) <= 1e-9 * area else list(flat)
         found += [(height * _SAME_HEIGHT, polygon) for polygon in polygons]
     return found
+
+
+def level_triangles(part: Part) -> Floats:
+    """The level triangles of a mesh that look up in the first scene (n, 3, 3) [m]."""
+    assert part.points is not None
+    return _level_of((part.points * part.scale[0]) @ part.turn[0].T, part.triangles)
+
+
+def _level_of(points: Floats, triangles: Any) -> Floats:
+    corners = points[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.sqrt((normal**2).sum(axis=1))
+    return corners[(length > 0) & (normal[:, 2] > LEVEL * length)]
 
 
 def hull_order(points: Floats) -> list[int]:

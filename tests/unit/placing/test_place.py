@@ -150,6 +150,13 @@ def test_where_nothing_fits_scene_and_tries_are_named() -> None:
     assert code_of(crowded) == ["SC354"]
 
 
+def test_where_nothing_fits_what_most_tries_failed_at_is_named() -> None:
+    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 50 of 50 are not whole on `table`"):
+        compile_scene(scene(3, cube=thing(0, region=[[0.49, 0], [0.5, 0.1]], tries=50)))
+    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 5 of 5 are too near to `mug`"):
+        compile_scene(scene(1, mug=thing(0, at=[0, 0]), cube=thing(0, at=[0.01, 0], tries=5)))
+
+
 def test_a_reset_that_finds_no_place_changes_nothing() -> None:
     narrow = {**scene(2, cube=thing(0, at=["${x}", 0], tries=3)), "draws": {"x": {"uniform": [0, 0.1]}}}
     batch = load_scene(narrow)
