@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from scenecc.cli.options import Format, FormatOption, takes_compile_options
-from scenecc.cli.output import counted, of_settings, print_err, print_findings, status, usage_error
-from scenecc.cli.paths import Found, find, source_of
-
-if TYPE_CHECKING:
-    from scenecc.diagnostics import Diagnostic
+from scenecc.cli.output import counted, of_settings, print_err, print_findings, status
+from scenecc.cli.paths import find, source_of
 
 
 @partial(takes_compile_options, names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"))
@@ -45,35 +42,11 @@ def validate(
     import scenecc
 
     found = find(paths, scenes_only=scenes_only)
-    diagnostics = _faults(found)
+    diagnostics = found.faults()
     for file in counted("validate", found.files):
         here = scenecc.validate(source_of(file), **options)
         diagnostics += of_settings(here, options["params"]) if options["params"] else here
     print_findings(diagnostics, form)
     if form is Format.text:
-        print_err(_counts(found))
+        print_err(found.counts())
     raise typer.Exit(status(diagnostics, strict=strict))
-
-
-def _faults(found: Found) -> list[Diagnostic]:
-    return [
-        *(usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in found.missing),
-        *(
-            usage_error("SC902", f"no scene in the folder `{path}`", file=path, hint="a scene has the key `scenecc`")
-            for path in found.empty
-        ),
-        *(
-            usage_error("SC903", f"`{path}` cannot be read: {error.strerror}", file=path)
-            for path, error in found.unreadable
-        ),
-    ]
-
-
-def _counts(found: Found) -> str:
-    checked, skipped = len(found.files), len(found.skipped)
-    passed_over = f", {_files(skipped, 'other YAML file')} skipped" if skipped else ""
-    return f"{_files(checked, 'file')} checked{passed_over}\n"
-
-
-def _files(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -1,0 +1,82 @@
+"""Findings at the start: bodies that overlap, links of a robot that clash, and bodies that nothing supports."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.simulation.findings import Finding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scenecc.backends.sapien import SceneBatch
+    from scenecc.backends.sapien.contacts import Contacts
+    from scenecc.simulation.bodies import MovingBody
+
+OVERLAP: Final = 0.0005
+"""By how much bodies may penetrate each other at the start [m]: PhysX pushes them apart slowly enough to go unseen."""
+
+
+def overlaps(contacts: Contacts, articulations: set[str]) -> Iterator[Finding]:
+    """Bodies that penetrate each other, by the contacts of the first step, which PhysX finds before anything moves.
+
+    Args:
+        contacts: of that step.
+        articulations: the names of the articulations.
+    """
+    deep = np.flatnonzero(contacts.separation < -OVERLAP)
+    deepest: dict[tuple[int, str, str], float] = {}
+    for number in deep.tolist():
+        key = int(contacts.scene[number]), str(contacts.a[number]), str(contacts.b[number])
+        deepest[key] = max(deepest.get(key, 0.0), -float(contacts.separation[number]))
+    for (scene, a, b), depth in deepest.items():
+        same = next((name for name in articulations if a.startswith(f"{name}/") and b.startswith(f"{name}/")), None)
+        by = f"by {depth * 1000:.3g} mm at the start"
+        if same is None:
+            yield Finding("SC850", (a, b), scene, depth, f"`{a}` and `{b}` overlap {by}")
+        else:
+            yield Finding("SC851", (a, b), scene, depth, f"the links `{a}` and `{b}` overlap {by}")
+
+
+def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
+    """Dynamic bodies with nothing below them that could hold them, so that they fall for ever."""
+    held = {mount.entity for one in batch.plan.constraints for mount in (one.child, one.parent) if mount is not None}
+    falling = [body for body in moving if body.entity not in held and _falls(body)]
+    by_scene: dict[int, list[MovingBody]] = {}
+    for body in falling:
+        by_scene.setdefault(body.scene, []).append(body)
+    for scene, bodies in by_scene.items():
+        components = [each for each in _components(batch, scene) if each.collision_shapes]
+        if any(_is_endless(each) for each in components):
+            continue
+        boxes = np.array([each.get_global_aabb_fast() for each in components], np.float64).reshape(-1, 2, 3)
+        for body in bodies:
+            own = np.array([each is body.component for each in components])
+            low, high = boxes[own].min(axis=0)[0], boxes[own].max(axis=0)[1]
+            below = (boxes[:, 0, :2] <= high[:2]).all(axis=1) & (boxes[:, 1, :2] >= low[:2]).all(axis=1)
+            if not (below & ~own & (boxes[:, 0, 2] < high[2])).any():
+                yield Finding(
+                    "SC852",
+                    (body.entity,),
+                    scene,
+                    float(low[2]),
+                    f"nothing is below `{body.entity}`, which falls for ever",
+                    "put a body below it, fix it with `body_type: static`, or write `disable_gravity: true`",
+                )
+
+
+def _falls(body: MovingBody) -> bool:
+    return not body.component.get_disable_gravity() and bool(body.component.collision_shapes)
+
+
+def _components(batch: SceneBatch, scene: int) -> Iterator[Any]:
+    system = batch.scenes[batch.scene_idxs.index(scene)].physx_system
+    yield from system.get_rigid_static_components()
+    yield from system.get_rigid_dynamic_components()
+    yield from system.get_articulation_link_components()
+
+
+def _is_endless(component: Any) -> bool:
+    return any(type(shape).__name__ == "PhysxCollisionShapePlane" for shape in component.collision_shapes)
