@@ -16,12 +16,14 @@ from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.findings import report_findings
 from scenecc.simulation.settle import simulate
 from scenecc.simulation.start import overlaps, unsupported
+from scenecc.simulation.torn_constraints import torn_constraints
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.diagnostics import Diagnostic
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.pipeline import Source
     from scenecc.plan import ScenePlan
     from scenecc.simulation.findings import Finding
@@ -90,9 +92,7 @@ def _check(
 
         told |= dict.fromkeys(_check_plan(result.plan, settle, tell, findings, here.another()))
     if plan is not None:
-        report_findings(
-            findings, {entity.name: entity.origin for entity in plan.entities}, shown, sink, several_seeds=len(runs) > 1
-        )
+        report_findings(findings, _origins(plan), shown, sink, several_seeds=len(runs) > 1)
     return sorted([*told, *sink.diagnostics()], key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
 
@@ -116,7 +116,14 @@ def _check_plan(
 
 def _findings(batch: SceneBatch, settle: float) -> Iterator[Finding]:
     yield from unsupported(batch, moving_bodies(batch))
+    yield from torn_constraints(batch)
     batch.step(1)
-    yield from overlaps(batch.contacts(), set(batch.articulations))
+    yield from overlaps(batch.contacts(), batch.plan)
     if settle:
         yield from simulate(batch, settle)
+
+
+def _origins(plan: ScenePlan) -> dict[str, Origin | None]:
+    """Where what findings name is written."""
+    constraints = {f"constraints/{constraint.name}": constraint.origin for constraint in plan.constraints}
+    return {entity.name: entity.origin for entity in plan.entities} | constraints

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien import SceneBatch
+    from scenecc.plan import ScenePlan
     from scenecc.simulation.bodies import MovingBody
 
     Floats = NDArray[np.float64]
@@ -23,7 +24,10 @@ if TYPE_CHECKING:
 TOPPLED: Final = np.radians(30)
 """[rad] A body that has turned its up by more has not stayed upright."""
 
-SUNK: Final = 0.001
+STANDING: Final = np.cos(np.radians(5))
+"""A body stands where one of its axes is this near to vertical; of one that lies anyhow nothing is expected."""
+
+SUNK: Final = 0.002
 """[m] How deep a body may stand in another at the end. PhysX lets bodies at rest penetrate by tenths of millimetres."""
 
 THROWN: Final = 2.0
@@ -51,16 +55,16 @@ def simulate(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
         if moving:
             fastest = np.maximum(fastest, np.linalg.norm(velocities(moving)[:, :3], axis=1))
     end = poses(moving)
-    placed_above = {name for one in batch.plan.placements if one.kind == "above" for name in one.entities}
-    judged = [not body.moves_at_start and body.entity not in placed_above for body in moving]
-    tilt = tilts(moving, start, end)
+    free = {body.entity for body in moving} - _moved_on_purpose(batch.plan)
+    judged = [not body.moves_at_start and body.entity in free for body in moving]
+    tilt, stands = tilts(moving, start, end), _stands(start)
     gravity = batch.plan.physics.gravity or (0.0, 0.0, -9.81)
     falling = float(np.linalg.norm(gravity)) * seconds
     for number, body in enumerate(moving):
         name = body.entity
-        if judged[number] and tilt[number] > TOPPLED:
+        if judged[number] and stands[number] and tilt[number] > TOPPLED:
             yield Finding(
-                "SC853",
+                "SC854",
                 (name,),
                 body.scene,
                 float(tilt[number]),
@@ -68,7 +72,7 @@ def simulate(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
             )
         if judged[number] and fastest[number] > falling + THROWN:
             yield Finding(
-                "SC855",
+                "SC856",
                 (name,),
                 body.scene,
                 float(fastest[number]),
@@ -92,13 +96,29 @@ def tilts(moving: list[MovingBody], start: Floats, end: Floats) -> Floats:
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
+def _moved_on_purpose(plan: ScenePlan) -> set[str]:
+    """Entities that are placed above something, to fall, and those that hang on a constraint."""
+    placed = {name for one in plan.placements if one.kind == "above" for name in one.entities}
+    return placed | {mount.entity for one in plan.constraints for mount in (one.child, one.parent) if mount is not None}
+
+
+def _stands(start: Floats) -> NDArray[np.bool_]:
+    """(N,) whether one of the axes of each is about vertical."""
+    w, x, y, z = start[:, 3:].T
+    up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
+    return np.abs(up).max(axis=1, initial=0.0) > STANDING
+
+
 def _sunk(batch: SceneBatch) -> Iterator[Finding]:
-    contacts = batch.contacts()
+    """Bodies that penetrate each other at the end; links are pressed against what they hold by their drives."""
+    contacts, bodies = batch.contacts(), set(batch.entities)
     for number in np.flatnonzero(contacts.separation < -SUNK).tolist():
         a, b = str(contacts.a[number]), str(contacts.b[number])
+        if not {a, b} <= bodies:
+            continue
         depth = -float(contacts.separation[number])
         yield Finding(
-            "SC854",
+            "SC855",
             (a, b),
             int(contacts.scene[number]),
             depth,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.plan import BodyStructure
 from scenecc.simulation.findings import Finding
 
 if TYPE_CHECKING:
@@ -13,31 +14,67 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.backends.sapien.contacts import Contacts
+    from scenecc.plan import ScenePlan
     from scenecc.simulation.bodies import MovingBody
 
 OVERLAP: Final = 0.0005
 """By how much bodies may penetrate each other at the start [m]: PhysX pushes them apart slowly enough to go unseen."""
 
 
-def overlaps(contacts: Contacts, articulations: set[str]) -> Iterator[Finding]:
+def overlaps(contacts: Contacts, plan: ScenePlan) -> Iterator[Finding]:
     """Bodies that penetrate each other, by the contacts of the first step, which PhysX finds before anything moves.
 
     Args:
         contacts: of that step.
-        articulations: the names of the articulations.
+        plan: of the scenes.
     """
+    articulations = {entity.name for entity in plan.entities if not isinstance(entity.structures[0], BodyStructure)}
+    fixed = _fixed_bodies(plan)
     deep = np.flatnonzero(contacts.separation < -OVERLAP)
-    deepest: dict[tuple[int, str, str], float] = {}
+    deepest: dict[tuple[int, str, str], tuple[float, str, str]] = {}
     for number in deep.tolist():
-        key = int(contacts.scene[number]), str(contacts.a[number]), str(contacts.b[number])
-        deepest[key] = max(deepest.get(key, 0.0), -float(contacts.separation[number]))
-    for (scene, a, b), depth in deepest.items():
-        same = next((name for name in articulations if a.startswith(f"{name}/") and b.startswith(f"{name}/")), None)
+        a, b = str(contacts.a[number]), str(contacts.b[number])
+        if a in fixed and b in fixed:
+            continue
+        owners = _owner(a, articulations), _owner(b, articulations)
+        # Of two entities the deepest pair of links is told, of one robot every pair.
+        key = int(contacts.scene[number]), *((a, b) if owners[0] == owners[1] else owners)
+        deepest[key] = max(deepest.get(key, (0.0, "", "")), (-float(contacts.separation[number]), a, b))
+    for (scene, *names), (depth, a, b) in deepest.items():
         by = f"by {depth * 1000:.3g} mm at the start"
-        if same is None:
-            yield Finding("SC850", (a, b), scene, depth, f"`{a}` and `{b}` overlap {by}")
+        if _owner(a, articulations) == _owner(b, articulations):
+            yield Finding("SC851", tuple(names), scene, depth, f"the links `{a}` and `{b}` overlap {by}")
         else:
-            yield Finding("SC851", (a, b), scene, depth, f"the links `{a}` and `{b}` overlap {by}")
+            yield Finding("SC850", tuple(names), scene, depth, f"`{a}` and `{b}` overlap {by}")
+
+
+def _owner(name: str, articulations: set[str]) -> str:
+    """The entity of ENTITY or ENTITY/LINK."""
+    owner = name
+    while owner not in articulations and "/" in owner:
+        owner = owner.rpartition("/")[0]
+    return owner if owner in articulations else name
+
+
+def _fixed_bodies(plan: ScenePlan) -> set[str]:
+    """Static and kinematic bodies, and links that nothing can move: fixed to a root that is fixed, in each scene."""
+    fixed: set[str] = set()
+    for entity in plan.entities:
+        moving: set[str] = set()
+        for structure in entity.structures:
+            if isinstance(structure, BodyStructure):
+                moving |= {entity.name} if structure.body_type == "dynamic" else set()
+                continue
+            held: dict[str, bool] = {}
+            for link in structure.links:
+                if link.joint is None or link.parent is None:
+                    held[link.name] = structure.fix_root_link
+                else:
+                    held[link.name] = link.joint.type == "fixed" and held[structure.links[link.parent].name]
+            moving |= {f"{entity.name}/{name}" for name, stays in held.items() if not stays}
+            fixed |= {f"{entity.name}/{name}" for name in held}
+        fixed = (fixed | {entity.name}) - moving
+    return fixed
 
 
 def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
