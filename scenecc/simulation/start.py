@@ -100,7 +100,7 @@ def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding
                     scene,
                     float(low[2]),
                     f"nothing is below `{body.entity}`, which falls for ever",
-                    "put a body below it, fix it with `body_type: static`, or write `disable_gravity: true`",
+                    "put a body below it, fix it with `body_type: static`, or write `gravity: false`",
                 )
 
 
