@@ -12,7 +12,7 @@ from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, SourceMark
 from scenecc.expand.params import form_key, varying_misfit
 from scenecc.spec.nodes import EXPRESSION_START, child_at, is_mapping, is_sequence
 from scenecc.spec.params import infer_param_kind
-from scenecc.variation.forms import FORM_KEYS, Template
+from scenecc.variation.forms import FORM_KEYS, ONCE, Template
 from scenecc.variation.operations import ExpressionError
 
 if TYPE_CHECKING:
@@ -215,8 +215,10 @@ def map_alternatives(value: Any, change: Callable[[Any], Any]) -> Any:
     if form is None:
         return change(value)
     items = value[form]
-    if is_mapping(items):
-        changed: Any = {key: map_alternatives(item, change) for key, item in items.items()}
+    if form == ONCE:
+        changed: Any = map_alternatives(items, change)
+    elif is_mapping(items):
+        changed = {key: map_alternatives(item, change) for key, item in items.items()}
     elif is_sequence(items):
         changed = [map_alternatives(item, change) for item in items]
     else:

@@ -38,6 +38,7 @@ from scenecc.source.document import copy_mapping
 from scenecc.spec.base import NAME_PATTERN, NOTE_PREFIX, PATTERN_HINTS, PREFIX_PATTERN
 from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.spec.references import qualified_name, resolve_scene_idxs
+from scenecc.variation.forms import ONCE
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -522,6 +523,9 @@ class SceneSelections:
         if form is None:
             return value, None
         items = value[form]
+        if form == ONCE:
+            made, wrong = self.by_scene(items, selection, (*path, form), turned)
+            return {**value, form: made}, wrong
         if form == "per_scene" and is_sequence(items) and len(items) != len(selection):
             return value, (*path, form)
         pairs = items.items() if is_mapping(items) else enumerate(items) if is_sequence(items) else ()

@@ -13,7 +13,7 @@ from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
 from scenecc.spec.params import PARAM_KINDS, RANGED_KINDS, ParamType, describe_range_error, infer_param_kind, is_number
 from scenecc.variation.distributions import DISTRIBUTIONS
-from scenecc.variation.forms import FORM_KEYS, Template
+from scenecc.variation.forms import FORM_KEYS, ONCE, Template
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -159,7 +159,7 @@ def varying_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
         return _parts_misfit(value, wanted) if _has_varying_parts(value) else wanted.misfit(value)
     if form in DISTRIBUTIONS:
         return _drawn_misfit(form, value, wanted)
-    return next((wrong for item in _form_items(value[form]) if (wrong := varying_misfit(item, wanted))), None)
+    return next((wrong for item in _form_items(form, value[form]) if (wrong := varying_misfit(item, wanted))), None)
 
 
 def _has_varying_parts(value: Any) -> bool:
@@ -238,7 +238,7 @@ def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssu
         return varying_misfit(bound, limits)
     form = form_key(bound)
     if form is not None:
-        return _first_bound_misfit(_form_items(bound[form]), limits, wanted)
+        return _first_bound_misfit(_form_items(form, bound[form]), limits, wanted)
     if is_sequence(bound):
         return _length_misfit(bound, wanted) or _components_misfit(bound, limits)
     if not is_number(bound):
@@ -248,8 +248,10 @@ def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssu
     return limits.outside([bound] * count, [bound] * count)
 
 
-def _form_items(given: Any) -> list[Any]:
+def _form_items(form: str, given: Any) -> list[Any]:
     """What a form holds."""
+    if form == ONCE:
+        return [given]
     if is_mapping(given):
         return [item for key, item in given.items() if not key.startswith(NOTE_PREFIX)]
     return list(given) if is_sequence(given) else []

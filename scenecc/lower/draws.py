@@ -13,6 +13,7 @@ from scenecc.lower.fields import FieldLowerer
 from scenecc.lower.references import scope_of
 from scenecc.lower.variation import FieldPlace, VariationLowerer
 from scenecc.spec.params import PARAM_KINDS
+from scenecc.variation.forms import ONCE, Once
 from scenecc.variation.nodes import NODES, Const, Cycled
 from scenecc.variation.operations import DrawError
 
@@ -146,14 +147,15 @@ def lower_draws(
             message = f"there is no shared draw `{cut(str(name))}` that could be given"
             sampling.sink.report("SC250", message, origin, hint=suggest_name(str(name), known, sampling.sink))
     for name, draw in written.items():
-        place = origin.child(name)
+        kept = draw.__class__ is Once
+        place = origin.child(name, ONCE) if kept else origin.child(name)
         scope = names.given.get(name, scope_of(name))
         all_scenes = sampling.all_scenes
         found = selections.get(names.anchors.get(scope_of(name), "") if name in names.wanted else "", all_scenes)
         scenes = all_scenes if len(found) == len(all_scenes) else found
         fields = FieldLowerer(sampling, scenes, all_scenes, scope, partial=name in names.given)
         variation = VariationLowerer(fields, place)
-        item = variation.item(draw, _ANY_TYPE, FieldPlace(place, ""))
+        item = variation.item(draw.form if kept else draw, _ANY_TYPE, FieldPlace(place, ""))
         node = item if item.__class__ in NODES else Const(item)
         if name in given:
             rows = None if variation.broken else _injected_rows(given[name], node, sampling, place)
@@ -164,9 +166,12 @@ def lower_draws(
             sampling.add(name, node, frozenset(variation.reads))
             if variation.drawn or any(other in sampling.random for other in variation.reads):
                 sampling.random.add(name)
+            kept |= not variation.drawn and variation.reads & sampling.random <= sampling.fixed
             sampling.draw_origins |= variation.origins
             if variation.risky:
                 warn_draw_may_fail(name, variation, fields)
+        if kept:
+            sampling.fixed.add(name)
         param = names.wanted.get(name)
         # Forms without expressions were checked during expansion.
         if param is not None and not variation.broken and (variation.computed or name in given):

@@ -5,18 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.diagnostic import dotted
 from scenecc.diagnostics.messages import cut, show, suggest_name
 from scenecc.lower.deferred_checks import DeferredCheck, ResettableValue, report_draw_failure
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place, holds_template
 from scenecc.plan import Value, literal, per_scene, varying
-from scenecc.plan.scene import is_shared_pose
+from scenecc.plan.scene import is_unnamed_draw, kept_draw_name
 from scenecc.variation.bounds import UNKNOWN, ValueBounds
 from scenecc.variation.forms import Template
 from scenecc.variation.nodes import BUILTIN_NAMES, NODE_TYPES, NODES, Const, Rows, holds_infinity
 from scenecc.variation.operations import COMPUTE_LIMIT_HINT, DrawError, OperationCounter
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from numpy.typing import NDArray
 
@@ -128,6 +129,23 @@ class FieldLowerer:
         """Notes that a field stays as it is built, and with it all shared draws that it reads."""
         self.sampling.fixed |= variation.reads
 
+    def keep(self, node: Node, origin: Origin, reads: Iterable[str]) -> str:
+        """Makes a value a shared draw that stays as it is built, and returns its name.
+
+        Args:
+            node: of the value, which a seed decides.
+            origin: of its `once`.
+            reads: the shared draws that it reads.
+        """
+        sampling = self.sampling
+        name = kept_draw_name(dotted(origin.path))
+        scenes = {*self.scenes, *sampling.scenes_of.get(name, ())}
+        sampling.add(name, node, frozenset(reads))
+        sampling.scenes_of[name] = tuple(sorted(scenes))
+        sampling.fixed.add(name)
+        sampling.random.add(name)
+        return name
+
     def keep_infinite(self, value: Value) -> None:
         """Has a value stay as it is built if it may be infinite in some scene: the engine cannot change that later."""
         reset = self.sampling.resets.get(id(value))
@@ -199,7 +217,7 @@ class FieldLowerer:
         names = {name: prefix + name for name in template.names - BUILTIN_NAMES}
         for name, full in names.items():
             if full not in draws:
-                known = (draw[len(prefix) :] for draw in draws if draw.startswith(prefix) and not is_shared_pose(draw))
+                known = (draw[len(prefix) :] for draw in draws if draw.startswith(prefix) and not is_unnamed_draw(draw))
                 hint = suggest_name(name, known, self.sink)
                 message = f"there is no parameter, loop variable or draw `{cut(name)}` here"
                 self.sink.report("SC201", message, origin, hint=hint)

@@ -70,8 +70,8 @@ def fix_initial_positions(structures: Sequence[Any], sampling: SamplingContext) 
     for joint in (link.joint for structure in structures for link in structure.links if link.joint is not None):
         reset = sampling.resets.pop(id(joint.qpos), None)
         if reset is not None:
+            found |= reset.variation.drawn or not reset.variation.reads & sampling.random <= sampling.fixed
             reset.fields.fix(reset.variation)
-            found |= reset.variation.drawn or not sampling.random.isdisjoint(reset.variation.reads)
     return found
 
 

@@ -30,6 +30,7 @@ from scenecc.variation.forms import (
     Choice,
     Cycle,
     DrawForm,
+    Once,
     PerScene,
     RandomRotation,
     SceneMap,
@@ -93,7 +94,7 @@ def _least_magnitude(written: Any) -> Any:
             return abs(written) if math.isfinite(written) else 0.0
         case Vector(items):
             return tuple(map(_least_magnitude, items))
-        case PerScene() | SceneMap() | Cycle() | Choice():
+        case PerScene() | SceneMap() | Cycle() | Choice() | Once():
             parts = tuple(one for _, one in alternatives(written))
         case DrawForm(kind, operands) if (between := DISTRIBUTIONS[kind].between) and between[1] < len(operands):
             parts = (operands[between[0]], operands[between[1]])

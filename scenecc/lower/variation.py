@@ -13,9 +13,11 @@ from scenecc.lower.field_types import COMPONENT_TYPES, drawn_shape
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import (
     MISSING,
+    ONCE,
     SELECTORS,
     Cycle,
     DrawForm,
+    Once,
     PerScene,
     RandomRotation,
     SceneMap,
@@ -23,7 +25,18 @@ from scenecc.variation.forms import (
     Vector,
     alternative_values,
 )
-from scenecc.variation.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
+from scenecc.variation.nodes import (
+    NODE_TYPES,
+    Chosen,
+    Computed,
+    Cycled,
+    Drawn,
+    Key,
+    RandomRotated,
+    Rows,
+    Shared,
+    Stacked,
+)
 from scenecc.variation.operations import expression_cost, form_cost
 
 if TYPE_CHECKING:
@@ -82,7 +95,7 @@ class VariationLowerer:
         drawn: whether it has draws of its own.
         computed: whether it has expressions.
         broken: whether something of it was reported, so that its placeholder means nothing.
-        reads: the shared draws that its expressions read.
+        reads: the shared draws that its expressions read, and those that its `once` stand for.
         cycled: whether it has alternatives that no scene may have.
         risky: whether it can have no value in some scene, or one out of its range.
         origins: of the nodes that can have no value, by identity; the nodes are kept with them.
@@ -104,7 +117,7 @@ class VariationLowerer:
     @property
     def known(self) -> bool:
         """Whether its values follow from the scene's index alone, and without an expression."""
-        return not self.drawn and not self.computed
+        return not self.drawn and not self.computed and not self.reads
 
     def join(self, other: VariationLowerer) -> None:
         """Takes in what is known of another field that this one's value is made of."""
@@ -140,6 +153,8 @@ class VariationLowerer:
                 return self._per_scene(items, place, leaf)
             case SceneMap():
                 return self._by_scene(given, place, leaf)
+            case Once(form):
+                return self._kept(form, place, leaf)
             case Cycle(items):
                 self.cycled = True
                 return Cycled(self._each(items, "cycle", place, leaf))
@@ -147,6 +162,17 @@ class VariationLowerer:
                 self.drawn = True
                 items = self._each(given.items, "choice", place, leaf)
                 return Chosen(items, given.weights, self._key(place), place.word)
+
+    def _kept(self, form: Any, place: FieldPlace, leaf: LeafReader) -> Any:
+        """What stays as it is built: drawn as the form alone would be, as a shared draw that no reset draws anew."""
+        drawn, reads = self.drawn, self.reads
+        self.drawn, self.reads = False, set()
+        item = self.select(form, replace(place, origin=place.origin.child(ONCE)), leaf)
+        if self.drawn or not self._fields.sampling.random.isdisjoint(self.reads):
+            item = Shared(self._fields.keep(item, place.origin, self.reads))
+            self.reads = {item.name}
+        self.drawn, self.reads = drawn, reads | self.reads
+        return item
 
     def _each(self, items: tuple[Any, ...], name: str, place: FieldPlace, leaf: LeafReader) -> tuple[Any, ...]:
         return tuple(self.select(one, place, leaf, (name, i)) for i, one in enumerate(items))

@@ -128,18 +128,23 @@ def are_apart(a: Cores, b: Cores, least: Floats) -> NDArray[np.bool_]:
     """Whether each pair (n,) has at least a distance (n,) [m]; of 0 or less: whether it does not overlap."""
     # Cores that touch overlap.
     wanted = np.maximum(a.margin + b.margin + least, _TOUCHING)
-    lower, upper = _bounds(a, b, wanted)
+    lower, upper, _ = _bounds(a, b, wanted)
     return (lower >= wanted) | ((upper - lower <= _TOLERANCE) & (upper >= wanted))
 
 
 def distances(a: Cores, b: Cores) -> Floats:
     """The distance of each pair (n,) [m]; 0 where it overlaps."""
-    _, upper = _bounds(a, b, None)
+    _, upper, _ = _bounds(a, b, None)
     return np.maximum(upper - a.margin - b.margin, 0.0)
 
 
-def _bounds(a: Cores, b: Cores, wanted: Floats | None) -> tuple[Floats, Floats]:
-    """The least and the greatest that the distance of each pair's cores can be (n,) [m].
+def witnesses(a: Cores, b: Cores) -> Floats:
+    """Vectors (n, 3) from the second core to the first, between their nearest points [m]; 0 where they overlap."""
+    return _bounds(a, b, None)[2]
+
+
+def _bounds(a: Cores, b: Cores, wanted: Floats | None) -> tuple[Floats, Floats, Floats]:
+    """The least and the greatest that the distance of each pair's cores can be (n,) [m], and a vector (n, 3) that long.
 
     Args:
         a: the ones.
@@ -174,7 +179,7 @@ def _bounds(a: Cores, b: Cores, wanted: Floats | None) -> tuple[Floats, Floats]:
         rows = rows[~inside]
         if not rows.size:
             break
-    return lower, upper
+    return lower, upper, nearest
 
 
 def _nearest(simplex: Floats, used: NDArray[np.bool_]) -> tuple[Floats, Floats, NDArray[np.bool_]]:

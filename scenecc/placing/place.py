@@ -39,7 +39,10 @@ if TYPE_CHECKING:
     Flags = NDArray[np.bool_]
 
 _ROWS: Final = 4096
-"""How many tries are looked at together, at least where that many are left."""
+"""How many tries are looked at together, at most, where there are fewer scenes."""
+
+_FEW_ROWS: Final = 512
+"""How many tries cost about as much as one."""
 
 _TRIES_TOGETHER: Final = 256
 """How many tries of one scene are looked at together, at most."""
@@ -55,6 +58,7 @@ _OBSTACLE_COST: Final = 20
 """How many operations a try and a part in the way are counted as."""
 
 _DOWN: Final = np.array((0.0, 0.0, -1.0))
+_UP: Final = -_DOWN
 
 
 class PlacingError(Exception):
@@ -69,6 +73,11 @@ class PlacingError(Exception):
     def __init__(self, name: str, scenes: Sequence[int], message: str) -> None:
         super().__init__(message)
         self.name, self.scenes, self.message = name, tuple(scenes), message
+
+
+def along(direction: Floats, rows: Indices) -> Floats:
+    """The same direction for each of some rows (n, 3)."""
+    return np.broadcast_to(direction, (len(rows), 3))
 
 
 def as_in_engine(poses: Floats) -> Floats:
@@ -193,7 +202,7 @@ class _Trial:
         if not self._target:
             message = f"`{placement.target}` has no colliding shape"
             raise PlacingError(placement.name, self._batch.scenes[self._there].tolist(), message)
-        self._top = extent(self._target, np.broadcast_to((0.0, 0.0, 1.0), (len(self._rows), 3)))
+        self._top = extent(self._target, along(_UP, self._rows))
         self._surfaces = self._carrying_surfaces()
         self._outline = None if placement.kind == "on" else footprint_polygons(self._target)
         frame = placer.pose_of(placement.target) if placement.frame is None else self._value(placement.frame)
@@ -201,7 +210,8 @@ class _Trial:
         self._rectangle = self._whole_top() if placement.at is placement.low is placement.center is None else None
         self._work(_OBSTACLE_COST * sum(map(len, placer.bodies.values())))
         self._obstacles = [
-            (part, number, apart, there)
+            # Only what it may stand on is often below it.
+            (part, number, apart, there, None if apart or part.is_plane else part.extent(along(_UP, self._rows)))
             for part, apart in placer.obstacles(placement)
             for number, mine in enumerate(self._parts)
             if (there := mine.there & part.there & groups_collide(mine.groups.T, part.groups.T)).any()
@@ -217,7 +227,9 @@ class _Trial:
         found[:, 3] = 1.0
         left, done = np.flatnonzero(self._there), 0
         while left.size:
-            count = min(max(1, _ROWS // len(left)), _TRIES_TOGETHER, self._placement.tries - done)
+            # Twice as many as before: most scenes are settled soon, and tries after the one that fits are in vain.
+            rows_together = min(_ROWS, max(_FEW_ROWS, 2 * done * len(left)))
+            count = min(max(1, rows_together // len(left)), _TRIES_TOGETHER, self._placement.tries - done)
             if not count:
                 name = self._placement.name
                 scenes = self._batch.scenes[left].tolist()
@@ -309,7 +321,7 @@ class _Trial:
     def _heights(self, parts: list[Part], rows: Indices, batch: Batch) -> Floats:
         """How high the origin is (M,) [m]; not finite where it cannot be. `parts`: at height 0."""
         placement = self._placement
-        lowest = -extent(parts, np.broadcast_to(_DOWN, (len(rows), 3)))
+        lowest = -extent(parts, along(_DOWN, rows))
         within = np.ones(len(rows), np.bool_)
         if self._outline is not None:
             within = is_within(parts, self._outline[rows])
@@ -332,7 +344,7 @@ class _Trial:
         others: list[Cores] = []
         least: list[Floats] = []
         whose: list[Indices] = []
-        for part, number, apart, there in self._obstacles:
+        for part, number, apart, there, top in self._obstacles:
             own = parts[number]
             wanted = apart - TOLERANCE if apart else 0.0
             if part.is_plane:
@@ -342,7 +354,10 @@ class _Trial:
                 continue
             between = own.p - part.p[rows]
             reach = own.reach + part.reach[rows] + apart
-            close = np.flatnonzero(there[rows] & (np.einsum("ij,ij->i", between, between) < reach * reach))
+            maybe = there[rows] & (np.einsum("ij,ij->i", between, between) < reach * reach)
+            if top is not None:
+                maybe &= -own.extent(along(_DOWN, rows)) <= top[rows]
+            close = np.flatnonzero(maybe)
             if close.size:
                 pair, first, second = core_pairs(own, close, part, rows[close], apart)
                 mine.append(first)

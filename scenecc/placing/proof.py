@@ -1,15 +1,19 @@
-"""Whether what was placed is as far apart as it must be: found anew, from the final poses alone."""
+"""Whether what was placed is as far apart as it must be: proved from the final poses alone.
+
+Two convex parts are apart if there is a direction along which one ends before the other begins. Where a direction comes
+from does not matter: the sampler's distances suggest some, and are not relied on.
+"""
 
 from __future__ import annotations
 
-from itertools import combinations
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from itertools import combinations, product
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from scenecc.placing.bodies import entity_parts, matrices
-from scenecc.placing.distances import are_apart, distances
-from scenecc.placing.pairs import core_pairs
+from scenecc.placing.distances import witnesses
 from scenecc.plan.body import groups_collide
 
 if TYPE_CHECKING:
@@ -18,18 +22,25 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.placing.bodies import Part
+    from scenecc.placing.distances import Cores
     from scenecc.plan import ScenePlan
     from scenecc.plan.placement import Placement
     from scenecc.variation.evaluation import Batch
 
     Floats = NDArray[np.float64]
+    Indices = NDArray[np.intp]
 
-_TOLERANCE = 2e-6
+_TOLERANCE: Final = 2e-6
 """By how much less than asked for a distance may be [m]."""
+
+_UP: Final = np.array((0.0, 0.0, 1.0))
+
+_CHUNK: Final = 500_000
+"""How many pairs of a body and a triangle are looked at together."""
 
 
 def find_overlap(plan: ScenePlan, batch: Batch, poses: Mapping[str, Floats]) -> str | None:
-    """What is nearer than it may be, in words; None where nothing is.
+    """What is not proved to be as far apart as it must be, in words; None where all is.
 
     Args:
         plan: with its placements.
@@ -49,11 +60,12 @@ def find_overlap(plan: ScenePlan, batch: Batch, poses: Mapping[str, Floats]) -> 
         least = _least_distance(a, b, placed)
         if least is None:
             continue
-        for distance, number in _too_near(world[a], world[b], least):
-            scene = int(batch.scenes[number])
-            if distance > 0:
-                return f"in scene {scene} `{a}` and `{b}` are {distance:.6g} m apart, less than {least:g} m"
-            return f"in scene {scene} `{a}` and `{b}` overlap"
+        with np.errstate(all="ignore"):
+            found = next((bad for pair in product(world[a], world[b]) for bad in _too_near(*pair, least)), None)
+        if found is not None:
+            row, gap = found
+            how = f"are {gap:.6g} m apart, less than {least:g} m" if gap > 0 else "overlap"
+            return f"in scene {batch.scenes[row]} `{a}` and `{b}` {how}"
     return None
 
 
@@ -69,30 +81,110 @@ def _least_distance(a: str, b: str, placed: Mapping[str, Placement]) -> float | 
     return max(one.apart for one in ones)
 
 
-def _too_near(a: list[Part], b: list[Part], least: float) -> Iterator[tuple[float, int]]:
-    """The pairs of parts that are nearer than they may be: their distance [m], and the row of the scene."""
-    for one in a:
-        for other in b:
-            both = one.there & other.there & groups_collide(one.groups.T, other.groups.T)
-            if one.is_plane or other.is_plane:
-                plane, solid = (one, other) if one.is_plane else (other, one)
-                normal = plane.turn[:, :, 0]
-                height = -solid.extent(-normal) - np.einsum("ij,ij->i", normal, plane.p)
-                for row in np.flatnonzero(both & (height < least - _TOLERANCE)).tolist() if not solid.is_plane else ():
-                    yield float(height[row]), row
-                continue
-            between = np.sqrt(((one.p - other.p) ** 2).sum(axis=1))
-            rows = np.flatnonzero(both & (between <= one.reach + other.reach + least))
-            if rows.size:
-                pair, first, second = core_pairs(one, rows, other, rows, least)
-                wanted = np.full(len(pair), max(least - _TOLERANCE, 0.0))
-                if not least:
-                    # What touches does not overlap.
-                    first.p = first.p + np.where(first.p[:, 2] < second.p[:, 2], -1, 1)[:, None] * (
-                        0.0,
-                        0.0,
-                        _TOLERANCE,
-                    )
-                for number in np.flatnonzero(~are_apart(first, second, wanted)).tolist():
-                    some = np.array([number])
-                    yield float(distances(first.taken(some), second.taken(some))[0]), int(rows[pair[number]])
+@dataclass(slots=True)
+class _Pieces:
+    """A part in the world in some rows (n,) of it; or of a triangle mesh, one triangle (n,) in each."""
+
+    part: Part
+    rows: Indices
+    triangle: Indices | None = None
+
+    def taken(self, index: Indices, triangle: Indices | None = None) -> _Pieces:
+        """Some of them. `triangle`: of each the one; None: as they are."""
+        kept = self.triangle if self.triangle is None else self.triangle[index]
+        return _Pieces(self.part, self.rows[index], kept if triangle is None else triangle)
+
+    @property
+    def is_concave(self) -> bool:
+        """Whether only their triangles are convex."""
+        return self.part.triangles is not None and self.triangle is None
+
+    @property
+    def corners(self) -> Floats:
+        """Of the triangles, in the frames of their meshes (n, 3, 3) [m]."""
+        assert self.part.points is not None
+        assert self.part.triangles is not None
+        return self.part.points[self.part.triangles[self.triangle]] * self.part.scale[self.rows][:, None]
+
+    def end(self, direction: Floats) -> Floats:
+        """The greatest coordinate along unit directions (n, 3) of all their points (n,) [m]."""
+        part, rows = self.part, self.rows
+        along = np.einsum("nij,ni->nj", part.turn[rows], direction)
+        at = np.einsum("ni,ni->n", part.p[rows], direction)
+        if self.triangle is not None:
+            return at + np.einsum("nkj,nj->nk", self.corners, along).max(axis=1)
+        if part.points is not None:
+            return at + ((along * part.scale[rows]) @ part.points.T).max(axis=1)
+        across = np.sqrt(along[:, 1] ** 2 + along[:, 2] ** 2)
+        return at + (np.abs(along) * part.half[rows]).sum(axis=1) + part.disk[rows] * across + part.margin[rows]
+
+    def cores(self) -> Cores:
+        """The same for the distances of the sampler."""
+        part, triangle = self.part, self.triangle
+        return part.cores(self.rows) if triangle is None else part.triangle_cores(self.rows, triangle)
+
+
+def _too_near(a: Part, b: Part, least: float) -> Iterator[tuple[int, float]]:
+    """The scenes, by their rows, in which two parts may be nearer than they may, and how far apart they are [m]."""
+    rows = np.flatnonzero(a.there & b.there & groups_collide(a.groups.T, b.groups.T))
+    if a.is_plane:
+        a, b = b, a
+    if rows.size and not a.is_plane:
+        yield from _unproved(_Pieces(a, rows), _Pieces(b, rows), least)
+
+
+def _unproved(a: _Pieces, b: _Pieces, least: float) -> Iterator[tuple[int, float]]:
+    """The pairs that no direction shows to be so far apart: the row of each, and what the last direction shows [m]."""
+    if b.part.is_plane:
+        # Nothing but its normal can show it.
+        a, b, gap = _left(a, b, b.part.turn[b.rows, :, 0], least)
+        yield from zip(a.rows.tolist(), gap.tolist(), strict=True)
+        return
+    between = a.part.p[a.rows] - b.part.p[b.rows]
+    up = np.where(between[:, 2:] < 0, -1.0, 1.0) * _UP
+    # What may touch mostly stands on the other.
+    a, b, gap = _left(a, b, between if least else up, least)
+    if a.rows.size:
+        first, second = a.cores(), b.cores()
+        if not least:
+            # What touches does not overlap.
+            first.p = first.p + np.where(first.p[:, 2:] < second.p[:, 2:], -_TOLERANCE, _TOLERANCE) * _UP
+        a, b, gap = _left(a, b, witnesses(first, second), least)
+    if b.is_concave:
+        a, b = b, a
+    if not a.is_concave:
+        yield from zip(a.rows.tolist(), gap.tolist(), strict=True)
+        return
+    for index, triangle in _triangles_near(a, b, least):
+        yield from _unproved(a.taken(index, triangle), b.taken(index), least)
+
+
+def _left(a: _Pieces, b: _Pieces, direction: Floats, least: float) -> tuple[_Pieces, _Pieces, Floats]:
+    """The pairs that directions (n, 3) from b to a do not show to be so far apart, and what they show [m]."""
+    unit = direction / np.abs(direction).max(axis=1, keepdims=True)
+    unit /= np.sqrt((unit * unit).sum(axis=1, keepdims=True))
+    gap = -a.end(-unit) - b.end(unit)
+    # A direction of length 0 gives no number, and shows nothing.
+    left = np.flatnonzero(~(gap >= least - _TOLERANCE))
+    return a.taken(left), b.taken(left), gap[left]
+
+
+def _triangles_near(mesh: _Pieces, other: _Pieces, least: float) -> Iterator[tuple[Indices, Indices]]:
+    """The pairs, and triangles of their meshes, that the axes of the mesh do not show to be so far apart."""
+    part = mesh.part
+    assert part.points is not None
+    turn, p = part.turn[mesh.rows], part.p[mesh.rows]
+    axes = [np.ascontiguousarray(turn[:, :, axis]) for axis in range(3)]
+    at = np.einsum("nij,ni->nj", turn, p)
+    low = -np.stack([other.end(-axis) for axis in axes], axis=1) - at - least
+    high = np.stack([other.end(axis) for axis in axes], axis=1) - at + least
+    corners = part.points[part.triangles]
+    ends = corners.min(axis=1), corners.max(axis=1)
+    chunk = max(1, _CHUNK // len(corners))
+    for start in range(0, len(low), chunk):
+        some = slice(start, start + chunk)
+        scaled = [end * part.scale[mesh.rows[some], None] for end in ends]
+        least_, most = np.minimum(*scaled), np.maximum(*scaled)
+        near = ((least_ <= high[some, None]) & (most >= low[some, None])).all(axis=2)
+        index, triangle = np.nonzero(near)
+        yield index + start, triangle

@@ -183,7 +183,7 @@ class ScenePlan:
 MAX_COMPOSED_POSES = 16
 """How many poses one recipe composes before it goes on from a shared one: what is nested more cannot be read back."""
 
-_POSE_SUFFIX = ".pose"
+_POSE_SUFFIX, _ONCE_SUFFIX = ".pose", ".once"
 
 
 def shared_pose_name(name: str, number: int = 0) -> str:
@@ -191,6 +191,11 @@ def shared_pose_name(name: str, number: int = 0) -> str:
     return f"{name}{_POSE_SUFFIX}.{number}" if number else name + _POSE_SUFFIX
 
 
-def is_shared_pose(name: str) -> bool:
-    """Whether a shared draw is the pose of an entity or a frame. A draw of a file has no dot after its scope."""
+def kept_draw_name(path: str) -> str:
+    """What the value of a `once` is called, as no draw of a file is. `path`: of the keys that lead to it."""
+    return path + _ONCE_SUFFIX
+
+
+def is_unnamed_draw(name: str) -> bool:
+    """Whether a shared draw is a pose or the value of a `once`. A draw of a file has no dot after its scope."""
     return "." in name.rpartition("/")[2]

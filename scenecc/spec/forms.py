@@ -317,6 +317,8 @@ class FormReader:
         refused: why no form may stand here, though an expression may; None: forms may.
     """
 
+    _in_once = False
+
     def __init__(self, mistakes: ErrorCollector, refused: str | None = None) -> None:
         self._mistakes = mistakes
         self._refused = refused
@@ -392,7 +394,7 @@ class FormReader:
 
     def _form(self, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
         key, *others = (key for key in node if key in FORM_KEYS)
-        if self._refused is not None:
+        if self._refused is not None and key != forms.ONCE:
             return self.mistake("SC116", f"`{key}` is not allowed here", node, (*loc, key), self._refused)
         for other in others:
             message = f"`{key}` and `{other}` are mutually exclusive: write one form"
@@ -402,9 +404,25 @@ class FormReader:
                 self._mistakes.add(_misplaced_key_error(other, key), node, *loc, other)
         if others:
             return None
+        if key == forms.ONCE:
+            return self._once(node[key], domain, plain, (*loc, key))
         if key in DISTRIBUTIONS and not self._is_expression(node[key]):
             return read_distribution(self, key, node, domain, plain, loc)
         return self._listed(key, node, domain, plain, loc)
+
+    def _once(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
+        """What a reset keeps; a plain value, which only an expression may have given, as it is."""
+        if self._in_once:
+            return self.mistake("SC117", "`once` does nothing inside `once`", node, loc, "leave the inner one out")
+        self._in_once = True
+        found = self.leaf(node, domain, plain, loc)
+        self._in_once = False
+        if isinstance(found, forms.Varying):
+            return forms.Once(found)
+        if not (found is None or EXPANDED.get()):
+            message = "`once` stands around a form or an expression, and this is the same at every reset"
+            self.mistake("SC117", message, node, loc, "leave `once` out")
+        return found
 
     def _listed(self, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
         """A form whose values are listed, or any whose list is an expression."""

@@ -48,6 +48,10 @@ _LIST_FORMS: dict[str, Any] = {
         "description": "A random order of a list of at most 7 values.",
         "anyOf": [{"type": "array", "minItems": 1, "maxItems": 7}, EXPRESSION_REF],
     },
+    "once": {
+        "description": "A form whose value no reset draws anew.",
+        "anyOf": [{"type": ["object", "array"]}, EXPRESSION_REF],
+    },
     "weights": {
         "description": "How likely each choice is.",
         "anyOf": [

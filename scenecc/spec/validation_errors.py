@@ -58,7 +58,7 @@ from scenecc.spec.nodes import (
 )
 from scenecc.spec.repetition import Repeat, RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
-from scenecc.variation.forms import FORM_KEYS
+from scenecc.variation.forms import FORM_KEYS, ONCE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -106,7 +106,8 @@ def _skip_forms(loc: tuple[PathKey, ...]) -> Iterator[PathKey]:
     in_form = False
     for segment in rest:
         if in_form and segment in FORM_KEYS:
-            next(rest, None)
+            if segment != ONCE:
+                next(rest, None)
         else:
             in_form = segment == OTHERWISE
             yield segment

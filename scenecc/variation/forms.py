@@ -59,6 +59,13 @@ class Choice:
 
 
 @frozen
+class Once:
+    """`once: FORM`: as the form gives it when the scenes are built; a reset never draws it anew."""
+
+    form: Any
+
+
+@frozen
 class DrawForm:
     """Numbers that a distribution draws: `uniform: [low, high]` and its like.
 
@@ -90,18 +97,22 @@ LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle
 MAX_SHUFFLED: Final = 7
 """Values of a `shuffle`: of so many there are 5040 orders."""
 
-FORM_KEYS: Final = frozenset((*LIST_FORMS, *DISTRIBUTIONS))
+ONCE: Final = "once"
+
+FORM_KEYS: Final = frozenset((*LIST_FORMS, *DISTRIBUTIONS, ONCE))
 """Keys of the mappings that give another value in each scene; others stand beside some of them."""
 
-SELECTORS: Final = frozenset((PerScene, SceneMap, Cycle, Choice))
-"""The forms that pick one of several items, which may be anything."""
+SELECTORS: Final = frozenset((PerScene, SceneMap, Cycle, Choice, Once))
+"""The forms that pick one of several items, which may be anything; of `Once` there is one item."""
 
 
-def alternatives(selector: Any) -> list[tuple[tuple[str, int | str], Any]]:
+def alternatives(selector: Any) -> list[tuple[tuple[str | int, ...], Any]]:
     """What one of `SELECTORS` picks from, each with the steps that lead to it."""
     if isinstance(selector, SceneMap):
-        found: list[tuple[tuple[str, int | str], Any]] = [(("per_scene", str(at)), one) for at, one in selector.items]
+        found: list[tuple[tuple[str | int, ...], Any]] = [(("per_scene", str(at)), one) for at, one in selector.items]
         return found if selector.default is MISSING else [*found, (("per_scene", "default"), selector.default)]
+    if isinstance(selector, Once):
+        return [((ONCE,), selector.form)]
     name = next(name for name, kind in LIST_FORMS.items() if isinstance(selector, kind))
     return [((name, i), one) for i, one in enumerate(selector.items)]
 
@@ -115,7 +126,7 @@ def alternative_values(given: Any) -> Iterator[Any]:
         yield from alternative_values(one)
 
 
-Form = PerScene | SceneMap | Cycle | Choice | DrawForm | RandomRotation | Vector
+Form = PerScene | SceneMap | Cycle | Choice | Once | DrawForm | RandomRotation | Vector
 
 
 class Template:

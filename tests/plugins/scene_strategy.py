@@ -488,7 +488,8 @@ def _forms(document: dict[str, Any], random: Random) -> None:
             # Of their own each: a fault in a list that stands at two places is told at the first.
             one, other, mean, low, high = (copy.deepcopy(value) for _ in range(5))
             forms += [{"uniform": [one, other]}, {"normal": [mean, 0], "clip": [low, high]}]
-        owner[key] = random.choice(forms)
+        form = random.choice(forms)
+        owner[key] = {"once": form} if random.random() < 0.2 else form
 
 
 WHOLE = frozenset(("relative_to", "anchor", "px"))

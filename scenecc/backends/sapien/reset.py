@@ -14,7 +14,7 @@ from scenecc.backends.sapien.state import ArticulationState, bodies_at_rest
 from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS
-from scenecc.plan.scene import is_shared_pose
+from scenecc.plan.scene import is_unnamed_draw
 from scenecc.variation.evaluation import Batch, to_field_rows
 from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type
 from scenecc.variation.node_bounds import BoundsAnalysis
@@ -62,7 +62,7 @@ class ResetSampler:
         self._draws: Mapping[str, Node] = dict(plan.draws)
         # What stays as it is built stands in the plan as its rows.
         self._drawn_again = [
-            name for name, node in plan.draws if not isinstance(node, Rows) and not is_shared_pose(name)
+            name for name, node in plan.draws if not isinstance(node, Rows) and not is_unnamed_draw(name)
         ]
         found = [(entity, *rows_in_scenes(entity, scene_idxs)) for entity in plan.entities]
         present = [each for each in found if each[1]]

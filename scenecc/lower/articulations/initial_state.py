@@ -438,7 +438,7 @@ def shared_by_joint(variation: VariationLowerer, number: int) -> VariationLowere
 def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[Any, ...]]]:
     """The lists of numbers, and the mappings, in what is written, and where each of them is."""
     match written:
-        case forms.PerScene() | forms.SceneMap() | forms.Cycle() | forms.Choice():
+        case forms.PerScene() | forms.SceneMap() | forms.Cycle() | forms.Choice() | forms.Once():
             pairs: list[tuple[tuple[Any, ...], Any]] = list(forms.alternatives(written))
         case forms.DrawForm(kind, operands):
             pairs = list(zip(DISTRIBUTIONS[kind].steps(len(operands)), operands, strict=True))

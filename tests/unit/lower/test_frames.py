@@ -11,7 +11,7 @@ import pytest
 from scenecc import compile_scene, load_scene, validate
 from scenecc.plan import ScenePlan
 from scenecc.plan.json_codec import plan_to_json
-from scenecc.plan.scene import MAX_COMPOSED_POSES, is_shared_pose
+from scenecc.plan.scene import MAX_COMPOSED_POSES, is_unnamed_draw
 from scenecc.variation.evaluation import Batch
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def test_a_tower_is_reset_as_it_is_built(count: int) -> None:
     plan, other = tower(count), tower(count, seed=5)
     read = compile_scene(io.StringIO(plan_to_json(plan)))
     assert read == plan
-    assert any(is_shared_pose(name) for name, _ in plan.draws) is (count >= MAX_COMPOSED_POSES)
+    assert any(is_unnamed_draw(name) for name, _ in plan.draws) is (count >= MAX_COMPOSED_POSES)
     # The ground stays, and all else is as a batch of that seed has it.
     ground, moved = (each.entities[0].pose.data for each in (plan, other))
     for entity, again in zip(read.entities[2:], other.entities[2:], strict=True):

@@ -159,6 +159,18 @@ def test_a_reset_that_finds_no_place_changes_nothing() -> None:
     assert np.array_equal(batch.entities["cube"].pose, before)
 
 
+@pytest.mark.parametrize("broken", ["place.are_apart", "distances._bounds"])
+def test_an_overlap_that_the_sampler_misses_is_an_error(broken: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def all_apart(a: Any, b: Any, _least: Any) -> Any:
+        far = np.full(len(a.p), 1.0)
+        return far > 0 if broken == "place.are_apart" else (far, far, a.p - b.p)
+
+    region = {"region": [[-0.05, -0.05], [0.05, 0.05]]}
+    crowded = scene(20, **{f"thing_{i}": thing(i, **region) for i in range(6)})
+    monkeypatch.setattr(f"scenecc.placing.{broken}", all_apart)
+    assert code_of(crowded) == ["SC356"]
+
+
 def test_a_fixed_body_does_not_avoid_what_a_reset_draws() -> None:
     post = {**thing(2, at=[0, 0]), "body_type": "static"}
     ball = {"pose": {"p": [{"uniform": [0, 0.001]}, 0, 0.45]}, "shapes": [SHAPES[1]]}

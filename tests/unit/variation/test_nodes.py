@@ -47,19 +47,19 @@ def test_every_node_has_a_row(table: Any) -> None:
 def test_every_form_has_a_key() -> None:
     # A map by scene has the key of the list, and the others have none.
     keyless = {forms.SceneMap, forms.RandomRotation, forms.Vector}
-    assert {*forms.LIST_FORMS.values(), forms.DrawForm} | keyless == set(forms.Form.__args__)
-    assert {*forms.LIST_FORMS, *DISTRIBUTIONS} == FORM_KEYS
+    assert {*forms.LIST_FORMS.values(), forms.DrawForm, forms.Once} | keyless == set(forms.Form.__args__)
+    assert {*forms.LIST_FORMS, *DISTRIBUTIONS, forms.ONCE} == FORM_KEYS
 
 
 @pytest.mark.parametrize("key", sorted(FORM_KEYS))
 def test_every_form_is_read_and_published(key: str) -> None:
-    form: dict[str, Any] = {key: [1, 2]}
+    form: dict[str, Any] = {key: {"choice": [1, 2]} if key == forms.ONCE else [1, 2]}
     if key in DISTRIBUTIONS:
         form[key] = [1, 2, 3][: len(DISTRIBUTIONS[key].operands)]
         if DISTRIBUTIONS[key].needs_companion:
             form[str(DISTRIBUTIONS[key].companion)] = [1, 2]
     read = TypeAdapter(Draw).validate_python(form)
-    assert type(read) is forms.LIST_FORMS.get(key, forms.DrawForm)
+    assert type(read) is {**forms.LIST_FORMS, forms.ONCE: forms.Once}.get(key, forms.DrawForm)
     assert f'"{key}"' in json.dumps(json_schema())
 
 
