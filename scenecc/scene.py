@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from scenecc.plan.diff import Difference
     from scenecc.render import RenderChoices
     from scenecc.render.render import Rendering
+    from scenecc.source.paths import PathCache
     from scenecc.viewer import PageAddress, ScenePage, ViewOptions
 
     Progress = Callable[[int, int], None]
@@ -72,9 +73,13 @@ def validate(
         ValueError: an argument is out of its range.
         TypeError: the source is none of the above, or a number is no integer (Python's or numpy's, and no flag).
     """
+    return validate_source(source, Options.of_call(validate, options), None)
+
+
+def validate_source(source: Source, options: Options, memory: PathCache | None) -> list[Diagnostic]:
+    """As `validate`. `memory`: takes what was looked up."""
     sink = Sink()
-    asked = Options.of_call(validate, options)
-    compile_source(source, asked, sink, drawn=False)
+    compile_source(source, options, sink, drawn=False, memory=memory)
     return sink.diagnostics()
 
 

@@ -4,13 +4,27 @@ from __future__ import annotations
 
 import re
 from functools import partial
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.options import Format, FormatOption, shown, takes_compile_options
+from scenecc.cli.many_files import FileChoices, find_in_each
+from scenecc.cli.options import (
+    ChangedSince,
+    Format,
+    FormatOption,
+    Jobs,
+    Shard,
+    UseCache,
+    shown,
+    takes_compile_options,
+)
 from scenecc.cli.output import of_settings, print_err, print_findings, progress, status
 from scenecc.cli.paths import find, source_of
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.source.paths import PathCache
 
 _SEEDS: Final = re.compile(r"([0-9]{1,18}):([0-9]{1,18})")
 _SECONDS: Final = re.compile(r"[0-9]{1,4}(\.[0-9]{1,9})?")
@@ -42,6 +56,10 @@ def check(
     seeds: Annotated[
         Any, typer.Option("--seeds", metavar="A:B", parser=_parse_seeds, help="Check each seed from A to B-1.")
     ] = None,
+    jobs: Jobs = None,
+    shard: Shard = None,
+    changed_since: ChangedSince = None,
+    cache: UseCache = True,
     strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
@@ -56,18 +74,24 @@ def check(
     Examples:
       scenecc check scenes/tabletop.yaml
       scenecc check scenes/clutter.yaml --seeds 0:20
-      scenecc check --settle 0 --strict scenes
+      scenecc check --settle 0 --strict scenes --jobs 8
     """
-    import scenecc
+    from scenecc.options import Options
+    from scenecc.simulation.check import check_source
 
     if seeds is not None and options["seed"] is not None:
         raise typer.BadParameter("it cannot be given together with --seed", param_hint="'--seeds'")
+    asked = Options.of(**options)
     found = find(paths)
-    diagnostics = found.faults()
-    for file in found.files:
-        with progress(f"check {file}") as show:
-            here = scenecc.check_scene(source_of(file), settle=settle, seeds=seeds, progress=show, **options)
-        diagnostics += of_settings(here, options["params"]) if options["params"] else here
+    # A process of its own for many files: SAPIEN keeps some memory of every scene, and can end the process it is in.
+    choices = FileChoices(jobs or int(len(found.files) > 1), shard, changed_since, cache)
+
+    def findings(file: str, memory: PathCache | None) -> list[Diagnostic]:
+        with progress("check", where=choices.jobs == 0) as show:
+            here = check_source(source_of(file), asked, settle, seeds, progress=show, memory=memory)
+        return of_settings(here, asked.params)
+
+    diagnostics = find_in_each("check", found, choices, (asked, settle, seeds), findings)
     print_findings(diagnostics, form)
     if form is Format.text:
         print_err(found.counts())

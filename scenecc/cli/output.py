@@ -259,9 +259,9 @@ Item = TypeVar("Item")
 
 
 @contextmanager
-def progress(label: str) -> Generator[Show | None, None, None]:
-    """Shows a bar while something lasts. None where nobody would see it."""
-    if not sys.stderr.isatty():
+def progress(label: str, *, where: bool = True) -> Generator[Show | None, None, None]:
+    """Shows a bar while something lasts. None where nobody would see it, or `where` is false: another bar is shown."""
+    if not where or not sys.stderr.isatty():
         yield None
         return
     shown_at = time.monotonic() + _PATIENCE - _EVERY

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenecc.cli.options import Format, FormatOption, takes_compile_options
-from scenecc.cli.output import counted, of_settings, print_err, print_findings, status
+from scenecc.cli.many_files import FileChoices, find_in_each
+from scenecc.cli.options import ChangedSince, Format, FormatOption, Jobs, Shard, UseCache, takes_compile_options
+from scenecc.cli.output import of_settings, print_err, print_findings, status
 from scenecc.cli.paths import find, source_of
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.source.paths import PathCache
 
 
 @partial(takes_compile_options, names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"))
@@ -19,6 +24,10 @@ def validate(
     ],
     *,
     form: FormatOption = Format.text,
+    jobs: Jobs = None,
+    shard: Shard = None,
+    changed_since: ChangedSince = None,
+    cache: UseCache = True,
     strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
     scenes_only: Annotated[
         bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
@@ -34,18 +43,22 @@ def validate(
     \b
     Examples:
       scenecc validate scenes/tabletop.yaml
-      scenecc validate --strict scenes
+      scenecc validate --strict scenes --jobs 8
       scenecc validate --format sarif scenes > scenes.sarif
       scenecc validate scenes/parameters.yaml --set size=0.6
       cat scene.yaml | scenecc validate -
     """
-    import scenecc
+    from scenecc.options import Options
+    from scenecc.scene import validate_source
+
+    asked = Options.of(**options)
+
+    def findings(file: str, memory: PathCache | None) -> list[Diagnostic]:
+        return of_settings(validate_source(source_of(file), asked, memory), asked.params)
 
     found = find(paths, scenes_only=scenes_only)
-    diagnostics = found.faults()
-    for file in counted("validate", found.files):
-        here = scenecc.validate(source_of(file), **options)
-        diagnostics += of_settings(here, options["params"]) if options["params"] else here
+    choices = FileChoices(jobs or 0, shard, changed_since, cache)
+    diagnostics = find_in_each("validate", found, choices, asked, findings)
     print_findings(diagnostics, form)
     if form is Format.text:
         print_err(found.counts())

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from typing_extensions import Unpack
 
 from scenecc.diagnostics import Sink
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options
+from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import as_plan, build_batch, compile_source, read_input
 from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.findings import report_findings
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from scenecc.pipeline import Source
     from scenecc.plan import ScenePlan
     from scenecc.simulation.findings import Finding
+    from scenecc.source.paths import PathCache
 
 SCENES_AT_ONCE = 64
 """Scenes that are built and simulated together: with more the memory grows and nothing becomes faster."""
@@ -53,56 +55,61 @@ def check_scene(
         ValueError: an argument is out of its range.
         TypeError: as of `validate`.
     """
-    asked = Options.of_call(check_scene, options)
+    return check_source(source, Options.of_call(check_scene, options), settle, seeds, progress=progress)
+
+
+def check_source(
+    source: Source,
+    options: Options,
+    settle: float,
+    seeds: Sequence[int] | None,
+    *,
+    progress: Callable[[int, int], None] | None = None,
+    memory: PathCache | None = None,
+) -> list[Diagnostic]:
+    """As `check_scene`. `memory`: takes what was looked up."""
     if not 0 <= settle < math.inf:
         raise ValueError(f"settle must be 0 or more and finite, not {settle!r}")
-    if seeds is not None and asked.seed is not None:
+    if seeds is not None and options.seed is not None:
         raise ValueError("seed is not taken with seeds")
-    if seeds is None:
-        return _check([asked], source, settle, progress)
-    return _check([Options.of_call(check_scene, {**options, "seed": seed}) for seed in seeds], source, settle, progress)
-
-
-def _check(
-    runs: Sequence[Options], source: Source, settle: float, progress: Callable[[int, int], None] | None
-) -> list[Diagnostic]:
-    """Checks a source once for each of some options, which differ in the seed. Of findings the worst is reported."""
+    runs = [options] if seeds is None else [replace(options, seed=integer(seed, "seeds", 0)) for seed in seeds]
     told: dict[Diagnostic, None] = {}
     findings: list[Finding] = []
     sink, plan, shown = Sink(), None, None
-    for number, options in enumerate(runs):
+    for number, run in enumerate(runs):
         here = Sink()
         if number == 0 and len(runs) > 1 and hasattr(source, "read") and as_plan(source) is None:
             # A stream can be read only once.
-            found = read_input(source, options.limits, here)
+            found = read_input(source, run.limits, here)
             if found is None or here.failed:
                 return here.diagnostics()
             source = found.plan_text or found.document
-        result = compile_source(source, options, here)
+        result = compile_source(source, run, here, memory=memory)
         told |= dict.fromkeys(here.diagnostics())
         if result is None:
             break
         if plan is None:
             sink, plan = here.another(), result.plan
             shown = result.document.name if result.document is not None and result.document.path is not None else None
-
-        def tell(done: int, plan: ScenePlan = result.plan, number: int = number) -> None:
-            if progress is not None:
-                progress(number * plan.num_scenes + done, len(runs) * plan.num_scenes)
-
-        told |= dict.fromkeys(_check_plan(result.plan, settle, tell, findings, here.another()))
+        tell = progress and partial(_tell, progress, number, len(runs), result.plan.num_scenes)
+        told |= dict.fromkeys(_check_plan(result.plan, settle, tell, findings, here))
     if plan is not None:
         report_findings(findings, _origins(plan), shown, sink, several_seeds=len(runs) > 1)
     return sorted([*told, *sink.diagnostics()], key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
 
+def _tell(progress: Callable[[int, int], None], run: int, runs: int, scenes: int, done: int) -> None:
+    progress(run * scenes + done, runs * scenes)
+
+
 def _check_plan(
-    plan: ScenePlan, settle: float, tell: Callable[[int], None], findings: list[Finding], sink: Sink
+    plan: ScenePlan, settle: float, tell: Callable[[int], None] | None, findings: list[Finding], sink: Sink
 ) -> list[Diagnostic]:
     """Builds and simulates the scenes of a plan, some at a time, and returns what the engine refuses."""
     refused: list[Diagnostic] = []
     for first in range(0, plan.num_scenes, SCENES_AT_ONCE):
-        tell(first)
+        if tell is not None:
+            tell(first)
         scene_idxs = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes))
         try:
             with build_batch(
