@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 try:
     from gymnasium import spaces
+    from gymnasium.error import ResetNeeded
     from gymnasium.utils import seeding
     from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space, iterate
@@ -13,6 +14,9 @@ except ImportError as missing:
     message = f"scenecc.gymnasium needs Gymnasium 1.1 or newer: pip install 'scenecc[gymnasium]' ({missing})"
     raise ImportError(message) from missing
 import numpy as np
+
+from scenecc.diagnostics.messages import index_ranges
+from scenecc.options import integer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -56,8 +60,10 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         act: Callable[[SceneBatch, NDArray[Any]], object],
         action_space: spaces.Space[Any],
         observation_space: spaces.Space[Any] | None = None,
+        info: Callable[[SceneBatch], Mapping[str, ArrayLike]] | None = None,
         steps_per_action: int = 1,
         max_episode_steps: int | None = None,
+        check: bool = False,
     ) -> None:
         """Sets the spaces; the batch stays as it is until the first `reset`.
 
@@ -69,25 +75,31 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
             act: applies actions (N, …), for example to `drive_target`. The batch is stepped after it.
             action_space: of one environment.
             observation_space: of one environment; by default an unbounded box of the shape of `observation`.
+            info: gives what else `infos` have: name → (N, …).
             steps_per_action: how many time steps each action lasts.
             max_episode_steps: after how many actions an episode is truncated; None: never.
+            check: raise a SceneError where the simulation diverges, as `batch.step(check=True)` does.
 
         Raises:
+            TypeError: a number is no integer.
             ValueError: a number is not positive, or `observation` does not give a row for each scene.
         """
         for name, number in {"steps_per_action": steps_per_action, "max_episode_steps": max_episode_steps}.items():
-            if number is not None and number < 1:
-                raise ValueError(f"{name} must be positive, not {number}")
+            if number is not None:
+                integer(number, name, 1)
         self.batch = batch
         self.num_envs = len(batch)
         self._observation, self._reward, self._terminated, self._act = observation, reward, terminated, act
+        self._info, self._check = info, check
         self._steps_per_action, self._max_episode_steps = steps_per_action, max_episode_steps
-        self._elapsed = np.zeros(self.num_envs, np.int64)
+        self._elapsed = np.full(self.num_envs, -1)
         self._generators = [seeding.np_random()[0] for _ in range(self.num_envs)]
         self.single_action_space = action_space
         self.action_space = batch_space(action_space, self.num_envs)
         if observation_space is None:
             first = np.asarray(observation(batch))
+            if first.dtype == object:
+                raise ValueError("`observation` gives no array of numbers: it needs an `observation_space`")
             self._check_rows("observation", first.shape[:1])
             observation_space = spaces.Box(-np.inf, np.inf, first.shape[1:], first.dtype.type)
         self._dtype: Any = None
@@ -106,23 +118,28 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
             options: `reset_mask`: (N,) bool, which environments are reset.
 
         Returns:
-            Observations of all environments, and an empty dict.
+            Observations and infos of all environments.
 
         Raises:
-            ValueError: seeds or mask do not fit, or something drawn has no value.
+            TypeError: a seed is no integer.
+            ValueError: seeds or mask do not fit, there is another option, or something drawn has no value.
         """
-        mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, np.bool_)))
+        options = options or {}
+        if options.keys() - {"reset_mask"}:
+            raise ValueError(f"the one option is reset_mask, and this has {sorted(options)}")
+        mask = np.asarray(options.get("reset_mask", np.ones(self.num_envs, np.bool_)))
         if mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
             raise ValueError(f"reset_mask is ({self.num_envs},) bool with a True in it, not {mask!r}")
-        if isinstance(seed, (int, np.integer)):
-            seed = [int(seed)] * self.num_envs
-        if seed is not None and len(seed) != self.num_envs:
-            raise ValueError(f"{len(seed)} seeds for {self.num_envs} environments")
+        if seed is not None:
+            given: Any = seed if isinstance(seed, (list, tuple, np.ndarray)) else [seed] * self.num_envs
+            seed = [None if one is None else integer(one, "seed", 0) for one in given]
+            if len(seed) != self.num_envs:
+                raise ValueError(f"{len(seed)} seeds for {self.num_envs} environments")
         for row in np.flatnonzero(mask).tolist():
             if seed is not None and seed[row] is not None:
                 self._generators[row] = seeding.np_random(seed[row])[0]
         self._begin(mask, seed)
-        return self._observe(), {}
+        return self._observe(), self._inform()
 
     def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Applies actions, steps the batch, and resets what ended.
@@ -135,29 +152,39 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
             have `final_obs` and `final_info`, with the masks `_final_obs` and `_final_info`.
 
         Raises:
-            ValueError: the actions have another shape, or a function does not give a value for each scene.
+            ResetNeeded: an environment was never reset.
+            SceneError: the simulation diverges, with `check`.
+            ValueError: the actions have another shape, or a function does not give a value for each scene: a reward or
+                an observation of which a number is NaN is none.
         """
+        if (self._elapsed < 0).any():
+            raise ResetNeeded("call reset() before the first step()")
         if self.action_space.shape is not None and np.shape(actions) != self.action_space.shape:
             raise ValueError(f"actions are {self.action_space.shape} here, not {np.shape(actions)}")
         self._act(self.batch, actions)
-        self.batch.step(self._steps_per_action)
+        self.batch.step(self._steps_per_action, check=self._check)
         self._elapsed += 1
         observed = self._observe()
         rewards = np.array(self._reward(self.batch), np.float64)
-        terminated = np.array(self._terminated(self.batch), np.bool_)
+        terminated = np.array(self._terminated(self.batch))
         self._check_rows("reward", rewards.shape)
+        self._check_numbers("reward", rewards)
         self._check_rows("terminated", terminated.shape)
+        if terminated.dtype != np.bool_:
+            raise ValueError(f"`terminated` must give true or false, and gave {terminated.dtype}")
         truncated = np.zeros(self.num_envs, np.bool_)
         if self._max_episode_steps is not None:
             truncated = self._elapsed >= self._max_episode_steps
-        infos: dict[str, Any] = {}
+        infos = self._inform()
         ended = terminated | truncated
         if ended.any():
+            finals: dict[str, Any] = {}
             for row, final in enumerate(iterate(self.observation_space, observed)):
                 if ended[row]:
-                    infos = self._add_info(infos, {"final_obs": final, "final_info": {}}, row)
+                    told = {name: values[row] for name, values in infos.items() if name[0] != "_"}
+                    finals = self._add_info(finals, {"final_obs": final, "final_info": told}, row)
             self._begin(ended, None)
-            observed = self._observe()
+            observed, infos = self._observe(), self._inform() | finals
         return observed, rewards, terminated, truncated, infos
 
     def close_extras(self) -> None:
@@ -181,7 +208,26 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
             return found
         rows: NDArray[Any] = np.array(found, self._dtype)  # a copy: the user's function may reuse its array
         self._check_rows("observation", rows.shape[:1])
+        if rows.shape != self.observation_space.shape:
+            raise ValueError(f"`observation` must give {self.observation_space.shape}, and gave {rows.shape}")
+        self._check_numbers("observation", rows)
         return rows
+
+    def _inform(self) -> dict[str, Any]:
+        """What `info` gives, each with its mask."""
+        infos: dict[str, Any] = {}
+        found: Mapping[str, Any] = {} if self._info is None else self._info(self.batch)
+        for name, values in found.items():
+            infos[name] = np.array(values)
+            self._check_rows(f"info['{name}']", infos[name].shape[:1])
+            infos[f"_{name}"] = np.ones(self.num_envs, np.bool_)
+        return infos
+
+    def _check_numbers(self, name: str, rows: NDArray[Any]) -> None:
+        if rows.dtype.kind == "f" and np.isnan(rows).any():
+            missing = np.flatnonzero(np.isnan(rows).reshape(self.num_envs, -1).any(axis=1)).tolist()
+            scenes = index_ranges([self.batch.scene_idxs[row] for row in missing])
+            raise ValueError(f"`{name}` is not a number (NaN) in scene {scenes}")
 
     def _check_rows(self, name: str, shape: tuple[int, ...]) -> None:
         if shape != (self.num_envs,):

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from scenecc.checks.mesh_data import AssetBudget
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.expand.expansion import Expansion
+    from scenecc.expand.documents import SceneDocument
+    from scenecc.expand.expansion import Expansion, MeshMeasurer
     from scenecc.lower.references import FileResolver, MeshReader, RobotReader, RobotRequest
     from scenecc.robots.description import RobotDescription
     from scenecc.robots.files import ReadBudget
@@ -71,8 +72,8 @@ def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refus
     return find
 
 
-def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink) -> MeshReader:
-    """Reads the vertices of meshes, each file once."""
+def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink, *, exact: bool = False) -> MeshReader:
+    """Reads the vertices of meshes, each file once. `exact`: as the file has them, not as the engine."""
     budget: AssetBudget | None = None
     known: dict[Path, Any] = {}
 
@@ -86,11 +87,33 @@ def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink) -> MeshReader:
         if asset.path not in known:
             find, most = named_resolver(scope), limits.asset_bytes
             known[asset.path] = read_vertices(
-                asset, origin, sink, resolve_named=find, max_asset_bytes=most, total=budget
+                asset, origin, sink, resolve_named=find, max_asset_bytes=most, total=budget, exact=exact
             )
         return known[asset.path]
 
     return read
+
+
+def mesh_measurer(scope: AssetScope, limits: Limits, sink: Sink) -> MeshMeasurer:
+    """Finds the bounds of meshes, each file once."""
+    vertices = mesh_reader(scope, limits, sink, exact=True)
+    known: dict[Path, list[list[float]] | None] = {}
+
+    def measure(document: SceneDocument, uri: str, origin: Origin) -> list[list[float]] | None:
+        """A `MeshMeasurer`."""
+        if sink.full:
+            return None
+        found = resolve_path(document.reference(uri), base=document.folder, scope=scope)
+        if isinstance(found, Refusal):
+            sink.report(found.code, found.message, origin, hint=found.hint)
+            return None
+        scope.memory.note(found, document.shown, "mesh")
+        if found.path not in known:
+            points = vertices(AssetFile(found.uri, found.path), origin)
+            known[found.path] = None if points is None else [points.min(axis=0).tolist(), points.max(axis=0).tolist()]
+        return known[found.path]
+
+    return measure
 
 
 Srdf = ResolvedFile | Literal["sibling"] | None

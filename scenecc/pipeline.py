@@ -17,7 +17,7 @@ from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
-from scenecc.named_files import mesh_reader, named_resolver, resolver
+from scenecc.named_files import mesh_measurer, mesh_reader, named_resolver, resolver
 from scenecc.source import Document, Limits, read_dict, read_text
 from scenecc.source.paths import AssetScope, PathCache, ResolvedFile
 from scenecc.source.text import TextLines, decode_text, read_bytes, read_from_stream
@@ -302,6 +302,7 @@ def _parse_and_expand(
         seed=options.seed,
         draws=tuple(options.draws),
         load=load,
+        measure=mesh_measurer(scope, limits, sink),
         limits=limits,
         sink=sink,
     )
@@ -345,8 +346,8 @@ def _lower(
         ),
         sink=sink,
         names=NameScopes() if expansion is None else expansion.names,
-        selections=None if expansion is None else expansion.selections,
-        draws=options.draws,
+        selections={} if expansion is None else expansion.selections,
+        draws=options.draws or {},
     )
 
 

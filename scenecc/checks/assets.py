@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 from urllib.parse import unquote
 
 import numpy as np
@@ -26,9 +26,10 @@ from scenecc.checks.mesh_data import (
     MeshBudget,
     MeshData,
     MeshReadContext,
+    Precision,
 )
 from scenecc.checks.mesh_obj import mtl_images
-from scenecc.checks.meshes import MESH_SUFFIXES, check_mesh_use, read_mesh
+from scenecc.checks.meshes import MESH_SUFFIXES, check_mesh_use, mesh_vertices, read_mesh
 from scenecc.checks.value_queries import indices, rows
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.files import open_regular, state_of
@@ -221,7 +222,8 @@ def read_vertices(
     resolve_named: ResolveNamed,
     max_asset_bytes: int,
     total: AssetBudget,
-) -> NDArray[np.float32] | None:
+    exact: bool = False,
+) -> NDArray[Any] | None:
     """The vertices (n, 3) [m] of a mesh as it is in its file; None where it cannot be read, which is reported.
 
     Args:
@@ -231,15 +233,15 @@ def read_vertices(
         resolve_named: finds the files that it names.
         max_asset_bytes: the limit `asset_bytes`.
         total: counts what is read.
+        exact: as float64, and not as the engine has them.
     """
     checker = _AssetChecker(sink, resolve_named, max_asset_bytes, total)
     try:
-        parts = _read_mesh_asset(checker, asset, {}).parts
+        # Of a point that no triangle has the engine knows nothing; neither do parts.
+        return mesh_vertices(_read_mesh_asset(checker, asset, {}, np.float64 if exact else np.float32))
     except AssetError as fault:
         _report(checker, asset, origin, fault)
         return None
-    # Of a point that no triangle has the engine knows nothing.
-    return np.concatenate([part.vertices[np.unique(part.faces)] for part in parts])
 
 
 def _file_uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, AssetUse, Origin]]:
@@ -308,7 +310,9 @@ def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse,
     return named
 
 
-def _read_mesh_asset(checker: _AssetChecker, asset: AssetFile, named: dict[str, Path]) -> MeshData:
+def _read_mesh_asset(
+    checker: _AssetChecker, asset: AssetFile, named: dict[str, Path], precision: Precision = np.float32
+) -> MeshData:
     """A mesh; the buffers that it names are added to `named`."""
     suffix = Path(asset.path).suffix.lower()
     if suffix in _USD_SUFFIXES:
@@ -325,7 +329,7 @@ def _read_mesh_asset(checker: _AssetChecker, asset: AssetFile, named: dict[str, 
         path = named[reference.uri] = _resolve_reference(checker, asset, reference)
         return _read_bytes(checker, path)
 
-    reading = MeshReadContext(open_named, checker.max_bytes, checker.total)
+    reading = MeshReadContext(open_named, checker.max_bytes, checker.total, precision)
     mesh = read_mesh(_read_bytes(checker, asset.path), suffix, reading)
     checker.total.take(_REFERENCE_COST * len(mesh.references))
     return mesh

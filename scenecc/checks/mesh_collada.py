@@ -26,6 +26,7 @@ from scenecc.checks.mesh_data import (
     MeshData,
     MeshFilePart,
     MeshReadContext,
+    Precision,
     make_part,
     parse_floats,
     strip_triangles,
@@ -229,6 +230,7 @@ _INSTANCE_COST = 2**16
 class _ColladaFile:
     root: ColladaElement
     budget: MeshBudget
+    precision: Precision
 
 
 def read_collada(data: bytes, reading: MeshReadContext) -> MeshData:
@@ -244,7 +246,7 @@ def read_collada(data: bytes, reading: MeshReadContext) -> MeshData:
         AssetError: it is not what COLLADA says, or too large, or holds what is not read.
     """
     budget = MeshBudget(reading.max_bytes, reading.total)
-    file = _ColladaFile(parse_collada_xml(data, budget), budget)
+    file = _ColladaFile(parse_collada_xml(data, budget), budget, reading.precision)
     try:
         _check_document(file.root)
         images = collada_images(file.root)
@@ -290,7 +292,7 @@ def _read_parts(file: _ColladaFile) -> tuple[MeshFilePart, ...]:
             if name not in shown:
                 shown[name] = _read_geometry(file, geometry)
             file.budget.take(_INSTANCE_COST + sum(one.vertices.nbytes + one.faces.nbytes for one in shown[name]))
-            parts.extend(transform_part(one, place) for one in shown[name])
+            parts.extend(transform_part(one, place, file.precision) for one in shown[name])
     return tuple(parts)
 
 
@@ -352,7 +354,7 @@ def _read_geometry(file: _ColladaFile, geometry: ColladaElement) -> list[MeshFil
             if points is None:
                 points = _read_positions(file, mesh)
             if len(faces):
-                found.append(make_part(points, faces))
+                found.append(make_part(points, faces, file.precision))
     return found
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -89,6 +89,9 @@ class AssetBudget:
             )
 
 
+Precision = type[np.float32] | type[np.float64]
+
+
 @dataclass(frozen=True, slots=True)
 class MeshReadContext:
     """How a mesh is read.
@@ -97,11 +100,13 @@ class MeshReadContext:
         open_named: reads a file that it names.
         max_bytes: size of the largest file [bytes]; its triangles take a few times as much in memory.
         total: counts what all meshes of a scene take [bytes].
+        precision: of coordinates: the engine's, or that in which a text can be written.
     """
 
     open_named: OpenReference
     max_bytes: int
     total: AssetBudget
+    precision: Precision = np.float32
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,11 +114,11 @@ class MeshFilePart:
     """What SAPIEN cooks to one convex shape when it loads several of a file.
 
     Attributes:
-        vertices: (n, 3) float32, as the engine has them [m].
+        vertices: (n, 3), as the engine has them where `Precision` is not float64 [m].
         faces: (m, 3) indices into `vertices`.
     """
 
-    vertices: NDArray[np.float32]
+    vertices: NDArray[Any]
     faces: NDArray[np.int64]
 
 
@@ -178,7 +183,9 @@ def parse_index(word: str) -> int:
     return int(word)
 
 
-def make_part(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> MeshFilePart:
+def make_part(
+    vertices: NDArray[np.floating], faces: NDArray[np.integer], precision: Precision = np.float32
+) -> MeshFilePart:
     """A part with the vertices that its faces use.
 
     Raises:
@@ -194,13 +201,13 @@ def make_part(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Mes
         named[faces] = True
         used, flat = np.flatnonzero(named), (np.cumsum(named) - 1)[faces]
     with np.errstate(over="ignore"):
-        return MeshFilePart(vertices[used].astype(np.float32), flat.reshape(-1, 3).astype(np.int64, copy=False))
+        return MeshFilePart(vertices[used].astype(precision), flat.reshape(-1, 3).astype(np.int64, copy=False))
 
 
-def transform_part(part: MeshFilePart, place: NDArray[np.float64]) -> MeshFilePart:
+def transform_part(part: MeshFilePart, place: NDArray[np.float64], precision: Precision) -> MeshFilePart:
     """A part where a node places it. `place`: (4, 4)."""
     with np.errstate(all="ignore"):
-        return MeshFilePart((part.vertices @ place[:3, :3].T + place[:3, 3]).astype(np.float32), part.faces)
+        return MeshFilePart((part.vertices @ place[:3, :3].T + place[:3, 3]).astype(precision), part.faces)
 
 
 def fan_triangles(polygons: NDArray[np.int64]) -> NDArray[np.int64]:

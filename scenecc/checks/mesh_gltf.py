@@ -407,7 +407,7 @@ def _read_parts(file: _GltfFile) -> tuple[MeshFilePart, ...]:
         if mesh not in primitives:
             primitives[mesh] = [_read_primitive(file, item) for item in document["meshes"][mesh]["primitives"]]
         file.budget.take(sum(one.vertices.nbytes for one in primitives[mesh]))
-        parts.extend(transform_part(one, place) for one in primitives[mesh] if len(one.faces))
+        parts.extend(transform_part(one, place, file.reading.precision) for one in primitives[mesh] if len(one.faces))
     return tuple(parts)
 
 

@@ -133,7 +133,8 @@ def read_obj(data: bytes, reading: MeshReadContext) -> MeshData:
     except ValueError as error:
         raise AssetError("SC412", f"the OBJ cannot be read (line {row}): {error}", "export the mesh again") from error
     points = np.frombuffer(mesh.vertices).reshape(-1, 3)
-    parts = tuple(make_part(points, np.frombuffer(faces, np.int64).reshape(-1, 3)) for faces in mesh.groups if faces)
+    groups = [np.frombuffer(faces, np.int64).reshape(-1, 3) for faces in mesh.groups if faces]
+    parts = tuple(make_part(points, faces, reading.precision) for faces in groups)
     parts = parts if mesh.has_faces else ()
     return MeshData(parts, tuple(AssetReference(name, "material") for name in mesh.materials))
 

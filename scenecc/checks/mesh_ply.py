@@ -106,7 +106,8 @@ def read_ply(data: bytes, reading: MeshReadContext) -> MeshData:
     if b"TextureFile" in data[:start]:
         what = "its header names a texture, which SAPIEN finds in some headers, misses in others and misreads in more"
         fault = AssetError("SC410", what, "export it as GLB, or take the comment out")
-    return MeshData((make_part(found["vertex"], faces.astype(np.int64, copy=False)),), fault=fault)
+    part = make_part(found["vertex"], faces.astype(np.int64, copy=False), reading.precision)
+    return MeshData((part,), fault=fault)
 
 
 def _triangulate(faces: NDArray[Any], budget: MeshBudget) -> NDArray[np.int64]:

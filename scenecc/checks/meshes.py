@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from array import array
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from scenecc.checks.mesh_data import (
     MeshFilePart,
     MeshReadContext,
     MeshTextReader,
+    Precision,
     connected_parts,
     line_pattern,
     line_run_pattern,
@@ -91,7 +92,7 @@ def read_stl(data: bytes, reading: MeshReadContext) -> MeshData:
     if len(data) >= 84 and len(data) == 84 + 50 * count:
         corners = np.frombuffer(data, _FACET_TYPE, count, 84)["corners"].reshape(-1, 3)
     elif data.lstrip()[:5] == b"solid":
-        corners = _read_text_corners(data, budget)
+        corners = _read_text_corners(data, budget, reading.precision)
     else:
         declared = f"declares {count} triangles" if len(data) >= 84 else "is shorter than its header"
         raise AssetError(
@@ -101,11 +102,11 @@ def read_stl(data: bytes, reading: MeshReadContext) -> MeshData:
         return MeshData(())
     budget.take(corners.nbytes)
     vertices, index = np.unique(corners, axis=0, return_inverse=True)
-    return MeshData((make_part(vertices, index.reshape(-1, 3)),))
+    return MeshData((make_part(vertices, index.reshape(-1, 3), reading.precision),))
 
 
-def _read_text_corners(data: bytes, budget: MeshBudget) -> NDArray[np.float32]:
-    corners = array("f")
+def _read_text_corners(data: bytes, budget: MeshBudget, precision: Precision) -> NDArray[np.floating]:
+    corners: array[float] = array("f" if precision is np.float32 else "d")
     words: list[str] = []
     try:
         lines = MeshTextReader(data, budget)
@@ -113,7 +114,7 @@ def _read_text_corners(data: bytes, budget: MeshBudget) -> NDArray[np.float32]:
             if not words and (run := lines.run(_FACET_RUN)):
                 numbers = parse_floats(_FACET_WORD.sub(b" ", run)).reshape(-1, 12)[:, 3:]
                 with np.errstate(over="ignore"):
-                    found = numbers.astype(np.float32)
+                    found = numbers.astype(precision)
                 budget.take(found.nbytes)
                 corners.frombytes(found.tobytes())
                 continue
@@ -124,13 +125,13 @@ def _read_text_corners(data: bytes, budget: MeshBudget) -> NDArray[np.float32]:
             if len(words) >= _TEXT_FACET:
                 budget.take(36)
                 with np.errstate(over="ignore"):
-                    corners.frombytes(np.array(_parse_facet(words[:_TEXT_FACET])).astype(np.float32).tobytes())
+                    corners.frombytes(np.array(_parse_facet(words[:_TEXT_FACET])).astype(precision).tobytes())
                 del words[:_TEXT_FACET]
     except ValueError as error:
         raise AssetError("SC412", f"the STL cannot be read: {error}", "export the mesh again") from error
     if words:
         raise AssetError("SC412", "the STL ends within a triangle", "export the mesh again")
-    return np.frombuffer(corners, np.float32).reshape(-1, 3)
+    return np.frombuffer(corners, precision).reshape(-1, 3)
 
 
 def _parse_facet(words: list[str]) -> list[float]:
@@ -207,12 +208,9 @@ def check_mesh_use(mesh: MeshData, use: str, suffix: str, total: AssetBudget) ->
         suffix: of the file, in lower case.
         total: counts the time that hulls take.
     """
-    if not mesh.parts:
-        yield AssetError("SC413", "the mesh has no triangles", "export it with its faces")
-        return
-    vertices = np.concatenate([one.vertices for one in mesh.parts])
-    fault = _coordinate_fault(vertices)
-    if fault is not None:
+    try:
+        vertices = mesh_vertices(mesh)
+    except AssetError as fault:
         yield fault
         return
     if use == "seen" and mesh.fault is not None:
@@ -238,22 +236,30 @@ def check_mesh_use(mesh: MeshData, use: str, suffix: str, total: AssetBudget) ->
         yield from _hull_faults([one.vertices for one in parts], " of one of its parts", total)
 
 
-def _weld(part: MeshFilePart) -> MeshFilePart:
-    vertices, index = np.unique(part.vertices, axis=0, return_inverse=True)
-    return make_part(vertices, index.reshape(-1)[part.faces])
+def mesh_vertices(mesh: MeshData) -> NDArray[Any]:
+    """The vertices (n, 3) of all triangles of a mesh [m].
 
-
-def _coordinate_fault(vertices: NDArray[np.float32]) -> AssetError | None:
+    Raises:
+        AssetError: there are none, or they are where nothing may be.
+    """
+    if not mesh.parts:
+        raise AssetError("SC413", "the mesh has no triangles", "export it with its faces")
+    vertices = np.concatenate([one.vertices for one in mesh.parts])
     largest = float(np.abs(vertices).max())
     if not np.isfinite(largest):
-        return AssetError("SC414", "the mesh has coordinates that are not finite", "export it again")
+        raise AssetError("SC414", "the mesh has coordinates that are not finite", "export it again")
     if largest > MAX_COORDINATE:
-        return AssetError(
+        raise AssetError(
             "SC417",
             f"the mesh reaches {largest:.3g} m from its origin, and {MAX_COORDINATE:.0e} m is the most",
             "export it in metres, about its own centre",
         )
-    return None
+    return vertices
+
+
+def _weld(part: MeshFilePart) -> MeshFilePart:
+    vertices, index = np.unique(part.vertices, axis=0, return_inverse=True)
+    return make_part(vertices, index.reshape(-1)[part.faces])
 
 
 def _hull_faults(clouds: list[NDArray[np.float32]], whose: str, total: AssetBudget) -> Iterator[AssetError]:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from scenecc.expand.params import Param
     from scenecc.source import Document
     from scenecc.spec.params import ParamIssue, ParamType
+    from scenecc.spec.references import NameScopes
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,7 @@ def bind_params(
     *,
     scope: str,
     use: Origin | Location | None,
-    material: Callable[[Param, ParamArgument], Any],
+    name_of: Callable[[Param, ParamArgument], Any],
     objects: ObjectBudget,
     sink: Sink,
 ) -> BoundParams:
@@ -89,7 +90,7 @@ def bind_params(
         constants: what expressions may read beside earlier parameters.
         scope: of the module.
         use: the `use` of a prefab; where the arguments come from, for the top module.
-        material: names the material that is given to a parameter.
+        name_of: names the material or entity that is given to a parameter.
         objects: how many may still be made.
         sink: takes the diagnostics.
     """
@@ -121,7 +122,7 @@ def bind_params(
             failed.add(name)
             _refuse(replace(wanted, declared=_declared(param, argument, parent)), argument, wrong, sink)
             continue
-        value = _inside_module(param, argument, compiled, material)
+        value = _inside_module(param, argument, compiled, name_of)
         if is_varying(value):
             wanted = wanted and replace(wanted, declared=_declared(param, argument, parent))
             varying[name] = replace(argument, value=value, wanted=wanted)
@@ -183,13 +184,13 @@ def _refuse(wanted: ParamType, argument: ParamArgument, wrong: ParamIssue, sink:
 
 
 def _inside_module(
-    param: Param, argument: ParamArgument, compiled: CompiledModule, material: Callable[[Param, ParamArgument], Any]
+    param: Param, argument: ParamArgument, compiled: CompiledModule, name: Callable[[Param, ParamArgument], Any]
 ) -> Any:
-    """The argument as it means the same inside the module: files where they lie, materials by their names."""
+    """The argument as it means the same inside the module: files where they lie, materials and entities by names."""
     if param.kind == "file":
         return _relocated(argument.value, argument.document, compiled)
-    if param.kind == "material":
-        return _named_materials(argument.value, param, argument, material)
+    if param.kind in {"material", "entity"}:
+        return _named(argument.value, param, argument, name)
     return argument.value
 
 
@@ -200,11 +201,9 @@ def _relocated(value: Any, owner: SceneDocument, compiled: CompiledModule) -> An
     return map_alternatives(value, lambda item: owner.absolute(item) if isinstance(item, str) else item)
 
 
-def _named_materials(
-    value: Any, param: Param, argument: ParamArgument, material: Callable[[Param, ParamArgument], Any]
-) -> Any:
+def _named(value: Any, param: Param, argument: ParamArgument, name: Callable[[Param, ParamArgument], Any]) -> Any:
     def named(item: Any) -> Any:
-        return material(param, replace(argument, value=item))
+        return name(param, replace(argument, value=item))
 
     return map_alternatives(value, named)
 
@@ -228,6 +227,14 @@ def map_alternatives(value: Any, change: Callable[[Any], Any]) -> Any:
 
 ABSOLUTE_PREFIX = "/"
 """What a name begins with that means the same in every scope."""
+
+
+def entity_name(argument: ParamArgument, names: NameScopes) -> Any:
+    """What stands for an entity argument: its name in every scope."""
+    value = argument.value
+    if not isinstance(value, str) or value.startswith(ABSOLUTE_PREFIX):
+        return value
+    return f"{ABSOLUTE_PREFIX}{names.full_name(value, argument.scope)}"
 
 
 def material_name(argument: ParamArgument, key: str, output: ExpansionWriter, sink: Sink) -> Any:
@@ -329,6 +336,7 @@ def _names(text: str) -> frozenset[str]:
     if EXPRESSION_START not in text:
         return frozenset()
     try:
-        return frozenset(Template.parse(text).names)
+        template = Template.parse(text)
+        return template.names.union(*(path.places for path in template.meshes.values()))
     except ExpressionError:
         return frozenset()

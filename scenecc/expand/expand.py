@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.messages import cut, show, suggest
-from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, material_name
+from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, entity_name, material_name
 from scenecc.expand.documents import FailedValue, Load, SceneDocument, is_varying, top_document
 from scenecc.expand.expansion import (
     BudgetExhausted,
@@ -43,8 +44,8 @@ from scenecc.variation.forms import ONCE
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from scenecc.diagnostics.diagnostic import Path
-    from scenecc.expand.expansion import Expansion, OverridePlace
+    from scenecc.diagnostics.diagnostic import Path, RelatedPlace
+    from scenecc.expand.expansion import Expansion, MeasureMesh, MeshMeasurer, OverridePlace
     from scenecc.expand.module_compiler import DocumentChain, InstanceTemplate, NodeTemplate, UnitTemplate
     from scenecc.expand.modules import ModulePart
     from scenecc.expand.params import Param
@@ -128,9 +129,11 @@ class ModuleExpander:
     ) -> BoundParams:
         """The values of a module's parameters. `key`: what stands before the names of materials given as mappings."""
 
-        def material(param: Param, argument: ParamArgument) -> Any:
+        def name_of(param: Param, argument: ParamArgument) -> Any:
             if argument.scope == scope and isinstance(argument.value, str):
                 return argument.value
+            if param.kind == "entity":
+                return entity_name(argument, self.output.names)
             return material_name(argument, f"{key}with.{param.name}", self.output, self.sink)
 
         return bind_params(
@@ -139,7 +142,7 @@ class ModuleExpander:
             {"num_scenes": self.scenes.count},
             scope=scope,
             use=use,
-            material=material,
+            name_of=name_of,
             objects=self.objects,
             sink=self.sink,
         )
@@ -404,6 +407,10 @@ class ModuleExpander:
         output.names.anchors[full] = anchor
         node = {"pose": body["pose"]} if "pose" in body else _NO_POSE
         if "place" in body:
+            if "pose" in body:
+                first: RelatedPlace = ("the first", mark.origin.child("pose"), "key")
+                message, place = "`pose` and `place` exclude each other", mark.origin.child("place")
+                self.sink.report("SC111", message, place, at="key", related=[first])
             node = {**node, "place": body["place"]}
         if not output.add("frames", anchor, node, mark, overrides=places):
             return
@@ -560,6 +567,7 @@ def expand(
     seed: int | None,
     draws: Collection[str],
     load: Load,
+    measure: MeshMeasurer,
     limits: Limits,
     sink: Sink,
 ) -> Expansion | None:
@@ -574,6 +582,7 @@ def expand(
         seed: in place of the document's.
         draws: names of the shared draws that are given from outside.
         load: reads the files that it uses; see `scenecc.expand.documents.scene_loader`.
+        measure: finds the bounds of meshes; see `scenecc.named_files.mesh_measurer`.
         limits: on what it may ask for.
         sink: takes the diagnostics.
     """
@@ -587,14 +596,14 @@ def expand(
     module = library.module(top, None)
     if not module.good:
         return None
-    compiled = compile_module(module, None, sink)
+    compiled = compile_module(module, None, measure, sink)
     arguments = {name: ParamArgument(value, Location(PARAMS), top, "") for name, value in given.items()}
-    head = _expand_head(compiled, arguments, limits, sink)
+    head = _expand_head(compiled, arguments, partial(measure, top), limits, sink)
     output = ExpansionWriter(top.name, sink)
     objects = ObjectBudget("SC604", "objects", "objects", limits.objects)
     instances = ObjectBudget("SC604", "instances", "objects", limits.objects)
     scenes = SceneSelections(_scene_count(head, num_scenes, limits), limits.objects_times_scenes, sink)
-    builder = ModuleExpander(output, PrefabLibrary(library, sink), scenes, draws, objects, instances, sink)
+    builder = ModuleExpander(output, PrefabLibrary(library, measure, sink), scenes, draws, objects, instances, sink)
     if not _expand_top(builder, compiled, arguments, top, objects, sink):
         return None
     _check_draws(draws, compiled, output, sink)
@@ -609,7 +618,11 @@ def expand(
 
 
 def _expand_head(
-    compiled: CompiledModule, arguments: Mapping[str, ParamArgument], limits: Limits, sink: Sink
+    compiled: CompiledModule,
+    arguments: Mapping[str, ParamArgument],
+    measure: MeasureMesh,
+    limits: Limits,
+    sink: Sink,
 ) -> dict[str, Any]:
     """What stands before the sections of the top document: it may read parameters, and no number of scenes yet."""
     document = compiled.module.main.document
@@ -625,13 +638,13 @@ def _expand_head(
             {},
             scope="",
             use=None,
-            material=lambda _, argument: argument.value,
+            name_of=lambda _, argument: argument.value,
             objects=few,
             sink=Sink(),  # all this is told when the parameters are bound for good
         )
     except BudgetExhausted:
         return head
-    frame = ExpansionFrame(document.name, None, early.values, few, sink)
+    frame = ExpansionFrame(document.name, None, early.values, few, sink, measure=measure)
     names: dict[str, NameMeaning] = dict.fromkeys(compiled.params, "parameter")
     for key, item in head.items():
         pattern = PatternCompiler(names, frame, f"`{key}`").pattern(item, (key,))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -273,6 +273,7 @@ class ExpansionFrame:
         copies: the loops around, with the number of the copy in each.
         lists: of the lists with repeated items met so far, what their items stand for.
         around: the items of such lists that are being made, the outermost first.
+        measure: finds meshes of the document, where patterns are made of it.
     """
 
     file: str | None
@@ -284,6 +285,7 @@ class ExpansionFrame:
     copies: list[tuple[Loop, int]] = field(default_factory=list[tuple["Loop", int]])
     lists: dict[ListKey, tuple[ItemSpan, ...]] = field(default_factory=dict["ListKey", tuple[ItemSpan, ...]])
     around: list[int] = field(default_factory=list[int])
+    measure: MeasureMesh | None = None
 
     def mark(self, path: Path) -> SourceMark:
         """The place of a node of the document, in the copy at hand."""
@@ -320,6 +322,13 @@ class ExpansionFrame:
         """Reports an expression, at its place within the scalar at `path`."""
         self.sink.report(code, error.message, self.origin(path), hint=error.hint, span=(error.start, error.end))
 
+
+MeasureMesh = Callable[[str, Origin], list[list[float]] | None]
+"""The bounds `[[x, y, z], [x, y, z]]` of a mesh that a document names (path as written, where); None where that was
+reported."""
+
+MeshMeasurer = Callable[["SceneDocument", str, Origin], list[list[float]] | None]
+"""The same of any document."""
 
 _SECTIONS = (
     "physics", "environment", "materials", "collision_groups", "draws", "frames", "entities", "constraints", "lights",

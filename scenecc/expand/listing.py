@@ -93,7 +93,7 @@ def list_params(document: Document, *, load: Load, limits: Limits, sink: Sink) -
     if not is_within_object_limit(document, limits, sink) or parse(document.data, Origin(document.name), sink) is None:
         return None
     module = library.module(top, None)
-    params = compile_module(module, None, sink).params if module.good else {}
+    params = compile_module(module, None, lambda _document, _uri, _place: None, sink).params if module.good else {}
     return None if sink.failed else [_row(param) for param in params.values()]
 
 

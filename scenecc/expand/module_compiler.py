@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import Origin
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Path
     from scenecc.expand.documents import SceneDocument
+    from scenecc.expand.expansion import MeshMeasurer
     from scenecc.expand.modules import Module, ModulePart, SectionEntry
 
 
@@ -146,23 +148,25 @@ class CompiledModule:
         return [param.default for param in params if param.kind == "material" and isinstance(param.default, str)]
 
 
-def compile_module(module: Module, use: Origin | None, sink: Sink) -> CompiledModule:
+def compile_module(module: Module, use: Origin | None, measure: MeshMeasurer, sink: Sink) -> CompiledModule:
     """Looks through a module; what is wrong in every use of it is reported.
 
     Args:
         module: a file with all that it includes.
         use: what it is first used from.
+        measure: finds the bounds of meshes.
         sink: takes the diagnostics.
     """
-    return _ModuleCompiler(module, use, sink).compiled()
+    return _ModuleCompiler(module, use, measure, sink).compiled()
 
 
 class _ModuleCompiler:
     """Looks through one module: first its parameters and draws, whose names everything after them may read."""
 
-    def __init__(self, module: Module, use: Origin | None, sink: Sink) -> None:
+    def __init__(self, module: Module, use: Origin | None, measure: MeshMeasurer, sink: Sink) -> None:
         self._module = module
         self._use = use
+        self._measure = measure
         self._sink = sink
         self._expansion_frames: dict[int, ExpansionFrame] = {}
         self._names: dict[str, NameMeaning] = dict(BUILTIN_MEANINGS)
@@ -199,6 +203,7 @@ class _ModuleCompiler:
         frame = self._expansion_frames.get(id(part))
         if frame is None:
             frame = ExpansionFrame(part.document.name, part.parent(self._use), {}, _NO_BUDGET, self._sink)
+            frame.measure = partial(self._measure, part.document)
             self._expansion_frames[id(part)] = frame
         return frame
 
@@ -412,8 +417,9 @@ _IGNORED_KEYS = ("physics", "environment", "num_scenes", "seed")
 class PrefabLibrary:
     """The prefabs of one compilation."""
 
-    def __init__(self, library: ModuleLibrary, sink: Sink) -> None:
+    def __init__(self, library: ModuleLibrary, measure: MeshMeasurer, sink: Sink) -> None:
         self._library = library
+        self._measure = measure
         self._sink = sink
         self._compiled: dict[str, CompiledModule | None] = {}
 
@@ -439,7 +445,8 @@ class PrefabLibrary:
         if document.identity not in self._compiled:
             module = self._library.module(document, place)
             self._check(module, place)
-            self._compiled[document.identity] = compile_module(module, place, self._sink) if module.good else None
+            compiled = compile_module(module, place, self._measure, self._sink) if module.good else None
+            self._compiled[document.identity] = compiled
         return self._compiled[document.identity]
 
     def _check(self, module: Module, place: Origin) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin, Path
+    from scenecc.diagnostics.diagnostic import Origin, Path, RelatedPlace
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.expansion import ExpansionFrame
     from scenecc.expand.module_compiler import NodeTemplate
@@ -131,7 +131,7 @@ def make_overrides(
 
 
 _GROUP_KEY, _MATERIAL_KEY = "collision_group", "material"
-_REFERENCE_KEYS = frozenset(("relative_to", "mount", "parent", "child"))
+_REFERENCE_KEYS = frozenset(("relative_to", "mount", "parent", "child", "on", "inside", "above", "facing", "region"))
 
 
 def _absolute(value: Any, scope: str, prefix: str) -> Any:
@@ -153,6 +153,8 @@ def _absolute_item(key: str, item: Any, scope: str, prefix: str) -> Any:
     if key in _REFERENCE_KEYS and isinstance(item, str):
         known = item == WORLD or isinstance(item, FailedValue)
         return item if known else f"{ABSOLUTE_PREFIX}{prefix}{item}"
+    if key == "near" and is_mapping(item):
+        return {f"{ABSOLUTE_PREFIX}{prefix}{name}": _absolute(one, scope, prefix) for name, one in item.items()}
     return item if key.startswith(NOTE_PREFIX) else _absolute(item, scope, prefix)
 
 
@@ -269,6 +271,10 @@ class OverrideMerger:
                 continue
             for other in () if names else _EXCLUDED_BY.get(key, frozenset()) & made.keys():
                 del made[other]
+                if other in given:
+                    first: RelatedPlace = ("the first", record.trace((*at, other)), "key")
+                    message = f"`{other}` and `{key}` exclude each other"
+                    self._sink.report("SC111", message, record.trace(written), at="key", related=[first])
             if path[-1:] and path[-1] in _PATTERN_KEYS:
                 self._pattern(made, key, item, path, record, written)
             else:

@@ -26,13 +26,14 @@ from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.variation.expression import RESERVED_NAMES
 from scenecc.variation.forms import Template
-from scenecc.variation.operations import SEQUENCES, ExpressionError
+from scenecc.variation.operations import SEQUENCES, ExpressionError, kind_name
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Sequence
 
     from scenecc.diagnostics.diagnostic import Path
-    from scenecc.expand.expansion import ExpansionFrame
+    from scenecc.expand.expansion import ExpansionFrame, MeasureMesh
+    from scenecc.variation.expression import Expression
 
 
 class Pattern(Protocol):
@@ -63,6 +64,41 @@ class ScalarPattern:
             # A short expression may give a long text or list, and another one in every copy.
             frame.objects.take(count_added_objects(value), frame, self.path)
         return value
+
+
+@dataclass(frozen=True, slots=True)
+class MeshBoundsPattern:
+    """A scalar that reads bounds of meshes, as the document `measure` belongs to names them."""
+
+    scalar: ScalarPattern
+    measure: MeasureMesh
+
+    def make(self, frame: ExpansionFrame) -> Any:
+        """As of the scalar; a mesh without bounds is reported."""
+        template, path = self.scalar.template, self.scalar.path
+        found: dict[str, Any] = {}
+        for name, mesh in template.meshes.items():
+            if not frame.failed.isdisjoint(mesh.places):
+                return FailedValue(template.text)
+            if not mesh.places.keys() <= frame.values.keys():
+                message = "the path of `bounds` cannot read a value that differs from scene to scene"
+                hint = "`anchor: bottom` in the pose of an entity fits each scene's own mesh"
+                frame.report("SC203", message, path, hint=hint)
+                return FailedValue(template.text)
+            try:
+                found[name] = self._bounds(mesh, frame)
+            except ExpressionError as error:
+                frame.fail(error, path)
+            if found.get(name) is None:
+                return FailedValue(template.text)
+        bound = replace(self.scalar, template=Template(template.text, found))
+        return bound.make(frame)
+
+    def _bounds(self, mesh: Expression, frame: ExpansionFrame) -> Any:
+        uri = mesh.run(frame.values)
+        if not isinstance(uri, str):
+            raise ExpressionError(f"`bounds` takes the path of a mesh, not {kind_name(uri)}", *mesh.span(mesh.tree))
+        return self.measure(uri, frame.origin(self.scalar.path))
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,8 +285,13 @@ class PatternCompiler:
         except ExpressionError as error:
             self.frame.fail(error, path, "SC118")
             return UnreadablePattern(text)
-        good = check_names(template, self.names, path, self.frame, structure=self.structure)
-        return ScalarPattern(template, path) if good else UnreadablePattern(text)
+        if not check_names(template, self.names, path, self.frame, structure=self.structure):
+            return UnreadablePattern(text)
+        scalar = ScalarPattern(template, path)
+        if not template.meshes:
+            return scalar
+        assert self.frame.measure is not None
+        return MeshBoundsPattern(scalar, self.frame.measure)
 
     def entries(
         self, node: dict[str, Any], path: Path, without: frozenset[str] = frozenset()
@@ -410,14 +451,16 @@ def check_names(
         structure: what it decides about, where that may not differ from scene to scene: "`repeat`".
     """
     good = True
-    for name in sorted(template.names):
+    reads = [(name, structure) for name in sorted(template.names - template.meshes.keys())]
+    reads += [(name, "the path of a mesh") for mesh in template.meshes.values() for name in mesh.places]
+    for name, decides in reads:
         meaning = names.get(name)
         if meaning is None or meaning in _BARRED:
             good = False
-            frame.fail(_unknown_name(name, names, template, structure), path, "SC201")
-        elif structure is not None and meaning == "draw":
+            frame.fail(_unknown_name(name, names, template, decides), path, "SC201")
+        elif decides is not None and meaning == "draw":
             good = False
-            frame.fail(_varying_name(name, structure, template), path, "SC203")
+            frame.fail(_varying_name(name, decides, template), path, "SC203")
     return good
 
 

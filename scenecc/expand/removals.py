@@ -63,6 +63,9 @@ class _ReferenceSearch:
         pose = node.get("pose")
         names: list[tuple[Path, Any]] = [((key,), node.get(key)) for key in ("mount", "parent", "child")]
         names.append((("pose", "relative_to"), pose.get("relative_to") if is_mapping(pose) else None))
+        if is_mapping(place := node.get("place")):
+            names += [(("place", key), place.get(key)) for key in ("on", "inside", "above", "facing", "relative_to")]
+            names += [(("place", "near", name), name) for name in place.get("near") or ()]
         for path, written in names:
             if isinstance(written, str) and written != WORLD:
                 self._take(self._output.names.full_name(written, scope), section, owner, path)

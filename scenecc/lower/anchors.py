@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.geometry.rotation_arrays import pose_matrix
-from scenecc.lower.local_poses import chain_poses, steps_to_link
+from scenecc.lower.local_poses import chain_poses
 from scenecc.plan import BodyStructure, Heightfield, MeshGeometry, Plane
 from scenecc.plan.geometry import Primitive
+from scenecc.plan.link_poses import steps_to_link
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

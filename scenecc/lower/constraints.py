@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.field_types import FieldType, field_type, vector
 from scenecc.lower.link_frames import moved_along_x
-from scenecc.lower.local_poses import PoseStep, chain_poses, local_pose, steps_to_link
+from scenecc.lower.local_poses import chain_poses, local_pose
 from scenecc.lower.poses import (
     POSE,
     check_limits_keys,
@@ -30,6 +30,7 @@ from scenecc.plan import (
 )
 from scenecc.plan.body import Mount
 from scenecc.plan.constraint import WELD_SWING
+from scenecc.plan.link_poses import PoseStep, steps_to_link
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.spec.constraint import (
     DRIVE_AXES,
@@ -70,7 +71,7 @@ _SPRING = field_type("AxisLimit.stiffness")
 """Of the spring of a limit, which stays as it is built."""
 _SCALES = field_type("inv_mass_scales")
 _NUMBER = FieldType()
-_ENABLED = FieldType(dtype="bool", fallback=True)
+_ENABLED = field_type("enabled", fallback=True)
 
 
 def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -> Joint:

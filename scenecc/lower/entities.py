@@ -10,7 +10,6 @@ from scenecc.lower.field_types import (
     COLOR,
     FieldType,
     field_type,
-    opposite,
     report_exclusive_keys,
     report_unused_key,
 )
@@ -229,7 +228,7 @@ def _locked(axes: list[str]) -> tuple[bool, ...]:
 
 def _field_type(row: Property) -> FieldType:
     if row.field == "disable_gravity":
-        return FieldType(dtype="bool", convert=opposite, fallback=False, reset=row.reset)
+        return field_type(row.field, conversion="opposite", fallback=False)
     if row.field == "locked_motion_axes":
         return FieldType((6,), "bool", convert=_locked)
     return field_type(row.field)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.plan.properties import ANY, QUANTITIES
-from scenecc.spec.params import Rgba, is_color_text, to_rgba
 from scenecc.variation import forms
+from scenecc.variation.conversions import CONVERSIONS
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
@@ -60,6 +60,7 @@ class FieldType:
         within: the numbers that are allowed; None: any.
         convert: makes a row of a plain value; None where the plain value is one. Gives None for what
             it cannot read, which only the value of an expression can be.
+        conversion: the name of `convert`, where what an expression gives is converted too, scene by scene.
         complain: reports a plain value that `convert` gives None for; needed where a model lets one through.
         fallback: replaces a value that was reported.
         pad: of a row's last component where only the others are written.
@@ -71,6 +72,7 @@ class FieldType:
     shape: tuple[int, ...] = ()
     dtype: Dtype = "float64"
     convert: Convert | None = None
+    conversion: str | None = None
     complain: Callable[[Any, Origin, Sink], None] | None = None
     fallback: Any = 0.0
     pad: float | None = None
@@ -89,7 +91,7 @@ def field_type(
     quantity: str,
     *,
     fallback: Any = None,
-    convert: Convert | None = None,
+    conversion: str | None = None,
     pad: float | None = None,
     wide: bool = False,
 ) -> FieldType:
@@ -97,8 +99,17 @@ def field_type(
     row = QUANTITIES[quantity]
     if fallback is None:
         fallback = (0.0,) * row.shape[0] if row.shape else 0.0
+    convert = None if conversion is None else CONVERSIONS[conversion].convert
     return FieldType(
-        row.shape, row.dtype, convert, fallback=fallback, pad=pad, wide=wide, within=row.bounds, reset=row.reset
+        row.shape,
+        row.dtype,
+        convert,
+        conversion,
+        fallback=fallback,
+        pad=pad,
+        wide=wide,
+        within=row.bounds,
+        reset=row.reset,
     )
 
 
@@ -119,56 +130,21 @@ def _components(bound: Any) -> int | None:
     match first:
         case forms.DrawForm(_, operands):
             return next(iter(drawn_shape(operands)), None)
-        case forms.Vector(items):
+        case forms.Vector(items) | forms.Shuffle(items):
             return len(items)
         case _:
             return len(first) if first.__class__ in {list, tuple} else None
 
 
-def read_color(color: Any) -> Rgba | None:
-    """As `to_rgba`, of a value that no model has looked at."""
-    if isinstance(color, str):
-        if not is_color_text(color):
-            return None
-    elif not _are_numbers(color) or len(color) not in {3, 4}:
-        return None
-    return to_rgba(color)
+COLOR = field_type("base_color", conversion="color", fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
 
+EMISSION = field_type("emission", conversion="color", fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
 
-def read_light_color(color: Any) -> tuple[float, float, float] | None:
-    """Three numbers; "#rrggbb" are bytes over 255, without gamma."""
-    if isinstance(color, str):
-        return to_rgba(color)[:3] if len(color) == 7 and is_color_text(color) else None
-    return tuple(color) if _are_numbers(color) and len(color) == 3 else None
+LIGHT_COLOR = field_type("color", conversion="light_color")
 
+SCALE = field_type("scale", conversion="scale", fallback=(1.0, 1.0, 1.0), wide=True)
 
-def read_scale(scale: Any) -> tuple[float, float, float] | None:
-    """One factor or three as three."""
-    if _are_numbers(scale):
-        return tuple(scale) if len(scale) == 3 else None
-    return (scale, scale, scale) if _are_numbers((scale,)) else None
-
-
-def opposite(flag: Any) -> bool | None:
-    """The other one of true and false."""
-    return not flag if isinstance(flag, bool) else None
-
-
-def _are_numbers(given: Any) -> bool:
-    return given.__class__ in {tuple, list} and _NUMBERS.issuperset(map(type, given))
-
-
-_NUMBERS = frozenset((int, float))
-
-COLOR = field_type("base_color", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
-
-EMISSION = field_type("emission", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
-
-LIGHT_COLOR = field_type("color", convert=read_light_color, fallback=(0.0, 0.0, 0.0))
-
-SCALE = field_type("scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
-
-MIRROR_SCALE = field_type("Mesh.scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
+MIRROR_SCALE = field_type("Mesh.scale", conversion="scale", fallback=(1.0, 1.0, 1.0), wide=True)
 
 POSITION = vector(3)
 

@@ -6,14 +6,12 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import dotted
-from scenecc.diagnostics.messages import cut, show, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.deferred_checks import DeferredCheck, ResettableValue, report_draw_failure
-from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place, holds_template
+from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.scene import is_unnamed_draw, kept_draw_name
-from scenecc.variation.bounds import UNKNOWN, ValueBounds
-from scenecc.variation.forms import Template
-from scenecc.variation.nodes import BUILTIN_NAMES, NODE_TYPES, NODES, Const, Rows, holds_infinity
+from scenecc.variation.nodes import BUILTIN_NAMES, NODE_TYPES, Rows, holds_infinity
 from scenecc.variation.operations import COMPUTE_LIMIT_HINT, DrawError, OperationCounter
 
 if TYPE_CHECKING:
@@ -26,7 +24,9 @@ if TYPE_CHECKING:
     from scenecc.lower.deferred_checks import PossibleFailure
     from scenecc.lower.draws import VaryingArgument
     from scenecc.lower.field_types import FieldType
+    from scenecc.variation.bounds import ValueBounds
     from scenecc.variation.evaluation import Batch
+    from scenecc.variation.forms import Template
     from scenecc.variation.node_bounds import BoundsAnalysis
     from scenecc.variation.nodes import Node
 
@@ -78,8 +78,6 @@ class FieldLowerer:
             return literal(given if kind.convert is None else kind.convert(given), kind.dtype)
         place = field_place(owner.child(*at))
         variation = VariationLowerer(self, place.origin)
-        if kind.convert is not None and holds_template(given):
-            return convert_expressions(given, kind, place, self)
         return self.finish(variation.item(given, kind, place), variation, kind, place.origin, reset=reset)
 
     def optional(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool | None = None) -> Value | None:
@@ -154,7 +152,6 @@ class FieldLowerer:
             self.fix(reset.variation)
 
     def _rows(self, node: Node, variation: VariationLowerer, kind: FieldType, origin: Origin) -> Value:
-        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
         try:
             known = per_scene(self.evaluate(node), kind.dtype)
@@ -200,7 +197,6 @@ class FieldLowerer:
         """What draws a node's rows when they are first asked for."""
 
         def draw() -> NDArray[Any]:
-            from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
             rows = self.evaluate(node)
             if rows.dtype.kind not in _ARRAY_KINDS[kind.dtype] or rows.shape[1:] != kind.shape:
@@ -341,73 +337,3 @@ class SamplingContext:
         if found is None:
             found = self._fields[key] = FieldLowerer(self, scenes, listed, scope)
         return found
-
-
-def convert_expressions(given: Any, kind: FieldType, place: FieldPlace, fields: FieldLowerer) -> Value:
-    """A leaf in which an expression gives a whole value, converted scene by scene.
-
-    Args:
-        given: as the models have it.
-        kind: of the field; it converts.
-        place: of the leaf.
-        fields: of its object.
-    """
-    import numpy as np  # noqa: PLC0415 - loaded where something varies
-
-    from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - likewise
-
-    assert kind.convert is not None
-    convert = kind.convert
-    variation = VariationLowerer(fields, place.origin)
-    parts: list[Any] = []
-
-    def leaf(one: Any, around: FieldPlace, step: FormStep) -> int:
-        """Keeps one alternative as a part, and gives its number."""
-        inside = around.inside(step) if step else around
-        item = variation.item(one, kind, inside)
-        parts.append((item if item.__class__ in NODES else Const(item), isinstance(one, Template)))
-        return len(parts) - 1
-
-    index = variation.select(given, place, leaf)
-    fields.fix(variation)
-    if variation.broken:
-        return literal(kind.fallback, kind.dtype)
-    which = index if index.__class__ in NODES else Const(index)
-
-    def row(made: Any, node: Any, scene: int) -> Any:
-        """What an expression gave in a scene, converted."""
-        found = convert(made)
-        if found is None:
-            raise DrawError(f"it gives {show(made)}, which means nothing here", scene, node)
-        return found
-
-    def draw() -> NDArray[Any]:
-        """The rows: each part is evaluated in the scenes that have it."""
-        numbers = fields.evaluate(which)
-        rows = np.empty((len(fields.scenes), *kind.shape), dtype=kind.dtype)
-        for number, (node, written) in enumerate(parts):
-            mine = np.flatnonzero(numbers == number)
-            if mine.size:
-                made = fields.batch().only(mine).evaluate(node).tolist()
-                scenes = [fields.scenes[i] for i in mine]
-                rows[mine] = [row(one, node, s) for one, s in zip(made, scenes, strict=True)] if written else made
-        return rows
-
-    supports = [
-        _converted_support(fields.bounds(node), kind) if written else fields.bounds(node) for node, written in parts
-    ]
-    value = varying(draw, bounds=replace(union_bounds(supports), exact=False), rows=len(fields.scenes))
-    fields.defer(value, kind, place.origin, variation)
-    return value
-
-
-def _converted_support(support: ValueBounds, kind: FieldType) -> ValueBounds:
-    """What a field can be whose expression can give so much."""
-    assert kind.convert is not None
-    ends = () if support.low is None else (support.low, support.high)
-    made = [kind.convert(item) for item in (ends if support.alternatives is None else support.alternatives)]
-    if not made or None in made:
-        return UNKNOWN
-    if support.alternatives is not None:
-        return ValueBounds.of(made, exact=support.exact)
-    return ValueBounds(None, *made, exact=support.exact)

@@ -11,6 +11,7 @@ from scenecc.lower.deferred_checks import report_draw_failure
 from scenecc.lower.local_poses import inverse_pose, seven_numbers
 from scenecc.lower.variation import VariationLowerer
 from scenecc.plan import BodyStructure
+from scenecc.plan.link_poses import steps_across
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.variation.nodes import NODE_TYPES, Composed, FromAxisAngle, Posed, Rows, Shared, Stacked, draws_read_by
 from scenecc.variation.operations import DrawError
@@ -144,15 +145,14 @@ class LinkPoseLowerer:
     def _across(self, joint: Joint) -> Any:
         """The frame of the child link in that of the parent link."""
         pose: Any = IDENTITY_POSE
-        if joint.pose_in_parent is not None:
-            pose = self._pose_item(joint.pose_in_parent)
-        if joint.qpos is not None and joint.type != "fixed":
-            pose = composed(pose, moved_along_x(self._position(joint.qpos), slides=joint.type == "prismatic"))
-        if joint.pose_in_child is not None:
-            pose = composed(pose, self._pose_item(joint.pose_in_child, back=True))
+        for step in steps_across(joint, self._fields.scenes):
+            if step.kind == "pose":
+                pose = composed(pose, self._pose_item(step.value, back=step.back))
+            else:
+                pose = composed(pose, moved_along_x(self._position(step.value), slides=step.kind == "slide"))
         return pose
 
-    def _pose_item(self, value: Value, *, back: bool = False) -> Any:
+    def _pose_item(self, value: Value, *, back: bool) -> Any:
         if value.is_constant:
             pose = seven_numbers(value)
             return inverse_pose(pose) if back else pose

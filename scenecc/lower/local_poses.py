@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry import rotations
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, compose, shortest_from_x, turned
 from scenecc.lower.field_types import FieldType, report_unused_key, vector
@@ -13,20 +12,19 @@ from scenecc.lower.poses import POSE, direction, lower_pose, pose_item, pose_var
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.geometry import LYING_SOLIDS, REVOLVED_SOLIDS
+from scenecc.plan.link_poses import step_poses
 from scenecc.spec.pose import PoseMapping
 from scenecc.variation.nodes import NODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
-    from typing import Literal
 
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.plan import ArticulationStructure
-    from scenecc.plan.articulation import Joint
+    from scenecc.plan.link_poses import PoseStep
 
 
 AXIS_TURNS: dict[str, Quat] = {
@@ -182,23 +180,6 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer
     return value
 
 
-@frozen
-class PoseStep:
-    """One pose of a chain.
-
-    Attributes:
-        value: (·, 7), or (·,) how far a joint turns about x or slides along it.
-        scenes: that its rows follow.
-        kind: what it is.
-        back: whether the inverse pose is used.
-    """
-
-    value: Value
-    scenes: tuple[int, ...]
-    kind: Literal["pose", "turn", "slide"] = "pose"
-    back: bool = False
-
-
 def chain_poses(steps: Sequence[PoseStep], scenes: tuple[int, ...]) -> Value:
     """The pose (·, 7) of all steps, the outermost first, composed in float64.
 
@@ -233,35 +214,6 @@ def inverse_pose(pose: Pose7) -> Pose7:
     return (0.0 - px, 0.0 - py, 0.0 - pz, *back)
 
 
-def steps_to_link(structure: ArticulationStructure, link: str, scenes: tuple[int, ...]) -> list[PoseStep]:
-    """The steps from the root of an articulation to one of its links, its joints at their start.
-
-    Args:
-        structure: that has the link.
-        link: its name.
-        scenes: of the articulation.
-    """
-    at: int | None = next(number for number, one in enumerate(structure.links) if one.name == link)
-    steps: list[PoseStep] = []
-    while at is not None:
-        joint = structure.links[at].joint
-        if joint is not None:
-            steps = [*_steps_across(joint, scenes), *steps]
-        at = structure.links[at].parent
-    return steps
-
-
-def _steps_across(joint: Joint, scenes: tuple[int, ...]) -> list[PoseStep]:
-    steps: list[PoseStep] = []
-    if joint.pose_in_parent is not None:
-        steps.append(PoseStep(joint.pose_in_parent, scenes))
-    if joint.qpos is not None and joint.type != "fixed":
-        steps.append(PoseStep(joint.qpos, scenes, "slide" if joint.type == "prismatic" else "turn"))
-    if joint.pose_in_child is not None:
-        steps.append(PoseStep(joint.pose_in_child, scenes, back=True))
-    return steps
-
-
 def _step_pose(step: PoseStep) -> Pose7:
     if step.kind == "pose":
         pose = seven_numbers(step.value)
@@ -277,21 +229,7 @@ def _step_rows(step: PoseStep, scenes: tuple[int, ...]) -> NDArray[Any]:
     """The poses of a step, a row a scene."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.geometry import rotation_arrays as by_row  # noqa: PLC0415 - likewise
-
     data = step.value.data
     if len(data) > 1 and step.scenes is not scenes:
         data = data[np.searchsorted(step.scenes, scenes)]
-    data = np.broadcast_to(data, (len(scenes), *data.shape[1:]))
-    if step.kind == "pose":
-        if not step.back:
-            return data
-        back = by_row.normalized(data[:, 3:]) * np.array((1.0, -1.0, -1.0, -1.0))
-        return np.concatenate((0.0 - by_row.rotate(back, data[:, :3]), back + 0.0), axis=1)
-    data = -data if step.back else data
-    poses = np.tile(np.array(IDENTITY_POSE), (len(scenes), 1))
-    if step.kind == "slide":
-        poses[:, 0] = data
-    else:
-        poses[:, 3], poses[:, 4] = np.cos(data / 2), np.sin(data / 2)
-    return poses
+    return step_poses(step, np.broadcast_to(data, (len(scenes), *data.shape[1:])))

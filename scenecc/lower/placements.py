@@ -12,20 +12,19 @@ from scenecc.lower.placing_areas import warn_of_areas
 from scenecc.lower.poses import ROTATIONS, pose_item, warn_probable_degrees
 from scenecc.lower.rendering import MountLookup
 from scenecc.lower.variation import VariationLowerer, field_place
-from scenecc.plan import Mount, Nearness, Placement, Value, literal
+from scenecc.plan import ArticulationStructure, Mount, Nearness, Placement, Value, literal
 from scenecc.plan.geometry import Plane
 from scenecc.plan.properties import MAX_COORDINATE
 from scenecc.spec.pose import PoseMapping
-from scenecc.spec.references import WORLD
 from scenecc.variation.nodes import NODES, FromAxisAngle, Posed, Radians
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.entities import EntityLowerer
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.plan import Entity
+    from scenecc.plan import CollisionShape, Entity
     from scenecc.spec.document import SceneFile
     from scenecc.spec.references import NameScopes
 
@@ -39,18 +38,10 @@ _RADIUS = field_type("Placement.radius", fallback=1.0)
 _HEIGHT = field_type("height")
 
 
-def _corner(far: float) -> FieldType:
-    """A corner of a region; of one without z there is no bound."""
-
-    def convert(given: Any) -> Any:
-        if given.__class__ not in {list, tuple} or len(given) not in {2, 3}:
-            return None
-        return tuple(given) if len(given) == 3 else (*given, far)
-
-    return FieldType((3,), convert=convert, fallback=(0.0, 0.0, far), pad=far)
-
-
-_LOW, _HIGH = _corner(-MAX_COORDINATE), _corner(MAX_COORDINATE)
+_LOW, _HIGH = (
+    field_type(end, conversion=f"{end}_corner", fallback=(0.0, 0.0, far), pad=far)
+    for end, far in (("low", -MAX_COORDINATE), ("high", MAX_COORDINATE))
+)
 
 
 def placed_nodes(scene: SceneFile) -> dict[str, tuple[str, Any]]:
@@ -125,7 +116,7 @@ class PlacementLowerer:
         if kind is None:
             return None
         target = self._mount(getattr(place, kind), name, fields, origin.child(kind))
-        if target is None:
+        if target is None or not self._collides(target, origin.child(kind)):
             return None
         made = Placement(
             name, fields.scenes, kind, target, self._members(name), near=self._near(place, name, fields, origin),
@@ -154,7 +145,7 @@ class PlacementLowerer:
     def _mount(self, written: str, name: str, fields: FieldLowerer, place: Origin) -> Mount | None:
         scope = self._names.scopes.get(name, "")
         found = self._mounts.find(written, scope, fields.scenes, place)
-        if found is not None and found.entity == self._names.prefixes.get(scope, "") + written:
+        if found is not None and found.entity == self._names.full_name(written, scope):
             return Mount(found.entity)
         return found
 
@@ -164,10 +155,22 @@ class PlacementLowerer:
                 self._member_names.setdefault(self._frames.placed_root(entity), []).append(entity)
         return tuple(map(Mount, self._member_names.get(name, ())))
 
+    def _collides(self, target: Mount, place: Origin) -> bool:
+        if any(self._shapes(target)):
+            return True
+        hint = "give it `collisions`, or write it as `shapes`, which collide and are visible"
+        self._sink.report("SC359", f"nothing stands on `{target}`: it has no colliding shape", place, hint=hint)
+        return False
+
     def _is_endless(self, target: Mount) -> bool:
-        structures = self._built[target.entity].structures
-        shapes = [shape for one in structures for body in one.bodies for shape in body.collisions]
-        return bool(shapes) and all(isinstance(shape.geometry, Plane) for shape in shapes)
+        return all(isinstance(shape.geometry, Plane) for shape in self._shapes(target))
+
+    def _shapes(self, target: Mount) -> Iterator[CollisionShape]:
+        for structure in self._built[target.entity].structures:
+            names = [link.name for link in structure.links] if isinstance(structure, ArticulationStructure) else [None]
+            for name, body in zip(names, structure.bodies, strict=True):
+                if target.link in {None, name}:
+                    yield from body.collisions
 
     def _near(self, place: Any, name: str, fields: FieldLowerer, origin: Origin) -> tuple[Nearness, ...]:
         found: list[Nearness] = []
@@ -190,12 +193,15 @@ class PlacementLowerer:
         if kind != "above":
             report_unused_key("height", f"beside `{kind}`", origin, self._sink)
             return None
-        return fields.value(place.height, _HEIGHT, origin, "height", reset=True)
+        value = fields.value(place.height, _HEIGHT, origin, "height", reset=True)
+        if value.known and (value.data[:, 0] > value.data[:, 1]).any():
+            self._sink.report("SC107", "the least height is above the greatest", origin.child("height"))
+        return value
 
     def _region(self, made: Placement, region: Any, fields: FieldLowerer, owner: Origin) -> Placement:
         at: tuple[str, ...] = ("place", "region")
         if isinstance(region, str):
-            frame = self._names.prefixes.get(self._names.scopes.get(made.name, ""), "") + region
+            frame = self._names.full_name(region, self._names.scopes.get(made.name, ""))
             node = self._scene.frames.get(frame)
             if node is None or node.region is None:
                 known = ", ".join(name for name, one in self._scene.frames.items() if one.region is not None)
@@ -209,6 +215,9 @@ class PlacementLowerer:
             fields = self._entities.fields(frame) if fields.scenes is self._entities.fields(frame).scenes else fields
         if region.__class__ is list:
             place = owner.child(*at)
+            if len({len(corner) for corner in region if corner.__class__ is list}) > 1:
+                message = "one corner has a height and the other has none"
+                self._sink.report("SC106", message, place, hint="write both as [x, y], or both as [x, y, z]")
             low, high = (
                 fields.value(region[number], kind, place.child(number), reset=True)
                 for number, kind in enumerate((_LOW, _HIGH))
@@ -223,14 +232,15 @@ class PlacementLowerer:
     def _axes(self, made: Placement, place: Any, fields: FieldLowerer, owner: Origin) -> Placement:
         if place.relative_to is None:
             return made
-        if place.relative_to == WORLD and not self._names.scopes.get(made.name):
+        frame = self._names.parent(made.name, place.relative_to)
+        if frame is None:
             return replace(made, frame=literal(IDENTITY_POSE))
-        return self._in_frame(made, place.relative_to, fields, owner.child("place"))
+        return self._in_frame(made, frame, fields, owner.child("place"))
 
-    def _in_frame(self, made: Placement, written: str, fields: FieldLowerer, origin: Origin) -> Placement:
+    def _in_frame(self, made: Placement, name: str, fields: FieldLowerer, origin: Origin) -> Placement:
         key = f"placements:{made.name}"
         variation = VariationLowerer(fields, origin)
-        frame = self._frames.follow(key, written, IDENTITY_POSE, variation, fields, origin)
+        frame = self._frames.follow(key, name, IDENTITY_POSE, variation, fields, origin)
         follower = self._frames.followers.get(key)
         root = None if follower is None or follower.parent is None else self._frames.placed_root(follower.parent)
         if root is not None:
@@ -265,23 +275,24 @@ class PlacementLowerer:
     def _ordered(self, made: dict[str, Placement]) -> tuple[Placement, ...]:
         """Build-time placements first, then the others, each after those that it reads."""
         owner = {member: one.name for one in made.values() for member in one.entities}
-        reads = {
-            name: [
-                owner[entity]
-                for entity in (one.target.entity, one.facing and one.facing.entity, *(near.entity for near in one.near))
-                if entity in owner
-            ] + [self._roots[one] for one in (name,) if one in self._roots]
-            for name, one in made.items()
-        }  # fmt: skip
-        if self._reports_circle(made, reads):
+        reads: dict[str, dict[str, Origin]] = {}
+        fixed = {name: all(map(self._frames.is_fixed, one.entities)) for name, one in made.items()}
+        for name, one in made.items():
+            reads[name] = {owner[entity]: place for entity, place in _read_entities(one) if entity in owner}
+            if name in self._roots:
+                reads[name].setdefault(self._roots[name], _place_of(one))
+            for entity, place in _read_entities(one) if fixed[name] else ():
+                moving = not fixed[owner[entity]] if entity in owner else self._moves_at_reset(entity)
+                if moving:
+                    message = (
+                        f"`{cut(name)}` stays as it is built, and a reset moves `{cut(owner.get(entity, entity))}`"
+                    )
+                    self._sink.report("SC351", message, place, hint="give one of them another body_type")
+        if self._reports_circle(reads):
             return ()
-        fixed = {name: all(map(self._is_fixed, one.entities)) for name, one in made.items()}
         ordered: dict[str, Placement] = {}
 
         for name in sorted(made, key=lambda one: not fixed[one]):
-            for other in reads[name]:
-                if fixed[name] and not fixed[other]:
-                    self._report_moving_target(made[name], other)
             todo = [name]
             while todo:
                 waiting = [other for other in reads[todo[-1]] if other not in ordered]
@@ -292,17 +303,15 @@ class PlacementLowerer:
                     todo.append(waiting[0])
         return tuple(replace(one, carriers=self._carriers(one, made, owner)) for one in ordered.values())
 
-    def _is_fixed(self, entity: str) -> bool:
-        return self._frames.is_fixed(entity)
+    def _moves_at_reset(self, entity: str) -> bool:
+        return not (self._built[entity].pose.known or self._frames.is_fixed(entity))
 
-    def _report_moving_target(self, one: Placement, other: str) -> None:
-        assert one.origin is not None
-        message = f"`{cut(one.name)}` stays as it is built, and a reset places `{cut(other)}` anew"
-        self._sink.report("SC351", message, one.origin.child(one.kind), hint="give one of them another body_type")
-
-    def _reports_circle(self, made: Mapping[str, Placement], reads: Mapping[str, list[str]]) -> bool:
+    def _reports_circle(self, reads: Mapping[str, Mapping[str, Origin]]) -> bool:
         clear: set[str] = set()
-        for start in made:
+        found = False
+        for start in reads:
+            if start in clear:
+                continue
             chain, todo = [start], [iter(reads[start])]
             while todo:
                 other = next(todo[-1], None)
@@ -311,17 +320,14 @@ class PlacementLowerer:
                     todo.pop()
                 elif other in chain:
                     members = [*chain[chain.index(other) :], other]
-                    origin = made[other].origin
-                    assert origin is not None
                     shown = " → ".join(map(cut, members))
-                    self._sink.report(
-                        "SC350", f"placements wait for one another in a circle: {shown}", origin, at="key"
-                    )
-                    return True
+                    message = f"placements wait for one another in a circle: {shown}"
+                    self._sink.report("SC350", message, reads[other][members[1]], hint="give one of them a `pose`")
+                    found = True
                 elif other not in clear:
                     chain.append(other)
                     todo.append(iter(reads[other]))
-        return False
+        return found
 
     def _carriers(self, one: Placement, made: Mapping[str, Placement], owner: Mapping[str, str]) -> tuple[Mount, ...]:
         """What a target stands on or in, or is relative to."""
@@ -338,6 +344,21 @@ class PlacementLowerer:
                     found[other] = None
                     todo.append(other)
         return tuple(Mount(name) for name in found if name in self._built)
+
+
+def _place_of(one: Placement) -> Origin:
+    assert one.origin is not None
+    return one.origin
+
+
+def _read_entities(one: Placement) -> Iterator[tuple[str, Origin]]:
+    """The entities that a placement reads, and where it names each."""
+    origin = _place_of(one)
+    yield one.target.entity, origin.child(one.kind)
+    if one.facing is not None:
+        yield one.facing.entity, origin.child("facing")
+    for near in one.near:
+        yield near.entity, origin.child("near")
 
 
 def lower_placements(

@@ -1,4 +1,4 @@
-"""Whether what is placed on something can fit by its area alone: nothing is drawn for this."""
+"""Whether what is placed on something can fit by areas and regions alone: nothing is drawn for this."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from scenecc.diagnostics.messages import cut
 from scenecc.placing.bodies import entity_parts, matrices
+from scenecc.placing.regions import headings, rectangle_of
 from scenecc.placing.surfaces import area_of, footprint, upward_surfaces
 from scenecc.plan import BodyStructure
 from scenecc.plan.geometry import Box, Capsule, Cylinder, Plane, Primitive, Sphere
@@ -27,7 +28,7 @@ _KNOWN = (Box, Sphere, Capsule, Cylinder, Plane)
 def warn_of_areas(
     placements: Iterable[Placement], upright: Container[str], entities: Mapping[str, Entity], sink: Sink
 ) -> None:
-    """Warns where the footprints of what stands on a target are larger than all of its surfaces together.
+    """Warns where footprints are together larger than the surfaces of their target, or a region is outside of it.
 
     Args:
         placements: in their order.
@@ -39,6 +40,12 @@ def warn_of_areas(
     tops: dict[str, float | None] = {}
     for one in placements:
         name = one.target.entity
+        if one.name in upright and _is_outside(one, entities) and one.origin is not None:
+            key = "region" if one.at is None else "at"
+            message = f"`{cut(one.name)}` cannot fit: its `{key}` is outside of `{one.target}`"
+            hint = "it is in the axes of the target, from its origin; `relative_to` names other axes"
+            sink.report("SC355", message, one.origin.child(key), hint=hint)
+            continue
         if one.kind != "on" or one.name not in upright or len(one.scene_idxs) < len(entities[name].scene_idxs):
             continue
         if name not in tops:
@@ -78,6 +85,31 @@ def _top_area(entity: Entity) -> float | None:
     if any(one.corners is None for one in surfaces):
         return None
     return sum(area_of(one.corners[0]) for one in surfaces if one.corners is not None)
+
+
+def _is_outside(one: Placement, entities: Mapping[str, Entity]) -> bool:
+    """Whether no surface of the target is so near to the region that what is placed there can stand on it whole."""
+    target = entities[one.target.entity]
+    where = [value for value in (one.at, one.low, one.high, one.center, one.radius) if value is not None]
+    known = target.pose.is_constant and all(value.is_constant for value in where) and len(one.entities) == 1
+    if not known or not where or one.target.link is not None or not (one.frame is None or one.frame.is_constant):
+        return False
+    parts, own = _parts(target), _parts(entities[one.entities[0]])
+    if not parts or not own:
+        return False
+    pose = target.pose.data
+    parts = [part.moved(matrices(pose[:, 3:]), pose[:, :3]) for part in parts]
+    if any(part.is_plane for part in parts):
+        return False
+    surfaces = [surface for part in parts for surface in upward_surfaces(part)]
+    polygons = [(footprint(parts, 0)[None], surfaces[0].there)] if one.kind != "on" and surfaces else []
+    polygons = polygons or [(surface.corners, surface.there) for surface in surfaces]
+    axes = pose if one.frame is None else one.frame.data
+    top = rectangle_of(polygons, axes[:, :3], headings(axes[:, 3:]))[0]
+    ends = [value.data[0, :2] for value in where if value.data.ndim == 2]
+    gap = np.maximum(np.maximum(np.min(ends, axis=0) - top[2:], top[:2] - np.max(ends, axis=0)), 0.0)
+    reach = np.hypot(*footprint(own, 0).T).max() + (0.0 if one.radius is None else float(one.radius.data[0]))
+    return bool(np.hypot(*gap) > reach)
 
 
 def _footprint_area(entity: Entity) -> float:

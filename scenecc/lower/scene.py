@@ -225,9 +225,6 @@ class Lowered:
     frames: FrameGraph
 
 
-_NO_SCOPES = NameScopes()
-
-
 def lower(
     scene: SceneFile,
     *,
@@ -239,10 +236,10 @@ def lower(
     robots: RobotReader,
     bounds: LoweringLimits,
     sink: Sink,
-    vertices: MeshReader | None = None,
-    names: NameScopes = _NO_SCOPES,
-    selections: Mapping[str, tuple[int, ...]] | None = None,
-    draws: Mapping[str, Any] | None = None,
+    vertices: MeshReader,
+    names: NameScopes,
+    selections: Mapping[str, tuple[int, ...]],
+    draws: Mapping[str, Any],
 ) -> Lowered | None:
     """The plan of a batch; None where anything was reported as an error. Nothing is drawn: that is `draw`'s.
 
@@ -261,12 +258,11 @@ def lower(
         selections: the scenes of the entities and frames that instances narrow.
         draws: arrays, (num_scenes,) or (num_scenes, k), that take the place of shared draws.
     """
-    narrowed = selections or {}
-    if not check_limits(scene, num_scenes, narrowed, bounds, origin, sink):
+    if not check_limits(scene, num_scenes, selections, bounds, origin, sink):
         return None
     _check_names(scene, origin, sink)
     sampling = SamplingContext(seed, num_scenes, sink, bounds.computed)
-    lower_draws(scene.draws, draws or {}, sampling, names, narrowed, origin.child("draws"))
+    lower_draws(scene.draws, draws, sampling, names, selections, origin.child("draws"))
     physics = _lower_physics(scene.physics, origin.child("physics"))
     tables = PlanTables(resolve)
     default = physics.default_material or SAPIEN_DEFAULT
@@ -275,9 +271,8 @@ def lower(
     shapes = ShapeLowerer(tables, materials, sink)
     bounded = LimitedRobotReader(robots, bounds.objects, sink)
     articulations = partial(_articulation_lowerer, scene, tables, shapes, materials, groups, bounded.read, sink)
-    entities = EntityLowerer(scene, narrowed, sampling, names, origin, sink)
-    if vertices is not None:
-        entities.frames.vertices = lambda index, place: vertices(tables.files.rows[index], place)
+    entities = EntityLowerer(scene, selections, sampling, names, origin, sink)
+    entities.frames.vertices = lambda index, place: vertices(tables.files.rows[index], place)
     built = entities.lower(BodyLowerer(shapes, materials, groups, sink), articulations)
     if bounded.exhausted or not check_built_limits(entities.linked, bounds, origin, sink):
         return None

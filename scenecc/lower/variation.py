@@ -21,20 +21,22 @@ from scenecc.variation.forms import (
     PerScene,
     RandomRotation,
     SceneMap,
+    Shuffle,
     Template,
     Vector,
-    alternative_values,
 )
 from scenecc.variation.nodes import (
     NODE_TYPES,
     Chosen,
     Computed,
+    Converted,
     Cycled,
     Drawn,
     Key,
     RandomRotated,
     Rows,
     Shared,
+    Shuffled,
     Stacked,
 )
 from scenecc.variation.operations import expression_cost, form_cost
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
     from scenecc.lower.field_types import FieldType
     from scenecc.lower.fields import FieldLowerer
 
-VARYING = SELECTORS | {DrawForm, RandomRotation, Vector, Template}
+VARYING = SELECTORS | {DrawForm, RandomRotation, Shuffle, Vector, Template}
 """All that may stand in place of a plain value, by type."""
 
 FormStep = tuple["PathKey", ...]
@@ -223,6 +225,10 @@ class VariationLowerer:
             case RandomRotation():
                 self.drawn = True
                 return RandomRotated(self._key(place))
+            case Shuffle(items):
+                self.drawn = True
+                count, row = len(items), self.plain(items, kind, around, step)
+                return Shuffled(tuple(row[:count]), self._key(place, count), place.word * count, tuple(row[count:]))
             case _:
                 return self._drawn(given, kind, place)
 
@@ -248,7 +254,8 @@ class VariationLowerer:
         reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
         shape = None if kind.convert is not None else kind.shape
         self._fields.sampling.count_operations(expression_cost(given.text, len(self._fields.scenes)), place.origin)
-        return self.risk(Computed(given if given.scope is None else given.within(None), shape, reads), place.origin)
+        node = self.risk(Computed(given if given.scope is None else given.within(None), shape, reads), place.origin)
+        return node if kind.conversion is None else Converted(node, kind.conversion)
 
     def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: FieldPlace) -> Any:
         one = component(kind)
@@ -281,7 +288,7 @@ class VariationLowerer:
 
     def _bound(self, given: Any, kind: FieldType, place: FieldPlace, step: FormStep) -> Any:
         if given.__class__ in VARYING:
-            return self.item(given, kind, place.inside(step))
+            return self.item(given, replace(kind, conversion=None), place.inside(step))
         if kind.complain is not None and kind.convert is not None:
             # What no value may be, a bound may: 0 points nowhere, and is a deviation, or the end of a range.
             made = kind.convert(given)
@@ -296,11 +303,6 @@ class VariationLowerer:
 def component(kind: FieldType) -> FieldType:
     """The kind of one number of a vector, or of one row of a matrix."""
     return COMPONENT_TYPES[kind.dtype] if len(kind.shape) < 2 else replace(kind, shape=kind.shape[1:])
-
-
-def holds_template(given: Any) -> bool:
-    """Whether an expression gives a whole value in it, so that its form differs by scene."""
-    return any(isinstance(one, Template) for one in alternative_values(given))
 
 
 def _is_vector(item: Any) -> bool:

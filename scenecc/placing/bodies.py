@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -28,6 +27,7 @@ from scenecc.plan.geometry import (
     Sphere,
     TriangleMesh,
 )
+from scenecc.plan.link_poses import step_poses, steps_across
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.plan import AssetFile, CollisionGeometry, Entity, Value
-    from scenecc.plan.articulation import ArticulationStructure, Joint
+    from scenecc.plan.articulation import ArticulationStructure
     from scenecc.variation.evaluation import Batch
 
     Floats = NDArray[np.float64]
@@ -226,34 +226,16 @@ def _link_poses(
     """The poses (B, 7) of links in the frame of the root, where their joints start."""
     found: list[Floats] = []
     for link in structure.links:
-        joint, at = link.joint, np.tile(np.array(IDENTITY_POSE), (len(rows), 1))
-        if link.parent is not None and joint is not None:
-            at = found[link.parent]
-            if joint.pose_in_parent is not None:
-                at = rotation_arrays.compose(at, rows_of(joint.pose_in_parent, rows))
-            if joint.qpos is not None and joint.type != "fixed":
-                at = rotation_arrays.compose(at, _joint_motion(joint, rows, there, batch))
-            if joint.pose_in_child is not None:
-                at = rotation_arrays.compose(at, rotation_arrays.invert(rows_of(joint.pose_in_child, rows)))
+        at = np.tile(np.array(IDENTITY_POSE), (len(rows), 1)) if link.parent is None else found[link.parent]
+        for step in steps_across(link.joint, ()) if link.joint is not None and link.parent is not None else ():
+            if step.value.recipe is None:
+                data = rows_of(step.value, rows)
+            else:
+                data = np.zeros(len(rows))
+                data[there] = batch.only(np.flatnonzero(there)).evaluate(step.value.recipe)
+            at = rotation_arrays.compose(at, step_poses(step, data))
         found.append(at)
     return found
-
-
-def _joint_motion(joint: Joint, rows: Indices, there: NDArray[np.bool_], batch: Batch) -> Floats:
-    assert joint.qpos is not None
-    position = np.zeros(len(rows))
-    if joint.qpos.recipe is None:
-        position[there] = rows_of(joint.qpos, rows)[there]
-    else:
-        position[there] = batch.only(np.flatnonzero(there)).evaluate(joint.qpos.recipe)
-    motion: Any = np.zeros((len(rows), 7))
-    motion[:, 3] = 1.0
-    if joint.type == "prismatic":
-        motion[:, 0] = position
-    else:
-        motion[:, 3] = rotation_arrays.map_elements(math.cos, position / 2)
-        motion[:, 4] = rotation_arrays.map_elements(math.sin, position / 2)
-    return motion
 
 
 def _body_parts(

@@ -214,7 +214,8 @@ class _Trial:
             (part, number, apart, there, None if apart or part.is_plane else part.extent(along(_UP, self._rows)))
             for part, apart in placer.obstacles(placement)
             for number, mine in enumerate(self._parts)
-            if (there := mine.there & part.there & groups_collide(mine.groups.T, part.groups.T)).any()
+            if (both := mine.there & part.there).any()
+            and (there := both & groups_collide(mine.groups.T, part.groups.T)).any()
         ]
 
     def poses(self) -> Floats:
@@ -326,14 +327,14 @@ class _Trial:
         if self._outline is not None:
             within = is_within(parts, self._outline[rows])
         if placement.height is not None:
-            low, high = self._value(placement.height, rows, batch).T
+            low, high = np.sort(self._value(placement.height, rows, batch), axis=1).T
             u = drawn_units(batch, placement.name, "place.height", 1)[:, 0]
             base = self._top[rows] + np.minimum(np.maximum(low + (high - low) * u, low), high)
         else:
             levels = None
             if placement.low is not None and placement.high is not None:
                 ends = [self._value(end, rows, batch)[:, 2] for end in (placement.low, placement.high)]
-                levels = np.stack(ends, axis=1) + self._origin[rows, 2:]
+                levels = np.sort(np.stack(ends, axis=1), axis=1) + self._origin[rows, 2:]
             base = highest_below(parts, [one.taken(rows) for one in self._surfaces], levels) + placement.gap
         return np.where(within, base - lowest, np.nan)
 
@@ -358,6 +359,10 @@ class _Trial:
             if top is not None:
                 maybe &= -own.extent(along(_DOWN, rows)) <= top[rows]
             close = np.flatnonzero(maybe)
+            if close.size and not (own.triangles is part.triangles is None):
+                # Where hulls are apart, triangles are: of these there may be millions of pairs.
+                least_ = np.full(len(close), wanted)
+                close = close[~are_apart(own.cores(close), part.cores(rows[close]), least_)]
             if close.size:
                 pair, first, second = core_pairs(own, close, part, rows[close], apart)
                 mine.append(first)

@@ -91,7 +91,8 @@ def points_in_regions(
     else:
         assert rectangle is not None
         low, high = rectangle[rows, :2], rectangle[rows, 2:]
-    return np.minimum(np.maximum(low + (high - low) * u, low), high)
+    low, high = np.minimum(low, high), np.maximum(low, high)
+    return np.minimum(low + (high - low) * u, high)
 
 
 def rectangle_of(polygons: Sequence[tuple[Any, NDArray[np.bool_]]], origin: Floats, heading: Floats) -> Floats:

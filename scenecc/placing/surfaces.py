@@ -28,6 +28,9 @@ _SIDES: Final = 64
 
 _TOLERANCE: Final = 1e-9
 
+_SAME_CORNER: Final = 1e-7
+"""Corners that are nearer than this are one, for there is no telling how the edge between them runs [m]."""
+
 _SAME_HEIGHT: Final = 1e-6
 """Corners of a mesh whose heights differ by less are in one level [m]."""
 
@@ -170,11 +173,11 @@ def is_within(parts: Sequence[Part], corners: Floats) -> Flags:
         edge = edges[:, number]
         length = np.hypot(edge[:, 0], edge[:, 1])
         outward = np.zeros((len(corners), 3))
-        # Of corners in one place there is no edge.
-        safe = np.where(length > 0, length, 1.0)
+        ends = length < _SAME_CORNER
+        safe = np.where(ends, 1.0, length)
         outward[:, 0], outward[:, 1] = edge[:, 1] / safe, -edge[:, 0] / safe
         limit = np.einsum("ij,ij->i", outward[:, :2], corners[:, number]) + _TOLERANCE
-        fits &= (length == 0) | (extent(parts, outward) <= limit)
+        fits &= ends | (extent(parts, outward) <= limit)
     return fits
 
 

@@ -124,7 +124,7 @@ class Constraint:
         pose_in_parent, pose_in_child: (·, 7) its frame in the parent's (the world's) and in the child's;
             None: the identity.
         parent: None: the world.
-        enabled: (·,) bool, whether it acts at the start; None: it does.
+        enabled: (·,) bool, whether it acts at the start, reset-time; None: it does.
     """
 
     name: str

@@ -258,7 +258,7 @@ QUANTITIES: dict[str, Quantity] = {
     "com": Quantity(shape=(7,), pose=True, reset=True),
     "pose_in_parent": _POSE,
     "pose_in_child": _POSE,
-    "enabled": Quantity("bool"),
+    "enabled": Quantity("bool", reset=True),
     "limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True),
     "Joint.limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True, reset=True),
     "AxisLimit.stiffness": _NON_NEGATIVE,

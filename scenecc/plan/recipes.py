@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from scenecc.plan.json_values import JsonProblem, describe_json, is_list, is_object
 from scenecc.plan.schema import type_name
 from scenecc.variation import nodes
+from scenecc.variation.conversions import CONVERSIONS
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import Template
 from scenecc.variation.nodes import NODES, SIGNATURES, Key, Node, Section, shaped_fields
@@ -99,10 +100,12 @@ _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     nodes.Rows: lambda node, draws: _common_shape(node.items, draws),
     nodes.Cycled: lambda node, draws: _common_shape(node.items, draws),
     nodes.Chosen: lambda node, draws: _common_shape(node.items, draws),
+    nodes.Shuffled: lambda node, draws: infer_shape((*node.items, *node.rest), draws),
     nodes.Drawn: _draw_shape,
     nodes.RandomRotated: lambda _node, _draws: (4,),
     nodes.Stacked: _stack_shape,
     nodes.Computed: lambda node, _: node.shape,
+    nodes.Converted: lambda node, _: CONVERSIONS[node.to].shape,
     nodes.Shared: lambda node, draws: draws[node.name],
     nodes.Placed: lambda _node, _draws: (7,),
     nodes.Radians: lambda node, draws: infer_shape(node.degrees, draws),
@@ -331,13 +334,17 @@ class _RecipeReader:
 
 
 def _check_counts(node: Any) -> None:
-    if isinstance(node, nodes.Rows | nodes.Cycled | nodes.Chosen | nodes.Stacked) and not node.items:
+    if isinstance(node, nodes.Rows | nodes.Cycled | nodes.Chosen | nodes.Shuffled | nodes.Stacked) and not node.items:
         raise _RecipeError("SC706", "one item at least is wanted here", "items")
     if isinstance(node, nodes.Chosen) and node.weights is not None:
         if len(node.weights) != len(node.items):
             raise _RecipeError("SC706", f"{len(node.items)} weights are wanted here", "weights")
         if not 0 < sum(node.weights) < math.inf:
             raise _RecipeError("SC707", "the weights add up to no positive number", "weights")
+    if isinstance(node, nodes.Shuffled) and any(
+        isinstance(item, (*NODES, tuple)) for item in (*node.items, *node.rest)
+    ):
+        raise _RecipeError("SC705", "plain values are wanted here", "items")
     if isinstance(node, nodes.Rows) and len(node.scene_idxs) != len(node.items):
         raise _RecipeError("SC706", f"{len(node.scene_idxs)} items are wanted here", "items")
 
@@ -392,8 +399,15 @@ def _read_scene_idxs(_: _RecipeReader, data: object, __: int) -> tuple[int, ...]
     return tuple(data)
 
 
+def _read_conversion(_reader: _RecipeReader, data: object, _depth: int) -> str:
+    if not isinstance(data, str) or data not in CONVERSIONS:
+        raise _RecipeError("SC705", f"{describe_json(data)} is no conversion")
+    return data
+
+
 _FIELD_READERS: Final[dict[str, Callable[[_RecipeReader, object, int], Any]]] = {
     "items": _RecipeReader.items,
+    "rest": _RecipeReader.items,
     "reads": _RecipeReader.reads,
     "key": _RecipeReader.key,
     "template": _RecipeReader.template,
@@ -401,6 +415,7 @@ _FIELD_READERS: Final[dict[str, Callable[[_RecipeReader, object, int], Any]]] = 
     "path": _read_text,
     "section": _read_text,
     "kind": _read_text,
+    "to": _read_conversion,
     "word": _integer_reader(0, _MAX_WORD),
     "index": _integer_reader(-1, _MAX_COMPONENTS - 1),
     "shape": _read_shape,

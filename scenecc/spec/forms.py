@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from contextlib import suppress
-from itertools import permutations, zip_longest
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -17,10 +17,11 @@ from pydantic_core import PydanticCustomError
 from scenecc.diagnostics.messages import cut, show
 from scenecc.spec.base import NOTE_PREFIX, VALUE_NAME, ErrorCollector, custom_error
 from scenecc.spec.nodes import EXPANDED, any_varying, is_mapping, is_sequence, is_varying
-from scenecc.spec.params import MAX_DRAW_COMPONENTS, to_rgba
+from scenecc.spec.params import MAX_DRAW_COMPONENTS
 from scenecc.spec.pose import AXES
 from scenecc.spec.values import Domain
 from scenecc.variation import forms
+from scenecc.variation.conversions import to_rgba
 from scenecc.variation.distributions import DISTRIBUTIONS, WIDEST_INTEGERS
 from scenecc.variation.forms import FORM_KEYS, Template
 from scenecc.variation.operations import ExpressionError
@@ -439,12 +440,11 @@ class FormReader:
         return forms.Choice(items, self._weights(node, len(items), loc))
 
     def _shuffle(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
-        """A choice among the orders of a list, in lexicographic order of the places in it."""
         if not is_sequence(node):
             self._mistakes.add(custom_error("SC103", f"{VALUE_NAME} must be a list of values"), node, *loc)
             return None
-        if not 0 < len(node) <= forms.MAX_SHUFFLED:
-            message = f"{VALUE_NAME} must have 1 to {forms.MAX_SHUFFLED} values, not {len(node)}"
+        if not 0 < len(node) <= MAX_DRAW_COMPONENTS:
+            message = f"{VALUE_NAME} must have 1 to {MAX_DRAW_COMPONENTS} values, not {len(node)}"
             self._mistakes.add(custom_error("SC106", message), node, *loc)
             return None
         if any_varying(node):
@@ -454,14 +454,14 @@ class FormReader:
                 elif any_varying([item]):
                     self.mistake("SC116", f"{VALUE_NAME} holds what is no number", item, (*loc, i))
             # The order is drawn once the expressions have their values.
-            return forms.Choice((node[0],))
+            return forms.Shuffle((node[0],))
         # Of a draw, texts and flags may be shuffled though it holds no other lists of them.
         kinds = set(map(type, node))
         if domain.most == MAX_DRAW_COMPONENTS and kinds in ({str}, {bool}):
             items = tuple(self.plain(item, plain, (*loc, i)) for i, item in enumerate(node))
         else:
             items = tuple(self.plain(node, plain, loc) or ())
-        return forms.Choice(tuple(permutations(items)))
+        return forms.Shuffle(items)
 
     def _is_expression(self, node: Any) -> bool:
         return is_varying(node) and not is_mapping(node)

@@ -45,8 +45,8 @@ _LIST_FORMS: dict[str, Any] = {
     },
     "choice": {"description": "One of them, drawn.", "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF]},
     "shuffle": {
-        "description": "A random order of a list of at most 7 values.",
-        "anyOf": [{"type": "array", "minItems": 1, "maxItems": 7}, EXPRESSION_REF],
+        "description": "A random order of a list.",
+        "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF],
     },
     "once": {
         "description": "A form whose value no reset draws anew.",
@@ -130,7 +130,7 @@ DEFINITIONS: dict[str, Any] = {
                     "type": {
                         "description": "Type of the value. Left out: that of the default.",
                         "enum": ["number", "integer", "string", "boolean", "vector", "color", "file", "material",
-                                 "choice", "list"],
+                                 "entity", "choice", "list"],
                     },
                     "default": {"description": "Value where none is given. Left out: a value is required."},
                     "min": {"description": "The least number or components.", "type": ["number", "array"]},

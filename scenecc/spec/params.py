@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, Tag, ValidatorFunctionWrapHandler, WrapValidator
@@ -15,27 +14,10 @@ from scenecc.diagnostics.messages import show
 from scenecc.spec.base import AnyText, Finite
 from scenecc.spec.nodes import COMPONENTS, FLAG, NUMBER, WORD, is_mapping, is_sequence, union_by_kind
 from scenecc.spec.values import Leaf
+from scenecc.variation.conversions import is_color_text
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
-
-
-COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"
-"""What a colour is as a text: "#rrggbb" or "#rrggbbaa"."""
-
-is_color_text = re.compile(COLOR_TEXT).fullmatch
-"""Whether a text is a colour."""
-
-Rgba = tuple[float, float, float, float]
-
-
-def to_rgba(color: str | Sequence[float]) -> Rgba:
-    """Four numbers: "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is 1 if left out."""
-    if isinstance(color, str):
-        digits = color[1:]
-        color = [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]
-    red, green, blue, *rest = color
-    return (red, green, blue, rest[0] if rest else 1.0)
 
 
 def is_number(value: Any) -> bool:
@@ -88,6 +70,7 @@ PARAM_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "color": (is_color, 'a colour: three or four numbers in 0..1, or "#rrggbb[aa]"'),
     "file": (_is_path, "a file"),
     "material": (_is_material, "the name of a material, or a mapping"),
+    "entity": (_is_path, "the name of an entity"),
     "choice": (_is_scalar, "one of its options"),
     "list": (is_sequence, "a list"),
 }

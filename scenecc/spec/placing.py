@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, Strict, Tag
 
-from scenecc.spec.base import MAPPING_KEY, Finite, Maybe, NonNegative, Positive, Reference, SpecModel, Vec3, key
+from scenecc.spec.base import MAPPING_KEY, Finite, Maybe, NonNegative, OuterReference, Positive, SpecModel, Vec3, key
 from scenecc.spec.nodes import COMPONENTS, LIST, MAPPING, WORD, union_by_kind
 from scenecc.spec.pose import AxisAngle, Quaternion
 from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
@@ -25,7 +25,7 @@ class DiskRegion(SpecModel):
 Region = Annotated[
     Annotated[list[Leaf[Corner]], Field(min_length=2, max_length=2), Tag(LIST)]
     | Annotated[DiskRegion, Tag(MAPPING)]
-    | Annotated[Reference, Tag(WORD)],
+    | Annotated[OuterReference, Tag(WORD)],
     union_by_kind("[[x, y], [x, y]], {center, radius} or the name of a frame with `region`"),
 ]
 """Two corners, a disk or the name of a frame."""
@@ -36,15 +36,17 @@ Distances = Annotated[tuple[NonNegative, NonNegative], Strict(strict=False)]
 class PlaceSpec(SpecModel):
     """Where an entity is placed, by trial, so that it overlaps nothing."""
 
-    on: Maybe[Fixed[Reference]] = key("ENTITY or ENTITY/LINK that it stands on.")
-    inside: Maybe[Fixed[Reference]] = key("ENTITY or ENTITY/LINK that it stands in.")
-    above: Maybe[Fixed[Reference]] = key("ENTITY or ENTITY/LINK that it starts above, standing on nothing.")
+    on: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it stands on.")
+    inside: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it stands in.")
+    above: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it starts above, standing on nothing.")
     at: Maybe[Leaf[Vec2]] = key("Where its origin is: [x, y] [m].")
     region: Maybe[Region] = key(
         "Where its origin may be: two corners, a disk or the name of a frame with a region [m]. Left out: the top.",
         examples=[[[-0.3, -0.2], [0.3, 0.2]], {"center": [0, 0], "radius": 0.2}],
     )
-    relative_to: Maybe[Fixed[Reference]] = key("Whose axes count, turned by its heading alone. Left out: the target's.")
+    relative_to: Maybe[Fixed[OuterReference]] = key(
+        "Whose axes count, turned by its heading alone. Left out: the target's."
+    )
     yaw: Maybe[Leaf[Finite]] = key("Turn about z [rad].")
     yaw_deg: Maybe[Leaf[Finite]] = key("Turn about z [degrees].", examples=[{"uniform": [0, 360]}])
     q: Maybe[ExpressionOnly[Quaternion]] = key("Rotation as a unit quaternion [w, x, y, z], or `uniform`.")
@@ -53,11 +55,11 @@ class PlaceSpec(SpecModel):
     axis_angle: Maybe[AxisAngle] = key("Rotation about one axis.")
     facing: Maybe[
         Annotated[
-            Annotated[Leaf[Vec2], Tag(COMPONENTS)] | Annotated[Reference, Tag(WORD)],
+            Annotated[Leaf[Vec2], Tag(COMPONENTS)] | Annotated[OuterReference, Tag(WORD)],
             union_by_kind("[x, y] or the name of an entity"),
         ]
     ] = key("What its +x points to, about z alone: an entity, or a point [x, y] [m].")
-    near: dict[Annotated[Reference, MAPPING_KEY], Fixed[Distances]] = Field(
+    near: dict[Annotated[OuterReference, MAPPING_KEY], Fixed[Distances]] = Field(
         default_factory=dict,
         description="Entity → least and greatest distance between the colliding shapes [m].",
         examples=[{"mug": [0.05, 0.15]}],

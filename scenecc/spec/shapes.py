@@ -24,10 +24,10 @@ from scenecc.spec.base import (
     key,
 )
 from scenecc.spec.nodes import COMPONENTS, MAPPING, NUMBER, WORD, LazyType, LazyUnion, union_by_kind
-from scenecc.spec.params import COLOR_TEXT
 from scenecc.spec.pose import Pose
 from scenecc.spec.repetition import REPEATABLE
 from scenecc.spec.values import Fixed, Leaf
+from scenecc.variation.conversions import COLOR_TEXT
 
 ColorText = Annotated[str, StringConstraints(pattern=COLOR_TEXT)]
 

@@ -10,7 +10,7 @@ from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.enumeration import MAX_COMBINATIONS, combination_batch
 from scenecc.variation.expression_bounds import difference_interval
 from scenecc.variation.node_bounds import bounds_and_faults, broadcast_bounds, name_bounds
-from scenecc.variation.nodes import Chosen, Computed, Cycled, Drawn, Rows, Stacked
+from scenecc.variation.nodes import Chosen, Computed, Cycled, Drawn, Rows, Shuffled, Stacked
 from scenecc.variation.operations import LISTS, DrawError, is_number
 
 if TYPE_CHECKING:
@@ -107,7 +107,9 @@ def _is_whole(item: Any, analysis: BoundsAnalysis) -> bool:
         case Computed():
             found, _ = bounds_and_faults(analysis, item)
             return found.is_whole
-        case Rows(items=items) | Cycled(items=items) | Chosen(items=items) | Stacked(items=items):
+        case (
+            Rows(items=items) | Cycled(items=items) | Chosen(items=items) | Shuffled(items=items) | Stacked(items=items)
+        ):
             return all(_is_whole(one, analysis) for one in items)
         case _:
             parts = item if type(item) in LISTS else (item,)

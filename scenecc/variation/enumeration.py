@@ -29,6 +29,9 @@ every scene is looked at."""
 MAX_DRAWS_READ = 16
 """How many shared draws are looked into, or else each member of a long chain of them would look into all others."""
 
+_MAX_ORDERED = 7
+"""How many values have orders that may be few: 5040 are below `MAX_OUTCOMES`."""
+
 DrawWord = tuple[Key, int]
 """What one draw is known by: its key and word."""
 
@@ -149,6 +152,13 @@ class _Sources:
         self.drawn[node.key, node.word] = node.possible
         return self.add_all(node.items)
 
+    def shuffled(self, node: nodes.Shuffled) -> bool:
+        """Adds every order of a short list."""
+        if len(node.items) > _MAX_ORDERED:
+            return False
+        self.drawn[node.key, node.word] = range(math.factorial(len(node.items)))
+        return True
+
     def drawn_integers(self, node: nodes.Drawn) -> bool:
         if not node.distribution.whole or node.shape:
             return False
@@ -197,6 +207,7 @@ class _Sources:
 _ADD_SOURCES: dict[type[Any], Callable[[_Sources, Any], bool]] = {
     **dict.fromkeys(NODES, _Sources.parts),
     nodes.Chosen: _Sources.chosen,
+    nodes.Shuffled: _Sources.shuffled,
     nodes.Drawn: _Sources.drawn_integers,
     nodes.RandomRotated: lambda _sources, _node: False,
     nodes.Placed: lambda _sources, _node: False,

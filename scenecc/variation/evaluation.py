@@ -7,14 +7,16 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
-from itertools import accumulate, repeat
+from itertools import accumulate, permutations, repeat
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from scenecc.diagnostics.messages import show
 from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, RIGID_TOLERANCE, UNIT_TOLERANCE
 from scenecc.variation import nodes
+from scenecc.variation.conversions import CONVERSIONS
 from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.nodes import NODES, Key, Node, evaluation_order, shaped_fields
 from scenecc.variation.operations import (
@@ -442,6 +444,9 @@ class CombinationBatch(Batch):
         match node:
             case nodes.Chosen():
                 return self.selected(node.items, self.assigned[node.key, node.word])
+            case nodes.Shuffled():
+                orders = [(*order, *node.rest) for order in permutations(node.items)]
+                return self.selected(orders, self.assigned[node.key, node.word])
             case nodes.Drawn():
                 return node.operands[0] + self.assigned[node.key, node.word]
             case _:
@@ -491,6 +496,18 @@ def _choice_index(batch: Batch, node: nodes.Chosen) -> NDArray[np.int64]:
     return choice(u, len(node.items), node.weights)
 
 
+def _shuffled(batch: Batch, node: nodes.Shuffled) -> NDArray[Any]:
+    """The items by ascending numbers of their words (B, n), the rest behind them."""
+    count = len(node.items)
+    places = np.argsort(_units(batch, node, node.word, count), axis=1, kind="stable")
+    items = row_array([(*node.items, *node.rest)])
+    if items.ndim > 1:
+        rows = np.repeat(items, len(places), axis=0)
+        rows[:, :count] = items[0, places]
+        return rows
+    return object_array([[*(node.items[place] for place in row), *node.rest] for row in places.tolist()])
+
+
 def _drawn(batch: Batch, node: nodes.Drawn) -> NDArray[Any]:
     """Numbers (B, *shape)."""
     operands = draw_bounds(batch, node)
@@ -527,7 +544,11 @@ def draw_bounds(batch: Batch, node: nodes.Drawn) -> list[Floats]:
 
 
 def _units(
-    batch: Batch, node: nodes.Chosen | nodes.Drawn | nodes.RandomRotated, first: int, count: int, lane: int = 0
+    batch: Batch,
+    node: nodes.Chosen | nodes.Shuffled | nodes.Drawn | nodes.RandomRotated,
+    first: int,
+    count: int,
+    lane: int = 0,
 ) -> Floats:
     return units(words(batch.seed, node.key, batch.scenes, first, count, lane, batch.tries))
 
@@ -594,6 +615,17 @@ def _result_rows(batch: Batch, node: nodes.Computed, results: list[Any]) -> NDAr
 
 def _row_error(batch: Batch, node: nodes.Computed, row: int, message: str) -> DrawError:
     return DrawError(message, int(batch.scenes[row]), node)
+
+
+def _converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
+    """Rows (B, …) as the field has them."""
+    convert, shape = CONVERSIONS[node.to]
+    rows = batch.item(node.of).tolist()
+    made = [convert(row) for row in rows]
+    if None in made:
+        row = made.index(None)
+        raise DrawError(f"it gives {show(rows[row])}, which means nothing here", int(batch.scenes[row]), node.of)
+    return np.array(made, dtype=np.float64 if shape else np.bool_).reshape(len(made), *shape)
 
 
 def _normalized(batch: Batch, node: nodes.Normalized) -> Floats:
@@ -689,10 +721,12 @@ EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     nodes.Rows: _rows,
     nodes.Cycled: lambda batch, node: batch.selected(node.items, batch.scenes % len(node.items)),
     nodes.Chosen: lambda batch, node: batch.selected(node.items, _choice_index(batch, node)),
+    nodes.Shuffled: _shuffled,
     nodes.Drawn: _drawn,
     nodes.RandomRotated: lambda batch, node: rotation(_units(batch, node, 0, 3)),
     nodes.Stacked: _stacked,
     nodes.Computed: _computed,
+    nodes.Converted: _converted,
     nodes.Shared: lambda batch, node: batch.shared(node.name),
     nodes.Posed: lambda batch, node: np.concatenate(_parts(batch, node), axis=1),
     nodes.Normalized: _normalized,

@@ -137,6 +137,9 @@ MAX_DEPTH = 100
 
 CONSTANTS: dict[str, Any] = {"pi": math.pi, "true": True, "false": False}
 
+MESH_BOUNDS = "bounds"
+"""What is written `bounds(PATH)`. It is a function only where `(` follows: a parameter may have this name."""
+
 RESERVED_NAMES = frozenset((*FUNCTIONS, *CONSTANTS, *_WORDS, "scene", "num_scenes"))
 """What parameters, loop variables and draws may not be called, beside Python's keywords."""
 
@@ -153,12 +156,15 @@ class Expression:
         run: its value, from those of its names.
         places: where each name stands first.
         span: (start, end) of a node in the scalar's text.
+        meshes: the paths of meshes whose bounds it reads. Such a `bounds(PATH)` is a name of the expression, too:
+            whoever binds names finds the file, so that an expression reads none.
     """
 
     tree: ast.expr
     run: Closure
     places: Mapping[str, Span]
     span: Callable[[ast.expr], Span]
+    meshes: Mapping[str, Expression]
 
 
 def parse_expression(text: str, start: int, end: int) -> Expression:
@@ -182,7 +188,12 @@ def parse_expression(text: str, start: int, end: int) -> Expression:
         raise _too_deep(start, end) from None
     compiler = _Compiler(source, start)
     run = compiler.closure(tree, 0)
-    return Expression(tree, run, compiler.places, compiler.span)
+    return compiler.expression(tree, run)
+
+
+def mesh_bounds_name(node: ast.Call) -> str:
+    """The name that a `bounds(PATH)` is to an expression, however it is spaced and quoted."""
+    return ast.unparse(node)
 
 
 class _Compiler:
@@ -190,8 +201,13 @@ class _Compiler:
 
     def __init__(self, source: str, start: int) -> None:
         self.places: dict[str, Span] = {}
+        self._meshes: dict[str, Expression] = {}
         self._source = source
         self._start = start
+
+    def expression(self, tree: ast.expr, run: Closure) -> Expression:
+        """What was compiled."""
+        return Expression(tree, run, self.places, self.span, self._meshes)
 
     def span(self, node: ast.expr) -> Span:
         # Python counts bytes, from the parenthesis on.
@@ -289,6 +305,9 @@ class _Compiler:
             return lambda _: value
         if name in FUNCTIONS:
             raise ExpressionError(f"`{name}` is a function: write `{name}(…)`", *span)
+        return self._lookup(name, span)
+
+    def _lookup(self, name: str, span: Span) -> Closure:
         self.places.setdefault(name, span)
 
         def run(environment: Environment) -> Any:
@@ -305,8 +324,11 @@ class _Compiler:
         func, span = node.func, self.span(node)
         if not isinstance(func, ast.Name):
             raise ExpressionError("only functions are called", *self.span(func))
+        if func.id == MESH_BOUNDS:
+            return self._mesh_bounds(node, depth)
         if func.id not in FUNCTIONS:
-            raise ExpressionError(f"unknown function `{func.id}`", *self.span(func), suggest(func.id, FUNCTIONS))
+            hint = suggest(func.id, (*FUNCTIONS, MESH_BOUNDS))
+            raise ExpressionError(f"unknown function `{func.id}`", *self.span(func), hint)
         function = FUNCTIONS[func.id]
         fewest, most, apply = function.fewest, function.most, function.apply
         parts = [self.closure(argument, depth) for argument in node.args]
@@ -324,6 +346,15 @@ class _Compiler:
             (part,) = parts
             return lambda environment: apply([part(environment)], span)
         return lambda environment: apply([part(environment) for part in parts], span)
+
+    def _mesh_bounds(self, node: ast.Call, depth: int) -> Closure:
+        if len(node.args) != 1:
+            raise ExpressionError(f"`{MESH_BOUNDS}` takes 1 argument, not {len(node.args)}", *self.span(node))
+        inner = _Compiler(self._source, self._start)
+        path = inner.expression(node.args[0], inner.closure(node.args[0], depth))
+        name = mesh_bounds_name(node)
+        self._meshes[name] = path
+        return self._lookup(name, self.span(node))
 
 
 _NODES: dict[type[ast.AST], Callable[[_Compiler, Any, int], Closure]] = {

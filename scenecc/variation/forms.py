@@ -66,6 +66,13 @@ class Once:
 
 
 @frozen
+class Shuffle:
+    """`shuffle: [a, b, c]`: its plain values in a random order, as one list."""
+
+    items: tuple[Any, ...]
+
+
+@frozen
 class DrawForm:
     """Numbers that a distribution draws: `uniform: [low, high]` and its like.
 
@@ -90,12 +97,9 @@ class Vector:
     items: tuple[Any, ...]
 
 
-LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice, "shuffle": Choice}
-"""Keys of the forms that list the values of which each scene has one. (`per_scene` may be a map, too:
-`SceneMap`. A `shuffle` is a choice among the orders of its list.)"""
-
-MAX_SHUFFLED: Final = 7
-"""Values of a `shuffle`: of so many there are 5040 orders."""
+LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice, "shuffle": Shuffle}
+"""Keys of the forms that list the values of which each scene has one, or all in an order of its own. (`per_scene` may
+be a map, too: `SceneMap`.)"""
 
 ONCE: Final = "once"
 
@@ -126,7 +130,7 @@ def alternative_values(given: Any) -> Iterator[Any]:
         yield from alternative_values(one)
 
 
-Form = PerScene | SceneMap | Cycle | Choice | Once | DrawForm | RandomRotation | Vector
+Form = PerScene | SceneMap | Cycle | Choice | Shuffle | Once | DrawForm | RandomRotation | Vector
 
 
 class Template:
@@ -206,9 +210,14 @@ class Template:
         """The literal texts and the expressions, in order."""
         return self._parsed.parts
 
+    @property
+    def meshes(self) -> Mapping[str, Expression]:
+        """The paths of meshes whose bounds it reads, by the name that each `bounds(PATH)` is."""
+        return self._parsed.meshes
+
     def place(self, name: str) -> tuple[int, int]:
         """Where a name that it reads stands first: (start, end) in the text."""
-        for part in self.expressions():
+        for part in (*self.expressions(), *self.meshes.values()):
             if isinstance(part, Expression) and name in part.places:
                 return part.places[name]
         raise KeyError(name)
@@ -242,10 +251,11 @@ MAX_FILLED_CHARACTERS = 100_000
 
 @frozen
 class _Parsed:
-    """The literal texts and expressions of a scalar, in order, with all names that they read."""
+    """The literal texts and expressions of a scalar, in order, with all names and bounds of meshes that they read."""
 
     parts: tuple[str | Expression, ...]
     names: frozenset[str]
+    meshes: Mapping[str, Expression]
 
 
 @lru_cache(maxsize=4096)
@@ -273,8 +283,9 @@ def _parse(text: str) -> _Parsed:
     literal += text[at:]
     if literal:
         parts.append(literal)
-    names = (part.places.keys() for part in parts if isinstance(part, Expression))
-    return _Parsed(tuple(parts), frozenset[str]().union(*names))
+    read = [part for part in parts if isinstance(part, Expression)]
+    names = frozenset[str]().union(*(part.places for part in read))
+    return _Parsed(tuple(parts), names, {name: path for part in read for name, path in part.meshes.items()})
 
 
 def _filled(parts: tuple[str | Expression, ...], environment: Mapping[str, Any]) -> str:

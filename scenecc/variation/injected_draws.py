@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.variation.nodes import Drawn, Node, Stacked
+from scenecc.variation.nodes import Drawn, Node, Shuffled, Stacked
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -45,7 +45,8 @@ def draw_type(node: Node, found: ValueBounds) -> DrawType:
         return DrawType("integers", node.shape if isinstance(node, Drawn) else (len(node.items),))
     if isinstance(node, Drawn):
         return DrawType("numbers", node.shape)
-    values = found.alternatives or (() if found.low is None else (found.low,))
+    listed = (node.items,) if isinstance(node, Shuffled) else found.alternatives
+    values = listed or (() if found.low is None else (found.low,))
     kinds, shapes = set(map(_kind, values)), set(map(_shape, values))
     return DrawType(kinds.pop() if len(kinds) == 1 else None, shapes.pop() if len(shapes) == 1 else None)
 

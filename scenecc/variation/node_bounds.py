@@ -21,6 +21,7 @@ from scenecc.variation.bounds import (
     to_value_bounds,
     union_bounds,
 )
+from scenecc.variation.conversions import CONVERSIONS
 from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, combination_batch, enumerate_outcomes
 from scenecc.variation.expression_bounds import ExpressionFault, template_bounds
 from scenecc.variation.nodes import NODE_TYPES, SIGNATURES, Node, draws_read_by, evaluation_order, shaped_fields
@@ -127,7 +128,12 @@ class BoundsAnalysis:
         """The same, as expressions read it: once, for there may be very many alternatives and expressions."""
         found = self._reached.get(name)
         if found is None:
-            found = to_expression_bounds(self.shared(name), whole=_gives_integers(self.draws.get(name)))
+            node = self.draws.get(name)
+            if isinstance(node, nodes.Shuffled) and name not in self.given:
+                # Any of the items may stand anywhere; of texts the bounds of a value know nothing.
+                found = ExpressionBounds(items=(bounds_of_values(node.items),) * len(node.items), exact=True)
+            else:
+                found = to_expression_bounds(self.shared(name), whole=_gives_integers(node))
             self._reached[name] = found
         return found
 
@@ -246,6 +252,13 @@ def _drawn(analysis: BoundsAnalysis, node: nodes.Drawn) -> ValueBounds:
     return ValueBounds(None, low, high, exact)
 
 
+def _shuffled(_: BoundsAnalysis, node: nodes.Shuffled) -> ValueBounds:
+    if not all(item.__class__ in NUMBERS for item in node.items):
+        return UNKNOWN
+    low, high = ((pick(node.items),) * len(node.items) for pick in (min, max))
+    return ValueBounds(None, (*low, *node.rest), (*high, *node.rest), exact=True)
+
+
 def _posed(analysis: BoundsAnalysis, node: nodes.Posed) -> ValueBounds:
     p, q = _parts(analysis, node)
     if p.low is None or q.low is None:
@@ -262,6 +275,17 @@ def _radians(analysis: BoundsAnalysis, node: nodes.Radians) -> ValueBounds:
 
 def _to_radians(bound: Any) -> Any:
     return tuple(map(_to_radians, bound)) if bound.__class__ is tuple else math.radians(bound)
+
+
+def _converted(analysis: BoundsAnalysis, node: nodes.Converted) -> ValueBounds:
+    found, convert = analysis.item(node.of), CONVERSIONS[node.to].convert
+    ends = () if found.low is None else (found.low, found.high)
+    made = [convert(item) for item in (ends if found.alternatives is None else found.alternatives)]
+    if not made or None in made:
+        return UNKNOWN
+    if found.alternatives is not None:
+        return ValueBounds.of(made, exact=found.exact)
+    return ValueBounds(None, *made, exact=found.exact)
 
 
 def _from_matrix(analysis: BoundsAnalysis, node: nodes.FromMatrix) -> ValueBounds:
@@ -329,10 +353,12 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     nodes.Rows: lambda analysis, node: analysis.any_of(node.items),
     nodes.Cycled: lambda analysis, node: analysis.any_of(node.items),
     nodes.Chosen: lambda analysis, node: analysis.any_of(tuple(node.items[number] for number in node.possible)),
+    nodes.Shuffled: _shuffled,
     nodes.Drawn: _drawn,
     nodes.RandomRotated: lambda _analysis, _node: ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True),
     nodes.Stacked: lambda analysis, node: stack_bounds(list(map(analysis.item, node.items))),
     nodes.Computed: lambda analysis, node: to_value_bounds(bounds_and_faults(analysis, node)[0]),
+    nodes.Converted: _converted,
     nodes.Shared: lambda analysis, node: analysis.shared(node.name),
     nodes.Placed: lambda _analysis, _node: UNKNOWN,
     nodes.Posed: _posed,

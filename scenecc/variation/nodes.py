@@ -74,6 +74,23 @@ class Chosen:
 
 
 @frozen
+class Shuffled:
+    """Plain values in a drawn order; item j is placed by word `word` + j.
+
+    Attributes:
+        items: numbers, booleans or strings.
+        key: the field's.
+        word: of the first item.
+        rest: values that stay behind them.
+    """
+
+    items: tuple[Any, ...]
+    key: Key
+    word: int = 0
+    rest: tuple[Any, ...] = ()
+
+
+@frozen
 class Drawn:
     """Numbers drawn independently, each component by its own word.
 
@@ -131,6 +148,19 @@ class Computed:
         """The shared draws that it reads, by their names in the expression."""
         reads = dict(self.reads)
         return {name: reads.get(name, name) for name in sorted(self.template.names - BUILTIN_NAMES)}
+
+
+@frozen
+class Converted:
+    """A row of a field, of what an expression gives in its place.
+
+    Attributes:
+        of: an item.
+        to: a name among `CONVERSIONS`.
+    """
+
+    of: Any
+    to: str
 
 
 @frozen
@@ -238,10 +268,12 @@ Node = (
     | Rows
     | Cycled
     | Chosen
+    | Shuffled
     | Drawn
     | RandomRotated
     | Stacked
     | Computed
+    | Converted
     | Shared
     | Placed
     | Posed

@@ -74,7 +74,7 @@ _BODY = {
     "PhysxRigidStaticComponent": ("name",),
     "RenderBodyComponent": ("visibility", "shading_mode", "is_render_id_disabled", "name"),
 }
-_TIE = ("name", "pose_in_parent", "pose_in_child", "relative_pose")
+_TIE = ("name", "is_enabled", "pose_in_parent", "pose_in_child", "relative_pose")
 _TIES = {
     "PhysxDriveComponent": (
         *_TIE,

@@ -45,8 +45,11 @@ OURS: dict[str, dict[str, Any]] = {
 }
 """Our defaults where ManiSkill and the tutorial have none."""
 
-ALIKE: dict[str, dict[str, Any]] = {"table_workspace": {"visual": "boxes"}}
-"""What makes a prefab the same whatever packages are installed."""
+ALIKE: dict[str, dict[str, Any]] = {
+    "table_workspace": {"visual": "boxes"},
+    "random_clutter": {"target": "floor", "n": 4},
+}
+"""What makes a prefab the same whatever packages are installed, and parameters without a default."""
 
 STATIC = frozenset(("bin", "shelf", "stairs", "ground"))
 

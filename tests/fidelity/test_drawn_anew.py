@@ -72,6 +72,17 @@ constraints:
     {tie}
 """
 
+TIE = """
+scenecc: 1
+entities:
+  cube: {{pose: [0, 0, 0.5], shapes: [{{type: box, half_size: [0.1, 0.05, 0.03]}}]}}
+  ball: {{pose: [0.3, 0, 0.5], linear_velocity: [0, 1, 0], shapes: [{{type: sphere, radius: 0.05}}]}}
+constraints:
+  tie: {{child: cube, parent: ball, {tie}}}
+  hold:
+    {{type: distance, child: cube, parent: world, limits: [0, 0.1], stiffness: 50, enabled: {{choice: [true, false]}}}}
+"""
+
 FRICTION = "static_friction: {uniform: [0.5, 1]}"
 INERTIAL = "inertial: {{mass: {}, com: {}, inertia: {}}}"
 COM = "{p: {uniform: [[0.1, -0.01, -0.01], [0.2, 0.01, 0.01]]}, rpy: [0.1, 0, {uniform: [0, 1]}]}"
@@ -86,6 +97,7 @@ CASES = {
     "linear_damping": (BODIES, "linear_damping: {uniform: [0, 2]}"),
     "angular_damping": (BODIES, "angular_damping: {uniform: [0, 2]}"),
     "gravity": (BODIES, "gravity: {choice: [true, false]}"),
+    "gravity by a shared draw": (BODIES, "gravity: '${u > 0.75}'"),
     "static_friction": (BODIES, f"material: {{physical: {{{FRICTION}}}}}"),
     "dynamic_friction": (BODIES, "material: {physical: {dynamic_friction: {uniform: [0, 0.3]}}}"),
     "restitution": (BODIES, "material: {physical: {restitution: {uniform: [0, 1]}}}"),
@@ -107,6 +119,14 @@ CASES = {
     "damping": (ARM, "drives: {'.*': {stiffness: 20, damping: {uniform: [0, 5]}}}"),
     "force_limit": (ARM, "drives: {'.*': {stiffness: 50, damping: 1, target: 0.5, force_limit: {uniform: [0.1, 3]}}}"),
     "constraint stiffness": (DRIVE, "drive: {x: {stiffness: {uniform: [1, 50]}, damping: 1}, z: {stiffness: 500}}"),
+    "enabled": (DRIVE, "drive: {z: {stiffness: 500, damping: 10}}\n    enabled: {choice: [true, false]}"),
+    "enabled by a shared draw": (
+        DRIVE,
+        "drive: {z: {stiffness: 500, damping: 10}}\n    limits: {x: [0, 0], y: [0, 0]}\n    enabled: '${u > 0.75}'",
+    ),
+    "enabled weld": (TIE, "type: weld, enabled: '${u > 0.75}'"),
+    "enabled connection": (TIE, "type: connection, enabled: {choice: [false, true]}"),
+    "enabled hinge": (TIE, "type: hinge, enabled: {choice: [false, '${u > 0.75}']}"),
     "constraint damping": (DRIVE, "drive: {slerp: {stiffness: 5, damping: {uniform: [0, 5]}}, z: {stiffness: 500}}"),
     "constraint force_limit": (DRIVE, "drive: {z: {stiffness: 500, force_limit: {uniform: [1, 9]}}}"),
 }

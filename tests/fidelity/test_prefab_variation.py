@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from fidelity.compare import scene_facts
-from fidelity.prefab_cases import ALIKE, NAMES, VARIED, label
+from fidelity.prefab_cases import ALIKE, NAMES, VARIED
 
-from scenecc import compile_scene, load_scene
+from scenecc import SceneError, compile_scene, load_scene
+
+FLOOR = {"body_type": "static", "collisions": [{"type": "plane"}]}
+BIN = {"use": "scenecc:bin", "with": {"length": 0.4, "width": 0.4}, "pose": {"p": [1, 0, 0.3], "rpy_deg": [0, 0, 30]}}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -39,7 +42,7 @@ def test_what_differs_from_scene_to_scene_may_be_drawn(name: str) -> None:
 def used(name: str, given: dict[str, Any], *, num_scenes: int = 2) -> Any:
     """Live scenes of one prefab."""
     thing = {"use": f"scenecc:{name}", "with": ALIKE.get(name, {}) | given, "pose": [0.1, 0.2, 0.3]}
-    scene = {"scenecc": 1, "num_scenes": num_scenes, "entities": {"thing": thing}}
+    scene = {"scenecc": 1, "num_scenes": num_scenes, "entities": {"floor": FLOOR, "thing": thing}}
     return load_scene(scene, render=False, audit="full")
 
 
@@ -80,42 +83,62 @@ def test_a_drawn_size_is_the_same_wherever_the_prefab_reads_it() -> None:
         assert np.array_equal(shape.geometry.half_size.data[:, 0], length / 2)
 
 
-@pytest.mark.parametrize(
-    "given",
-    [{"n": 40}, {"n": 25, "length": 0.05, "width": 0.3}, {"n": 30, "max_size": 0.05, "length": 0.2, "width": 0.2}],
-    ids=label,
-)
-def test_clutter_overlaps_nowhere_and_starts_within_its_area(given: dict[str, Any]) -> None:
-    scene = {"scenecc": 1, "num_scenes": 3, "entities": {"things": {"use": "scenecc:random_clutter", "with": given}}}
-    plan: Any = compile_scene(scene)
-    assert [entity.name for entity in plan.entities] == [f"things/object_{i}" for i in range(given["n"])]
-    reach = np.sqrt(3) * given.get("max_size", 0.035)
-    places = np.stack([entity.pose.data[:, :3] for entity in plan.entities])
-    apart = np.linalg.norm(places[:, None] - places[None, :], axis=-1)
-    apart[range(len(places)), range(len(places))] = np.inf
-    assert apart.min() >= 2 * reach - 1e-9
-    for axis, key in enumerate(("length", "width")):
-        room = max(given.get(key, 0.4) / 2 - reach, 0)
-        assert np.abs(places[..., axis]).max() <= room + 1e-9
-    assert places[..., 2].min() >= reach - 1e-9
-    assert len({int(pick) for entity in plan.entities for pick in np.ravel(entity.pick.data)}) == 4
+def clutter(num_scenes: int, pose: Any = None, **given: Any) -> dict[str, Any]:
+    things = {"use": "scenecc:random_clutter", "with": {"target": "floor", **given}, "pose": pose or [0, 0, 0]}
+    return {"scenecc": 1, "num_scenes": num_scenes, "entities": {"floor": FLOOR, "bin": BIN, "things": things}}
+
+
+def starts(document: dict[str, Any]) -> Any:
+    """The poses of the objects (objects, scenes, 7)."""
+    things = [one for one in compile_scene(document).entities if one.name.startswith("things/")]
+    assert [one.name for one in things] == [f"things/object_{i}" for i in range(len(things))]
+    return np.stack([one.pose.data for one in things])
+
+
+def test_clutter_is_uniform_over_its_area_and_turned_about_z() -> None:
+    size = {"boxes": 0, "cylinders": 0, "capsules": 0, "min_size": 0.02, "max_size": 0.02}
+    at = starts(clutter(400, {"p": [3, 1, 5], "rpy_deg": [0, 0, 90]}, n=3, length=0.6, width=0.3, apart=0.01, **size))
+    along, across = at[..., 1] - 1, 3 - at[..., 0]
+    assert np.abs(along).max() <= 0.3
+    assert np.abs(across).max() <= 0.15
+    counts, *_ = np.histogram2d(along[0] / 0.6, across[0] / 0.3, bins=4, range=[[-0.5, 0.5]] * 2)
+    assert ((counts - 25) ** 2 / 25).sum() < 37.7, "chi-squared with 15 degrees of freedom, at 0.001"
+    assert np.allclose(at[..., 2], 0.001 + 0.02)
+    assert (at[..., 4:6] == 0).all()
+    between = np.linalg.norm((at[:, None] - at[None])[..., :3], axis=-1)[np.triu_indices(3, 1)]
+    assert between.min() >= 0.04 + 0.01 - 1e-6
+
+
+@pytest.mark.parametrize(("start", "n"), [("inside", 3), ("above", 25)])
+def test_clutter_in_and_above_a_box(start: str, n: int) -> None:
+    found = starts(clutter(4, {"relative_to": "bin"}, target="bin/bin", start=start, n=n))
+    reach = np.linalg.norm(found[..., :2] - [1, 0], axis=-1)
+    assert reach.max() < 0.2 * np.sqrt(2)
+    bottom = 0.3 + (0.15 if start == "above" else 0.01)
+    assert found[..., 2].min() > bottom + 0.001
+    assert (found[..., 2].max() > bottom + 0.2) == (start == "above")
+    assert (found[..., 4:6] == 0).all() == (start == "inside")
 
 
 def test_clutter_without_a_shape_has_none_of_it() -> None:
-    given = {"n": 50, "boxes": 0, "cylinders": 0, "capsules": 3}
-    plan: Any = compile_scene({"scenecc": 1, "entities": {"things": {"use": "scenecc:random_clutter", "with": given}}})
-    picks = np.array([entity.pick.data[0] for entity in plan.entities])
+    plan: Any = compile_scene(clutter(1, n=50, length=2, width=2, boxes=0, cylinders=0, capsules=3))
+    picks = np.array([entity.pick.data[0] for entity in plan.entities[2:]])
     assert set(picks.tolist()) == {1, 3}
     assert (picks == 3).sum() > (picks == 1).sum()
 
 
-def test_clutter_comes_to_rest_on_the_ground() -> None:
-    entities = {
-        "floor": {"use": "scenecc:ground"},
-        "things": {"use": "scenecc:random_clutter", "with": {"n": 8}},
-    }
-    with load_scene({"scenecc": 1, "num_scenes": 2, "entities": entities}, render=False) as batch:
+def test_clutter_comes_to_rest_where_it_was_placed_and_a_reset_places_it_anew() -> None:
+    with load_scene(clutter(2, n=8, spheres=0), render=False) as batch:
+        before = np.stack([batch.entities[f"things/object_{i}"].pose for i in range(8)])
         batch.step(300)
-        heights = [batch.entities[f"things/object_{i}"].pose[:, 2] for i in range(8)]
-        assert np.min(heights) > 0
-        assert np.max(heights) < 0.3
+        after = np.stack([batch.entities[f"things/object_{i}"].pose for i in range(8)])
+        assert after[..., 2].min() > 0
+        assert after[..., 2].max() < 0.1
+        batch.reset(seed=1)
+        again = np.stack([batch.entities[f"things/object_{i}"].pose for i in range(8)])
+        assert (np.abs(again - before)[..., :2].max(axis=-1) > 1e-3).all()
+
+
+def test_what_does_not_fit_is_an_error() -> None:
+    with pytest.raises(SceneError, match="fits nowhere"):
+        compile_scene(clutter(1, n=40, length=0.1, width=0.1))

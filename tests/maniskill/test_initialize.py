@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -155,3 +156,20 @@ def test_targets_of_constraints_are_what_bare_sapien_resets_to() -> None:
         assert targets(drives) == targets(batch.constraints["lift"].objs)
     assert targets(drives)[1] == built[1]
     assert all(now != then for now, then in zip(targets(drives)[::2], built[::2], strict=True))
+
+
+def test_what_a_gpu_keeps_as_built_is_told_by_name() -> None:
+    cube = {"mass": {"uniform": [1, 2]}, "shapes": [{"type": "sphere", "radius": 0.1}]}
+    tie = {"type": "connection", "child": "a", "parent": "b", "pose_in_parent": [0, 0, 0]}
+    scene: dict[str, Any] = {
+        "scenecc": 1,
+        "entities": {"a": cube, "b": {**cube, "mass": {"once": cube["mass"]}, "pose": [1, 0, 0]}},
+        "constraints": {"tie": {**tie, "enabled": {"choice": [True, False]}}},
+        "cameras": {"eye": {"fovy": {"uniform": [1, 2]}, "pose": [{"uniform": [0, 1]}, 0, 0]}},
+    }
+    loaded = scenecc.load_scene(scene, scene=new_scene())
+    loaded.scene = SimpleNamespace(gpu_sim_enabled=True)
+    with pytest.warns(UserWarning, match="on a GPU they stay as built") as caught:
+        assert len(loaded._drawn_fields) == 0
+    told = str(caught[0].message).partition(": ")[2].partition(". ")[0].split(", ")
+    assert sorted(told) == ["a.mass", "cameras/eye.lens.fovy", "cameras/eye.pose", "constraints/tie.enabled"]

@@ -129,3 +129,51 @@ def test_lights_follow_what_a_reset_draws_anew() -> None:
         assert light.pose.p == pytest.approx([float(at[0]), 0, 1.2])
         places.append(float(at[0]))
     assert places[0] != places[1]
+
+
+LENSES = {
+    "fovy": {"fovy_deg": {"uniform": [30, 80]}},
+    "fovx": {"fovx_deg": {"uniform": [30, 80]}},
+    "intrinsic": {"intrinsic": {"fx": {"uniform": [50, 90]}, "fy": {"uniform": [50, 90]}, "cx": {"uniform": [20, 40]}}},
+}
+DRAWN_POSE = {"p": [{"uniform": [-1, 1]}, 0, 2], "rpy_deg": [0, {"uniform": [60, 90]}, 0]}
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("lens", LENSES)
+def test_cameras_are_drawn_anew_as_a_fresh_environment_draws_them(lens: str) -> None:
+    import gymnasium
+
+    from scenecc.maniskill import register_env
+
+    size = {"width": 64, "height": 48}
+    cameras = {
+        "eye": {**size, **LENSES[lens], "pose": DRAWN_POSE, "near": {"uniform": [0.01, 0.1]}},
+        "hand": {**size, "mount": "cube", "pose": DRAWN_POSE},
+        "render_camera": {**size, "pose": {**DRAWN_POSE, "relative_to": "cube"}, "far": {"uniform": [10, 20]}},
+    }
+    cube = {**SCENE["entities"]["cube"], "pose": {"p": [{"uniform": [-1, 1]}, 0, 0.2]}}
+    document = {"scenecc": 1, "entities": {"cube": cube}, "cameras": cameras}
+    register_env("Drawn-v0", document, override=True)
+
+    def made(seed: int) -> Any:
+        env: Any = gymnasium.make("Drawn-v0", obs_mode="rgb", render_backend="cpu").unwrapped
+        env.reset(seed=seed)
+        return env
+
+    def numbers(env: Any) -> dict[str, list[float]]:
+        found: dict[str, list[float]] = {}
+        for name, sensor in {**env.scene.sensors, **env.scene.human_render_cameras}.items():
+            params = sensor.camera
+            parts = (params.get_local_pose().raw_pose, params.get_intrinsic_matrix(), params.near, params.far)
+            found[name] = np.concatenate([np.ravel(part) for part in parts]).tolist()
+        return found
+
+    env = made(1)
+    before = numbers(env)
+    env.reset(seed=5)
+    again, fresh = numbers(env), numbers(made(5))
+    assert before.keys() == again.keys() == cameras.keys()
+    for name, found in again.items():
+        assert before[name] != found
+        assert found == pytest.approx(fresh[name], rel=1e-6)

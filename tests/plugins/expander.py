@@ -10,6 +10,7 @@ from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.expand.documents import scene_loader
 from scenecc.expand.expand import expand
 from scenecc.expand.expansion import Expansion
+from scenecc.named_files import mesh_measurer
 from scenecc.source import make_limits, read_file
 from scenecc.source.paths import AssetScope
 
@@ -46,6 +47,7 @@ class Expander:
             seed=None,
             draws=draws,
             load=scene_loader(AssetScope(self.folder), bounds, self.sink),
+            measure=mesh_measurer(AssetScope(self.folder), bounds, self.sink),
             limits=bounds,
             sink=self.sink,
         )

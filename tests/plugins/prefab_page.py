@@ -133,7 +133,7 @@ def _section(name: str) -> Iterable[str]:
 
 def _default(name: str, parameter: str) -> str:
     """Of a prefab and of those of its editions where it is another."""
-    plain = _shown(params(name)[parameter]["default"])
+    plain = _shown(params(name)[parameter].get("default"))
     editions = {file.stem: file.stem.partition(".")[2] for file in sorted(PREFABS.glob(f"{name}.*.yaml"))}
     others = {package: _shown(params(stem)[parameter]["default"]) for stem, package in editions.items()}
     told = [f"{shown} with `{package}`" for package, shown in others.items() if shown != plain]
@@ -141,6 +141,8 @@ def _default(name: str, parameter: str) -> str:
 
 
 def _shown(default: Any) -> str:
+    if default is None:
+        return "required"
     return f"`{default if isinstance(default, str) else json.dumps(default, ensure_ascii=False)}`"
 
 

@@ -15,6 +15,7 @@ from scenecc.variation.nodes import (
     Composed,
     Computed,
     Const,
+    Converted,
     Cycled,
     Drawn,
     FromAxisAngle,
@@ -74,6 +75,9 @@ def nodes(shape: Shape, draws: Draws, depth: int = 2) -> st.SearchStrategy[Node]
         some.append(_drawn(shape, draws, depth))
         some.append(_computed(shape, draws))
         some.append(st.builds(Radians, inner))
+    if shape in {(3,), (4,)}:
+        # Of lists only: whatever else it takes stands in a file's expressions.
+        some.append(st.builds(Converted, inner, st.just("color" if shape == (4,) else "scale")))
     if not shape:
         bounds = st.tuples(*[items((), draws, depth - 1)] * 4)
         number = st.tuples(items((), draws, depth - 1), st.just(-1))

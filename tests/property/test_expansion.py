@@ -17,6 +17,7 @@ from scenecc.diagnostics.diagnostic import Origin
 from scenecc.expand.documents import scene_loader
 from scenecc.expand.expand import expand
 from scenecc.expand.expansion import Expansion
+from scenecc.named_files import mesh_measurer
 from scenecc.source import Limits, read_dict
 from scenecc.source.paths import AssetScope
 
@@ -125,6 +126,7 @@ def expanded(data: dict[str, Any], folder: Path) -> Expansion:
         seed=None,
         draws=(),
         load=scene_loader(AssetScope(folder), limits, sink),
+        measure=mesh_measurer(AssetScope(folder), limits, sink),
         limits=limits,
         sink=sink,
     )

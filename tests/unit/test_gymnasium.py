@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from functools import partial
 from typing import Any
 
@@ -201,9 +202,10 @@ def test_closing_closes_the_batch(envs: SceneVectorEnv) -> None:
 
 
 WRONG: dict[str, tuple[Callable[[], object], str]] = {
-    "steps": (lambda: make(steps_per_action=0), "steps_per_action must be positive, not 0"),
-    "length": (lambda: make(max_episode_steps=0), "max_episode_steps must be positive, not 0"),
+    "steps": (lambda: make(steps_per_action=0), "steps_per_action must be at least 1, not 0"),
+    "length": (lambda: make(max_episode_steps=0), "max_episode_steps must be at least 1, not 0"),
     "observation": (lambda: make(observation=lambda batch: np.zeros(4)), "`observation` must give a row for each of 3"),
+    "no array": (lambda: make(observation=lambda batch: {"a": 1}), "it needs an `observation_space`"),
 }
 
 
@@ -223,7 +225,65 @@ def test_a_function_that_gives_one_value_for_all(name: str) -> None:
         envs.step(np.zeros((3, 1), np.float32))
 
 
+FAULTY: dict[str, tuple[dict[str, Any], str]] = {
+    "reward": ({"reward": lambda batch: [0, np.nan, 0]}, r"`reward` is not a number \(NaN\) in scene 1"),
+    "observation": ({"observation": lambda batch: np.full((3, 2), np.nan)}, "`observation` is not a number .* 0–2"),
+    "shape": ({"observation": lambda batch: np.zeros((3, 4))}, r"`observation` must give \(3, 2\), and gave \(3, 4\)"),
+    "ends": ({"terminated": lambda batch: [0.5] * 3}, "`terminated` must give true or false, and gave float64"),
+    "info": ({"info": lambda batch: {"success": [True]}}, r"`info\['success'\]` must give a row for each of 3"),
+}
+
+
+@pytest.mark.parametrize("case", FAULTY)
+def test_functions_that_give_no_numbers(case: str) -> None:
+    functions, message = FAULTY[case]
+    envs = make(observation_space=spaces.Box(-np.inf, np.inf, (2,), np.float32), **functions)
+    with pytest.raises(ValueError, match=message):
+        _run(envs)
+    envs.close()
+
+
+def _run(envs: SceneVectorEnv) -> None:
+    envs.reset()
+    envs.step(np.zeros((3, 1)))
+
+
+@pytest.mark.parametrize("check", [False, True])
+def test_a_simulation_that_diverges_is_told(check: bool) -> None:
+    ball = {"linear_velocity": [2e6, 0, 0], "shapes": [{"type": "sphere", "radius": 0.1}]}
+    source = {**SCENE, "entities": {**SCENE["entities"], "ball": ball}}
+    functions: dict[str, Any] = {"observation": observe, "reward": reward, "terminated": at_the_end, "act": act}
+    batch = scenecc.load_scene(source, num_scenes=3, render=False)
+    envs = SceneVectorEnv(batch, **functions, action_space=spaces.Box(-1, 1, (1,), np.float32), check=check)
+    with pytest.raises(scenecc.SceneError, match="SC820") if check else nullcontext():
+        _run(envs)
+    envs.close()
+
+
+def test_infos_of_a_step_and_of_the_end_of_an_episode() -> None:
+    def info(batch: SceneBatch) -> dict[str, Any]:
+        return {"position": batch.articulations["cart"].qpos[:, 0]}
+
+    envs = make(info=info, max_episode_steps=1, terminated=lambda batch: np.array([False, True, False]))
+    observed, infos = envs.reset(seed=0)
+    assert (infos["position"] == observed[:, 0]).all()
+    observed, _, _, _, infos = envs.step(np.ones((3, 1)))
+    assert (infos["position"] == observed[:, 0]).all()
+    assert infos["_position"].all()
+    final = np.stack(list(infos["final_obs"]))
+    assert np.allclose(infos["final_info"]["position"], final[:, 0])
+    assert (final != observed).any()
+    envs.close()
+
+
 def test_arguments_that_do_not_fit(envs: SceneVectorEnv) -> None:
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.step(np.zeros((3, 1)))
+    with pytest.raises(TypeError, match=r"seed must be an integer, not 1\.5"):
+        envs.reset(seed=1.5)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="the one option is reset_mask"):
+        envs.reset(options={"mask": [True] * 3})
+    envs.reset()
     with pytest.raises(ValueError, match=r"actions are \(3, 1\) here, not \(1,\)"):
         envs.step(np.zeros(1))
     with pytest.raises(ValueError, match="2 seeds for 3 environments"):

@@ -230,7 +230,7 @@ def _check_environment(plan: ScenePlan, scene: Any, sink: Sink) -> bool:
     contradicted = report_conflicts(plan.physics, scene, sink)
     failures = list(_name_conflicts(plan, scene))
     if scene.can_render():
-        failures += unsupported_cameras(plan)
+        failures += unsupported_cameras(plan, on_gpu=scene.gpu_sim_enabled)
     for failure in failures:
         report_failure(failure, sink, plan.origin)
     return not contradicted and not failures

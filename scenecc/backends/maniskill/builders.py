@@ -250,25 +250,28 @@ _DEFAULT_SHADER = "minimal"
 """ManiSkill's shader for sensors that name none."""
 
 
-def camera_configs(plan: ScenePlan, actors: Mapping[str, Any], articulations: Mapping[str, Any]) -> list[Any]:
+def camera_configs(
+    plan: ScenePlan, actors: Mapping[str, Any], articulations: Mapping[str, Any], *, on_gpu: bool
+) -> list[Any]:
     """ManiSkill's configuration of each camera, by the names in the plan.
 
     Args:
         plan: where nothing renders, those of its cameras that `unsupported_cameras` finds wrong are left out.
         actors: by entity.
         articulations: by entity.
+        on_gpu: whether the simulation runs on a GPU.
     """
     return [
         _camera_config(camera, actors, articulations)
         for camera in plan.cameras
-        if _unsupported_camera(camera, plan) is None
+        if _unsupported_camera(camera, plan, on_gpu=on_gpu) is None
     ]
 
 
-def unsupported_cameras(plan: ScenePlan) -> Iterator[EngineFailure]:
-    """What ManiSkill cannot see with, or cannot hide."""
+def unsupported_cameras(plan: ScenePlan, *, on_gpu: bool = False) -> Iterator[EngineFailure]:
+    """What ManiSkill cannot see with, or cannot hide. `on_gpu`: whether the simulation runs on a GPU."""
     for camera in plan.cameras:
-        found = _unsupported_camera(camera, plan)
+        found = _unsupported_camera(camera, plan, on_gpu=on_gpu)
         if found is not None:
             message, hint = found
             yield EngineFailure(
@@ -289,18 +292,18 @@ def hidden_objects(plan: ScenePlan, scene: Any) -> list[Any]:
     return [scene.actors[entity.name] for entity in plan.entities if entity.hidden and _can_hide(entity)]
 
 
-def follows_what_is_drawn(camera: Camera) -> bool:
+def _follows_what_is_drawn(camera: Camera) -> bool:
     """Whether a camera stands relative to what a reset draws anew; its own pose stays as it is built."""
     recipe = camera.pose.recipe
     return isinstance(recipe, Composed) and isinstance(recipe.outer, NODES) and not isinstance(recipe.outer, Rows)
 
 
-def _unsupported_camera(camera: Camera, plan: ScenePlan) -> tuple[str, str] | None:
+def _unsupported_camera(camera: Camera, plan: ScenePlan, *, on_gpu: bool) -> tuple[str, str] | None:
     """What is wrong with a camera, and what to do."""
     if len(camera.scene_idxs) < plan.num_scenes:
         return "is in some environments only", "ManiSkill's sensors are in all: leave `scene_idxs` out"
-    if follows_what_is_drawn(camera):
-        return "stands relative to what a reset draws anew", "mount it on that, and it moves along"
+    if on_gpu and _follows_what_is_drawn(camera):
+        return "stands relative to what a reset draws anew", "mount it on that, and it moves along on a GPU too"
     mount = camera.mount and next(entity for entity in plan.entities if entity.name == camera.mount.entity)
     if mount is not None and _has_several_links(mount):
         reason = f"is mounted on '{mount.name}', whose links differ from environment to environment"

@@ -6,6 +6,7 @@ applies at the end of a reset.
 
 from __future__ import annotations
 
+import warnings
 from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,8 +14,20 @@ from typing import TYPE_CHECKING, Any
 from scenecc.backends.maniskill.builders import camera_configs, hidden_objects
 from scenecc.backends.maniskill.compat import Pose, torch
 from scenecc.backends.sapien.contacts import ContactReader
-from scenecc.backends.sapien.drawn_fields import DrawnFieldSet, is_seen, plan_holders
-from scenecc.backends.sapien.objects import ArticulationObjects, NamedObjects, is_dynamic, root_is_fixed
+from scenecc.backends.sapien.drawn_fields import (
+    DrawnFieldSet,
+    component_holders,
+    drawn_names,
+    is_seen,
+    plan_holders,
+)
+from scenecc.backends.sapien.objects import (
+    ArticulationObjects,
+    ComponentBatch,
+    NamedObjects,
+    is_dynamic,
+    root_is_fixed,
+)
 from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulation
 from scenecc.backends.sapien.properties import to_poses
 from scenecc.backends.sapien.reset import ResetSampler
@@ -22,18 +35,20 @@ from scenecc.backends.sapien.state import ArticulationState, ArticulationStateWr
 from scenecc.options import check_scene_idxs, check_seeds
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterable, Mapping, Sequence
+    from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     from scenecc.backends.sapien.constraints import ConstraintSet
     from scenecc.backends.sapien.contacts import Contacts
-    from scenecc.backends.sapien.objects import BodyObjects, ComponentBatch, DrawnObjects
+    from scenecc.backends.sapien.drawn_fields import Holder
+    from scenecc.backends.sapien.objects import BodyObjects, DrawnObjects
     from scenecc.backends.sapien.rendering import LightSet
     from scenecc.backends.sapien.state import AnyState, EntityState
     from scenecc.plan import ScenePlan
     from scenecc.plan.body import Mount
+    from scenecc.plan.rendering import Camera
 
 
 class ManiSkillEntityLookup(EntityLookup):
@@ -126,6 +141,17 @@ def _write_articulation(articulation: Any, state: ArticulationState, *, fixed: b
         articulation.set_root_angular_velocity(state.angular_velocity)
 
 
+def _warn_of_kept(names: Sequence[str]) -> None:
+    """A Python warning of what a file draws anew at a reset, and ManiSkill's simulation on a GPU keeps as built."""
+    if names:
+        shown = ", ".join(names[:_SHOWN]) + (", …" if len(names) > _SHOWN else "")
+        message = f"a reset draws these anew, and on a GPU they stay as built: {shown}"
+        warnings.warn(f"{message}. Write `{{once: …}}` around their forms if that is meant", stacklevel=2)
+
+
+_SHOWN = 10
+
+
 def _is_rigid_dynamic(component: Any) -> bool:
     return component is not None and hasattr(component, "get_kinematic")
 
@@ -164,7 +190,7 @@ class LoadedScene:
     @property
     def sensor_configs(self) -> list[Any]:
         """A `CameraConfig` for each camera of the plan: what `_default_sensor_configs` of the environment returns."""
-        return camera_configs(self.plan, self.actors, self.articulations)
+        return camera_configs(self.plan, self.actors, self.articulations, on_gpu=self.scene.gpu_sim_enabled)
 
     @property
     def hidden_objects(self) -> list[Any]:
@@ -210,8 +236,9 @@ class LoadedScene:
         """Puts every object to its start in some environments, with what a running simulation can change drawn anew.
 
         Call it in `_initialize_episode`: ManiSkill then hands what is set to the simulation. Poses, velocities, joint
-        positions and drive targets are set, and of the rest what the plan draws; static bodies, the other environments
-        and cameras are not touched. On a GPU the numbers of the simulation (masses, gains, frictions) stay as built.
+        positions and drive targets are set, and of the rest what the plan draws; static bodies and the other
+        environments are not touched. On a GPU cameras and the numbers of the simulation (masses, gains, frictions)
+        stay as built.
 
         Args:
             env_idx: which environments, as `_initialize_episode` is told; None: all.
@@ -234,6 +261,9 @@ class LoadedScene:
         drawn = self._drawn_fields.draw(batch)
         pulls = self._constraints.again(batch)
         self._drawn_fields.apply(drawn)
+        for _, camera in self._cameras():
+            # ManiSkill keeps what it has read of a camera once.
+            camera._cached_local_pose = camera._cached_intrinsic_matrix = None  # noqa: SLF001
         for component, name, arguments in pulls:
             getattr(component, name)(*arguments)
         if not self.scene.gpu_sim_enabled:
@@ -260,13 +290,35 @@ class LoadedScene:
         if self._lights is not None:
             components = {f"lights/{name}": one for name, one in self._lights.lights.items()}
             systems = self._lights.render_systems
-        if not self.scene.gpu_sim_enabled:
-            components |= {f"constraints/{name}": one for name, one in self._constraints.batches.items()}
+        components |= {f"constraints/{name}": one for name, one in self._constraints.batches.items()}
         holders = plan_holders(self.plan, every_scene, self._held, self._drawn_objects, components, systems)
         if self.scene.gpu_sim_enabled:
             # Its buffers hold the numbers of the simulation, and SAPIEN's setters do not reach all of them.
-            holders = (holder for holder in holders if is_seen(holder))
+            every = tuple(holders)
+            cameras = [
+                holder
+                for camera in self.plan.cameras
+                for holder in component_holders("cameras", camera, ComponentBatch(camera.name, (), []))
+            ]
+            _warn_of_kept(drawn_names([*(one for one in every if not is_seen(one)), *cameras]))
+            holders = filter(is_seen, every)
+        else:
+            holders = (*holders, *self._camera_holders())
         return DrawnFieldSet(holders, self._drawn_objects, rendered=self._lights is not None)
+
+    def _cameras(self) -> Iterator[tuple[Camera, Any]]:
+        """The cameras of the plan that the environment has as sensors, or to show itself, with ManiSkill's."""
+        for present in (self.scene.sensors, self.scene.human_render_cameras):
+            for camera in self.plan.cameras:
+                if camera.name in present:
+                    yield camera, present[camera.name].camera
+
+    def _camera_holders(self) -> Iterator[Holder]:
+        every_scene = tuple(range(self.plan.num_scenes))
+        for camera, made in self._cameras():
+            batch = ComponentBatch(camera.name, every_scene, made._render_cameras)  # noqa: SLF001
+            for holder in component_holders("cameras", camera, batch):
+                yield holder._replace(local=True)
 
     @cached_property
     def _start(self) -> ResetSampler:

@@ -13,6 +13,7 @@ import numpy as np
 
 from scenecc.backends.sapien.audit.comparison import DifferenceGroups
 from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.backends.sapien.live_properties import set_enabled
 from scenecc.backends.sapien.objects import ComponentBatch, is_dynamic
 from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to_scalars, to_vectors, zip_columns
 from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
@@ -212,7 +213,7 @@ class ConstraintBatch(ComponentBatch):
         """(B,) whether it acts in each of its scenes; one flag, or one a scene, can be assigned.
 
         SAPIEN's `enable` and `disable` put PhysX's joint into the simulation and take it out. Bodies are woken where
-        that changes. A reset leaves it as it is.
+        that changes. A reset sets it where it is drawn, and otherwise leaves it as it is.
 
         Raises:
             RuntimeError: the scenes are closed. ValueError: flags of another shape, or of another type.
@@ -226,7 +227,7 @@ class ConstraintBatch(ComponentBatch):
             raise ValueError(f"enabled is true or false, or ({len(self)},) of these, here, not {flags!r}"[:200])
         for component, flag in zip(self.objs, np.broadcast_to(rows, len(self)).tolist(), strict=True):
             if flag != component.is_enabled:
-                (component.enable if flag else component.disable)()
+                set_enabled(component, flag)
                 for body in _bodies_of(component):
                     body.wake_up()
 

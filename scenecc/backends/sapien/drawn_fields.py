@@ -16,6 +16,7 @@ from scenecc.backends.sapien.audit.comparison import ROTATION_TOLERANCE, Differe
 from scenecc.backends.sapien.live_properties import (
     ANGLE_TOLERANCE,
     ENTITY_POSE,
+    LOCAL_POSE,
     MASS_AND_INERTIA,
     LiveProperty,
     live_property,
@@ -62,6 +63,7 @@ class Holder(NamedTuple):
         rows: scene index → row of the plan's values.
         origin: of it.
         moved: of a link, called with a scene once its centre of mass is set there.
+        local: of a camera, whether its component has its pose though nothing carries it, as in ManiSkill.
     """
 
     who: str
@@ -70,6 +72,7 @@ class Holder(NamedTuple):
     rows: Mapping[int, int]
     origin: Origin | None = None
     moved: Callable[[int], None] | None = None
+    local: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,12 +293,26 @@ def is_seen(holder: Holder) -> bool:
 _SEEN = VisualMaterial | Light | Camera | Perspective | Intrinsic | Orthographic | Environment
 
 
+def drawn_names(holders: Iterable[Holder]) -> list[str]:
+    """What of some holders a reset draws anew, as a saved state calls it."""
+    return [
+        f"{holder.who}.{slot.name}"
+        for holder in holders
+        for slot in plan_fields(holder.node.__class__)
+        if isinstance(value := getattr(holder.node, slot.name), Value)
+        and value.recipe is not None
+        and live_property(holder.node, slot.name) is not None
+    ]
+
+
 def _drawn_fields(found: Holder, drawn: DrawnObjects) -> Iterator[DrawnField]:
     for slot in plan_fields(found.node.__class__):
         holder, value = found, getattr(found.node, slot.name)
         if isinstance(value, Value) and value.recipe is not None and isinstance(slot.kind, Quantity):
             prop = live_property(holder.node, slot.name)
-            if prop is ENTITY_POSE:
+            if prop is ENTITY_POSE and holder.local:
+                prop = LOCAL_POSE
+            elif prop is ENTITY_POSE:
                 holder = holder._replace(objs={scene: obj.get_entity() for scene, obj in holder.objs.items()})
             if prop is not None and holder.objs:
                 scenes = frozenset(holder.objs)
@@ -386,7 +403,7 @@ def plan_holders(
     for section, nodes in (("constraints", plan.constraints), ("lights", plan.lights), ("cameras", plan.cameras)):
         for node in nodes:
             if f"{section}/{node.name}" in components:
-                yield from _component_holders(section, node, components[f"{section}/{node.name}"])
+                yield from component_holders(section, node, components[f"{section}/{node.name}"])
     around = plan.environment
     if around is not None and render_systems:
         rows = {scene: scene for scene in render_systems}
@@ -465,14 +482,14 @@ def _material_holders(plan: ScenePlan, drawn: DrawnObjects) -> Iterator[Holder]:
             yield Holder(f"{entity.name}/{kind} material {index}", table[index], objs, rows, entity.origin)
 
 
-def _component_holders(section: str, node: Constraint | Light | Camera, batch: ComponentBatch) -> Iterator[Holder]:
+def component_holders(section: str, node: Constraint | Light | Camera, batch: ComponentBatch) -> Iterator[Holder]:
+    """What of a constraint, a light or a camera has fields that a reset may draw anew."""
     objs = {scene: obj for scene, obj in zip(batch.scene_idxs, batch.objs, strict=True) if obj is not None}
     rows = {scene: row for row, scene in enumerate(node.scene_idxs)}
     who = f"{section}/{node.name}"
+    yield Holder(who, node, objs, rows, node.origin)
     if isinstance(node, Constraint):
         for drive in node.joint.drives if isinstance(node.joint, Drive) else ():
             yield Holder(f"{who}.drive.{drive.axis}", drive, objs, rows, node.origin)
-        return
-    yield Holder(who, node, objs, rows, node.origin)
     if isinstance(node, Camera):
         yield Holder(f"{who}.lens", node.lens, objs, rows, node.origin)

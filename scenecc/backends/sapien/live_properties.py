@@ -24,7 +24,7 @@ from scenecc.backends.sapien.properties import (
 )
 from scenecc.plan.articulation import Joint
 from scenecc.plan.body import BodyStructure, Inertial, PhysicalMaterial, VisualMaterial
-from scenecc.plan.constraint import AxisDrive
+from scenecc.plan.constraint import AxisDrive, Constraint
 from scenecc.plan.properties import property_fields
 from scenecc.plan.rendering import Camera, Environment, Intrinsic, Light, Orthographic, Perspective
 
@@ -154,6 +154,12 @@ def _set_ambient_light(system: Any, color: Any) -> None:
     system.ambient_light = color
 
 
+def set_enabled(component: Any, flag: bool) -> None:  # noqa: FBT001 - as the engine's setters
+    """Puts a constraint into the simulation or takes it out."""
+    if flag != component.is_enabled:
+        (component.enable if flag else component.disable)()
+
+
 _FOCAL_LENGTHS, _PRINCIPAL_POINT = ("fx", "fy"), ("cx", "cy")
 
 LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
@@ -185,6 +191,7 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
         (Joint, field): LiveProperty(partial(_set_gain, index), attrgetter(field)) for index, field in enumerate(_GAINS)
     },
     **{(AxisDrive, field): axis_gain("x", field) for field in _GAINS},
+    (Constraint, "enabled"): LiveProperty(set_enabled, attrgetter("is_enabled")),
     (Light, "color"): _named(render.RenderLightComponent, "color", to_vectors),
     **{(Perspective, field): angle_of_view(Perspective(), field) for field in ("fovx", "fovy")},
     **{

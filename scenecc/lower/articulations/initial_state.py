@@ -442,7 +442,7 @@ def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[
             pairs: list[tuple[tuple[Any, ...], Any]] = list(forms.alternatives(written))
         case forms.DrawForm(kind, operands):
             pairs = list(zip(DISTRIBUTIONS[kind].steps(len(operands)), operands, strict=True))
-        case forms.Vector(items):
+        case forms.Vector(items) | forms.Shuffle(items):
             yield items, at
             return
         case _:

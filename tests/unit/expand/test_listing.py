@@ -65,7 +65,7 @@ def test_prefabs_that_ship_have_descriptions() -> None:
         assert "\n" not in row.description
         for param in row.params:
             assert param.description, (row.name, param.name)
-            assert param.default is not None, (row.name, param.name)
+            assert (param.default is None) == (param.type == "entity"), (row.name, param.name)
 
 
 USE = "entities: {t: {use: 'scenecc:table_workspace', prefix: ''}}"

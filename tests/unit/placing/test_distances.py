@@ -1,4 +1,4 @@
-"""Distances between convex parts: by hand, by the engine's own contacts, and by coal where it is installed."""
+"""Distances between convex parts: by hand, and by coal where it is installed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenecc import compile_scene, load_scene
 from scenecc.placing.bodies import Part, matrices
 from scenecc.placing.distances import Cores, are_apart, distances
 from scenecc.placing.pairs import core_pairs
@@ -86,35 +85,6 @@ def test_distances_are_those_of_coal() -> None:
             pair += [made[int(kind[row])](size[row]), coal.Transform3s(turn, p[row])]
         judged = coal.distance(*pair, coal.DistanceRequest(), coal.DistanceResult())
         assert max(judged, 0.0) == pytest.approx(found[row], abs=1e-5)
-
-
-def test_nothing_is_nearer_than_it_may_be_by_the_engines_contacts() -> None:
-    shapes: list[dict[str, Any]] = [
-        {"type": "box", "half_size": [0.03, 0.02, 0.015]},
-        {"type": "sphere", "radius": 0.025},
-        {"type": "cylinder", "radius": 0.025, "half_length": 0.03, "axis": "z"},
-        {"type": "capsule", "radius": 0.018, "half_length": 0.03},
-        {"type": "cone", "radius": 0.03, "half_length": 0.03, "axis": "z"},
-    ]
-    turn = {"uniform": [0, 360]}
-    things = {
-        f"thing_{i}": {
-            "place": {"on": "table", "yaw_deg": turn, "apart": 0.01},
-            "shapes": [shapes[i % 5]],
-        }
-        for i in range(12)
-    }
-    table = {"body_type": "static", "shapes": [{"type": "box", "half_size": [0.4, 0.3, 0.02]}]}
-    physics = {"contact_offset": 0.02, "gravity": [0, 0, 0]}
-    document = {"scenecc": 1, "num_scenes": 100, "physics": physics, "entities": {"table": table, **things}}
-    separations: list[float] = []
-    for scene in load_scene(compile_scene(document)).scenes:
-        scene.step()
-        for contact in scene.get_contacts():
-            if "table" not in {body.entity.name for body in contact.bodies}:
-                separations += [point.separation for point in contact.points]
-    assert len(separations) > 200
-    assert min(separations) >= 0.01 - 2e-5
 
 
 def test_a_mesh_outside_of_another_is_as_near_as_its_hull() -> None:

@@ -238,7 +238,7 @@ def test_what_does_not_collide_stands_with_its_origin_and_carries_nothing() -> N
     mark = {"place": {"on": "table"}, "body_type": "none", "visuals": [{"type": "sphere", "radius": 0.1}]}
     found = poses(scene(50, cube=thing(0), mark=mark))
     assert np.allclose(found["mark"][:, 2], 0.421)
-    assert code_of(scene(1, mark=mark, cube={**thing(0), "place": {"on": "mark"}})) == ["SC354"]
+    assert code_of(scene(1, mark=mark, cube={**thing(0), "place": {"on": "mark"}})) == ["SC359"]
 
 
 def test_a_long_chain_and_hopeless_tries_are_bounded() -> None:
@@ -249,7 +249,31 @@ def test_a_long_chain_and_hopeless_tries_are_bounded() -> None:
     assert code_of(scene(1, huge=huge)) == ["SC355", "SC354"]
     with pytest.raises(SceneError) as caught:
         compile_scene(scene(2, cube=thing(0, region=[[2, 2], [3, 3]])), limits={"computed": 1000})
-    assert [one.code for one in caught.value.diagnostics] == ["SC609"]
+    assert [one.code for one in caught.value.diagnostics] == ["SC355", "SC609"]
+
+
+def test_corners_of_a_region_are_in_any_order() -> None:
+    """The first above the second put everything at [0, 0]."""
+    corners = [[0.3, 0.2, 0.1], [0.1, 0.1, -0.1]]
+    found = [poses(scene(20, cube=thing(0, region=region))) for region in (corners, corners[::-1])]
+    assert (found[0]["cube"] == found[1]["cube"]).all()
+    assert found[0]["cube"][:, 0].std() > 0.02
+
+
+@pytest.mark.parametrize(
+    ("at", "told"),
+    [
+        ({"at": [0.9, 0]}, True),
+        ({"region": {"center": [0.9, 0], "radius": 0.1}}, True),
+        ({"region": [[0.9, 0], [0.7, 0.1]]}, True),
+        ({"at": [0.9, 0], "relative_to": "world"}, True),
+        ({"region": [[0.9, 0], [0.4, 0.1]]}, False),
+        ({"region": {"center": [0.9, 0], "radius": 0.6}}, False),
+    ],
+)
+def test_a_region_outside_of_its_target_is_told(at: dict[str, Any], told: bool) -> None:
+    codes = [one.code for one in validate(scene(1, cube=thing(0, **at)))]
+    assert codes == ["SC355"] * told
 
 
 @pytest.mark.parametrize("name", ["heap", "regions"])

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from scenecc.lower.field_types import read_color
 from scenecc.spec.params import ParamType, is_color
 from scenecc.spec.shapes import ColorText
+from scenecc.variation.conversions import read_color
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,93 @@
+"""What fields take beside their own rows: colours as texts, one factor for three axes, corners without a height."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+
+COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"
+"""What a colour is as a text: "#rrggbb" or "#rrggbbaa"."""
+
+is_color_text = re.compile(COLOR_TEXT).fullmatch
+"""Whether a text is a colour."""
+
+Rgba = tuple[float, float, float, float]
+
+
+def to_rgba(color: str | Sequence[float]) -> Rgba:
+    """Four numbers: "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is 1 if left out."""
+    if isinstance(color, str):
+        digits = color[1:]
+        color = [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]
+    red, green, blue, *rest = color
+    return (red, green, blue, rest[0] if rest else 1.0)
+
+
+def read_color(color: Any) -> Rgba | None:
+    """As `to_rgba`, of a value that no model has looked at."""
+    if isinstance(color, str):
+        return to_rgba(color) if is_color_text(color) else None
+    return to_rgba(color) if _are_numbers(color) and len(color) in {3, 4} else None
+
+
+def _read_light_color(color: Any) -> tuple[float, ...] | None:
+    if isinstance(color, str):
+        return to_rgba(color)[:3] if len(color) == 7 and is_color_text(color) else None
+    return tuple(color) if _are_numbers(color) and len(color) == 3 else None
+
+
+def _read_scale(scale: Any) -> tuple[float, ...] | None:
+    if _are_numbers(scale):
+        return tuple(scale) if len(scale) == 3 else None
+    return (scale, scale, scale) if _are_numbers((scale,)) else None
+
+
+def _opposite(flag: Any) -> bool | None:
+    return not flag if isinstance(flag, bool) else None
+
+
+_FAR = 1e6
+"""Beyond what any mesh reaches [m]."""
+
+
+def _corner(corner: Any, height: float) -> tuple[float, ...] | None:
+    if not _are_numbers(corner) or len(corner) not in {2, 3}:
+        return None
+    return tuple(corner) if len(corner) == 3 else (*corner, height)
+
+
+def _are_numbers(given: Any) -> bool:
+    return given.__class__ in {tuple, list} and _NUMBERS.issuperset(map(type, given))
+
+
+_NUMBERS = frozenset((int, float))
+
+
+class Conversion(NamedTuple):
+    """How a value becomes a row.
+
+    Attributes:
+        convert: gives the row of a value; None for what it cannot read.
+        shape: of the row.
+    """
+
+    convert: Callable[[Any], Any]
+    shape: tuple[int, ...]
+
+
+CONVERSIONS: dict[str, Conversion] = {
+    "color": Conversion(read_color, (4,)),
+    "light_color": Conversion(_read_light_color, (3,)),
+    "scale": Conversion(_read_scale, (3,)),
+    "opposite": Conversion(_opposite, ()),
+    "low_corner": Conversion(partial(_corner, height=-_FAR), (3,)),
+    "high_corner": Conversion(partial(_corner, height=_FAR), (3,)),
+}
+"""By name, as nodes have them: colours with alpha, without it, one factor or three, the other one of true and false,
+and the corners of a region, which is without an end where they have no height.
+"""
