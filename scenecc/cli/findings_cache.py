@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import time
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from hashlib import sha256
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.diagnostics import Diagnostic
 from scenecc.diagnostics.diagnostic import Location, Related
 from scenecc.files import cache_folder, open_regular, state_now
+from scenecc.interrupt import undoing
 from scenecc.source.paths import PathCache
 from scenecc.version import VERSION
 
@@ -96,12 +98,12 @@ class FindingsCache:
             "diagnostics": [asdict(one) for one in found],
         }
         part = entry.with_suffix(f".{os.getpid()}")
-        try:
+        with suppress(OSError, ValueError):  # a cache that cannot be written is none
             self._folder.mkdir(parents=True, exist_ok=True)
-            part.write_text(json.dumps(record))
-            part.replace(entry)
-        except (OSError, ValueError):
-            part.unlink(missing_ok=True)  # a cache that cannot be written is none
+            with undoing() as undo:
+                undo.callback(part.unlink, missing_ok=True)
+                part.write_text(json.dumps(record))
+                part.replace(entry)
 
     def prune(self) -> None:
         """Removes the entries that were not written for the longest time, where there are very many."""
