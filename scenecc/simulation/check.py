@@ -1,4 +1,4 @@
-"""`check_scene`: everything that `validate` finds, and what a build and a simulation of all scenes show."""
+"""`check_scene`: everything that `validate` finds, values that nobody means, and what a build and a simulation of all scenes show."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from typing_extensions import Unpack
 
+from scenecc.checks.effects import check_effects
+from scenecc.checks.plausibility import check_values
 from scenecc.diagnostics import Sink
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options
@@ -90,6 +92,10 @@ def _check(
             if progress is not None:
                 progress(number * plan.num_scenes + done, len(runs) * plan.num_scenes)
 
+        doubts = here.another()
+        check_values(result.plan, result.material_origins or {}, doubts)
+        check_effects(result.plan, doubts)
+        told |= dict.fromkeys(doubts.diagnostics())
         told |= dict.fromkeys(_check_plan(result.plan, settle, tell, findings, here.another()))
     if plan is not None:
         report_findings(findings, _origins(plan), shown, sink, several_seeds=len(runs) > 1)
