@@ -38,6 +38,14 @@ NO_FILE = {
     "SC431": "tests/unit/importers/test_sdf.py",
     "SC432": "tests/unit/importers/test_sdf.py",
     "SC433": "tests/unit/importers/test_sdf.py",
+    "SC434": "tests/unit/checks/test_mesh_quality.py",
+    "SC435": "tests/unit/checks/test_mesh_quality.py",
+    "SC436": "tests/unit/checks/test_mesh_quality.py",
+    "SC437": "tests/unit/checks/test_mesh_quality.py",
+    "SC438": "tests/unit/checks/test_mesh_quality.py",
+    "SC439": "tests/unit/checks/test_mesh_quality.py",
+    "SC441": "tests/unit/checks/test_mesh_quality.py",
+    "SC443": "tests/unit/checks/test_mesh_quality.py",
     "SC452": "tests/unit/robots/test_urdf.py",
     "SC457": "tests/unit/robots/test_mujoco_hostile.py",
     "SC458": "tests/unit/robots/test_mujoco_hostile.py",
@@ -46,8 +54,8 @@ NO_FILE = {
     "SC513": "tests/unit/lower/test_draws.py",
 }
 """Codes that no file in a repository can give: the file is missing or unreadable, changes meanwhile, is a Python
-object, is no scene, holds a thousand errors or links, is given what it does not have, or is drawn first. The test that
-gives them instead."""
+object, is no scene, is a mesh that a test makes, holds a thousand errors or links, is given what it does not have, or
+is drawn first. The test that gives them instead."""
 
 
 def data_of(file: Path) -> dict[str, Any] | None:

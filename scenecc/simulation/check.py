@@ -1,4 +1,4 @@
-"""`check_scene`: everything that `validate` finds, values that nobody means, and what a build and a simulation of all scenes show."""
+"""`check_scene`: all that `validate` finds, doubtful values, and what a build and a simulation of all scenes show."""
 
 from __future__ import annotations
 
@@ -95,6 +95,10 @@ def _check(
         doubts = here.another()
         check_values(result.plan, result.material_origins or {}, doubts)
         check_effects(result.plan, doubts)
+        if result.plan.files:
+            from scenecc.checks.mesh_quality import check_meshes  # noqa: PLC0415 - loaded where there is a mesh
+
+            check_meshes(result.plan, doubts)
         told |= dict.fromkeys(doubts.diagnostics())
         told |= dict.fromkeys(_check_plan(result.plan, settle, tell, findings, here.another()))
     if plan is not None:
