@@ -148,12 +148,14 @@ class CompileResult:
         timings: the seconds of each stage that led to it.
         scope: what was read on the way.
         document: what the source held, without data where that is a plan; None where it is a plan as an object.
+        material_origins: for each physical material, where it is written; None of a plan.
     """
 
     plan: ScenePlan
     timings: dict[str, float]
     scope: AssetScope
     document: Document | None = None
+    material_origins: Mapping[int, Origin] | None = None
 
 
 class CompiledSource:
@@ -253,7 +255,7 @@ def _run_stages(
             check_physics(plan, lowered.material_origins, sink, drawn=True)
             plan = None if sink.failed else plan
         clock.lap("draw")
-    return plan and CompileResult(plan, clock.timings, scope, found.document)
+    return plan and CompileResult(plan, clock.timings, scope, found.document, lowered.material_origins)
 
 
 def _parse_and_expand(

@@ -1,4 +1,4 @@
-"""`check_scene`: everything that `validate` finds, and what a build and a simulation of all scenes show."""
+"""`check_scene`: all that `validate` finds, doubtful values, and what a build and a simulation of all scenes show."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from typing_extensions import Unpack
 
+from scenecc.checks.effects import check_effects
+from scenecc.checks.plausibility import check_values
 from scenecc.diagnostics import Sink
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, integer
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien import SceneBatch
     from scenecc.diagnostics import Diagnostic
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.pipeline import Source
+    from scenecc.pipeline import CompileResult, Source
     from scenecc.plan import ScenePlan
     from scenecc.simulation.findings import Finding
     from scenecc.source.paths import PathCache
@@ -92,10 +94,22 @@ def check_source(
             sink, plan = here.another(), result.plan
             shown = result.document.name if result.document is not None and result.document.path is not None else None
         tell = progress and partial(_tell, progress, number, len(runs), result.plan.num_scenes)
+        told |= dict.fromkeys(_doubts(result, here.another()))
         told |= dict.fromkeys(_check_plan(result.plan, settle, tell, findings, here))
     if plan is not None:
         report_findings(findings, _origins(plan), shown, sink, several_seeds=len(runs) > 1)
     return sorted([*told, *sink.diagnostics()], key=lambda d: (d.file or "", d.line or 0, d.column or 0))
+
+
+def _doubts(result: CompileResult, sink: Sink) -> list[Diagnostic]:
+    """What is doubtful in a plan and its files without an engine."""
+    check_values(result.plan, result.material_origins or {}, sink)
+    check_effects(result.plan, sink)
+    if result.plan.files:
+        from scenecc.checks.mesh_quality import check_meshes  # noqa: PLC0415 - loaded where there is a mesh
+
+        check_meshes(result.plan, sink)
+    return sink.diagnostics()
 
 
 def _tell(progress: Callable[[int, int], None], run: int, runs: int, scenes: int, done: int) -> None:
