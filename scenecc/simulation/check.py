@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from typing_extensions import Unpack
 
 from scenecc.diagnostics import Sink
+from scenecc.diagnostics.silencing import Silencings, report_unused
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options
 from scenecc.pipeline import as_plan, build_batch, compile_source, read_input
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
     from scenecc.pipeline import Source
     from scenecc.plan import ScenePlan
     from scenecc.simulation.findings import Finding
+
+_CODES = frozenset({"SC851", "SC854", "SC855", "SC856"})
+"""Codes that only a check reports and that a comment can silence."""
 
 SCENES_AT_ONCE = 64
 """Scenes that are built and simulated together: with more the memory grows and nothing becomes faster."""
@@ -69,9 +73,10 @@ def _check(
     """Checks a source once for each of some options, which differ in the seed. Of findings the worst is reported."""
     told: dict[Diagnostic, None] = {}
     findings: list[Finding] = []
-    sink, plan, shown = Sink(), None, None
+    sink, plan, shown, silencings = Sink(), None, None, Silencings()
     for number, options in enumerate(runs):
         here = Sink()
+        here.silencings = silencings
         if number == 0 and len(runs) > 1 and hasattr(source, "read") and as_plan(source) is None:
             # A stream can be read only once.
             found = read_input(source, options.limits, here)
@@ -93,6 +98,8 @@ def _check(
         told |= dict.fromkeys(_check_plan(result.plan, settle, tell, findings, here.another()))
     if plan is not None:
         report_findings(findings, _origins(plan), shown, sink, several_seeds=len(runs) > 1)
+        if silencings and settle:
+            report_unused(sink, shown, lambda code: code in _CODES)
     return sorted([*told, *sink.diagnostics()], key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
 
