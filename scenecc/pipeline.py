@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal, TypeGuard, Union
 
 from scenecc.diagnostics import Sink
+from scenecc.diagnostics.codes import is_of_check
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.silencing import report_invalid, report_unused
 from scenecc.errors import SceneError
 from scenecc.named_files import mesh_measurer, mesh_reader, named_resolver, resolver
 from scenecc.source import Document, Limits, read_dict, read_text
@@ -118,6 +120,9 @@ def _is_plan_json(text: str) -> bool:
 
 
 _INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
+
+_LATER_BANDS = frozenset("78")
+"""First digits of codes that no compilation reports, only what exports or builds."""
 
 Backend = Literal["cpu", "cuda"]
 """Where PhysX runs."""
@@ -231,6 +236,8 @@ def _run_stages(
     if found is None or sink.failed:
         return None
     sink.locate = found.document.locate
+    if sink.silencings:
+        report_invalid(sink.silencings, found.document.name, sink)
     root = found.document.path.parent if found.document.path else None
     scope = AssetScope(root, options.asset_roots, options.allow_outside_assets, memory)
     if found.plan_text is not None:
@@ -255,6 +262,8 @@ def _run_stages(
             check_physics(plan, lowered.material_origins, sink, drawn=True)
             plan = None if sink.failed else plan
         clock.lap("draw")
+    if sink.silencings and plan is not None and (drawn or not lowered.sampling.deferred):
+        report_unused(sink, found.document.name, lambda code: code[2] not in _LATER_BANDS and not is_of_check(code))
     return plan and CompileResult(plan, clock.timings, scope, found.document, lowered.material_origins)
 
 

@@ -59,12 +59,12 @@ is drawn first. The test that gives them instead."""
 
 
 def data_of(file: Path) -> dict[str, Any] | None:
-    """The plain data of a file; None where it cannot be read."""
+    """The plain data of a file; None where it cannot be read, or silences findings, as a dict cannot."""
     sink, limits = Sink(), make_limits()
     content = read_bytes(str(file), sink, limits)
     text = None if content is None else decode_text(content, str(file), sink, limits)
     document = None if text is None else read_text(text, str(file), sink, limits, file)
-    return None if document is None or sink.failed else document.data
+    return None if document is None or sink.failed or sink.silencings else document.data
 
 
 def shown(diagnostics: list[Diagnostic]) -> str:

@@ -11,6 +11,7 @@ from typing import Literal, TypeVar
 
 from scenecc.diagnostics.codes import CODES, Severity
 from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.silencing import Silencing, Silencings, without_silenced
 
 PathKey = str | int
 """One step into a document: a mapping's key or a sequence's index."""
@@ -251,6 +252,7 @@ class Sink:
             once a document is expanded.
         given: finds where the parameters are given that a node inside a prefab reads. Set by the pipeline.
         parent: the node that includes the document which is being read; its locations do not contain it.
+        silencings: the comments of the files that were read which silence findings.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
@@ -259,6 +261,7 @@ class Sink:
         self.given: Callable[[Origin], tuple[Origin, ...]] = _given_nowhere
         self._misgiven: dict[tuple[str, tuple[Origin, ...]], Origin] = {}
         self.parent: Origin | None = None
+        self.silencings: Silencings = {}
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
         self._failed = False
@@ -273,7 +276,7 @@ class Sink:
     def another(self) -> Sink:
         """A sink without findings, which leads back to the same documents."""
         made = Sink(self.locate)
-        made.trace, made.given = self.trace, self.given
+        made.trace, made.given, made.silencings = self.trace, self.given, self.silencings
         return made
 
     @property
@@ -342,6 +345,11 @@ class Sink:
         self._told[severity] += 1
         self._failed = self._failed or severity == "error"
 
+    def silence(self, found: Iterable[Silencing]) -> None:
+        """Takes the comments of a file that was read."""
+        for one in found:
+            self.silencings.setdefault(one, set())
+
     @contextmanager
     def alike(self) -> Generator[None]:
         """While it lasts, the same code at the same place is one finding, whatever the message: the first is reported,
@@ -399,8 +407,10 @@ class Sink:
         self._alike = _copied(other._alike)
 
     def diagnostics(self) -> list[Diagnostic]:
-        """All findings, in the order of their places in each file (errors of the engine last)."""
+        """All findings that no comment silences, in the order of their places in each file (those of the engine last)."""
         found = [self._resolve(report) for report in self._reports]
+        if self.silencings:
+            found = without_silenced(found, self.silencings)
         return sorted(found, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
     def _resolve(self, report: _Report) -> Diagnostic:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 from typing_extensions import Unpack
@@ -12,6 +11,8 @@ from typing_extensions import Unpack
 from scenecc.checks.effects import check_effects
 from scenecc.checks.plausibility import check_values
 from scenecc.diagnostics import Sink
+from scenecc.diagnostics.codes import is_of_check
+from scenecc.diagnostics.silencing import Silencings, report_unused
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import as_plan, build_batch, compile_source, read_input
@@ -75,64 +76,86 @@ def check_source(
     if seeds is not None and options.seed is not None:
         raise ValueError("seed is not taken with seeds")
     runs = [options] if seeds is None else [replace(options, seed=integer(seed, "seeds", 0)) for seed in seeds]
-    told: dict[Diagnostic, None] = {}
-    findings: list[Finding] = []
-    sink, plan, shown = Sink(), None, None
+    if len(runs) > 1 and hasattr(source, "read") and as_plan(source) is None:
+        # A stream can be read only once.
+        sink = Sink()
+        found = read_input(source, options.limits, sink)
+        if found is None or sink.failed:
+            return sink.diagnostics()
+        source = found.plan_text or found.document
+    check = _Check(settle, len(runs), progress)
     for number, run in enumerate(runs):
-        here = Sink()
-        if number == 0 and len(runs) > 1 and hasattr(source, "read") and as_plan(source) is None:
-            # A stream can be read only once.
-            found = read_input(source, run.limits, here)
-            if found is None or here.failed:
-                return here.diagnostics()
-            source = found.plan_text or found.document
-        result = compile_source(source, run, here, memory=memory)
-        told |= dict.fromkeys(here.diagnostics())
-        if result is None:
+        if not check.run(number, source, run, memory):
             break
-        if plan is None:
-            sink, plan = here.another(), result.plan
-            shown = result.document.name if result.document is not None and result.document.path is not None else None
-        tell = progress and partial(_tell, progress, number, len(runs), result.plan.num_scenes)
-        told |= dict.fromkeys(_doubts(result, here.another()))
-        told |= dict.fromkeys(_check_plan(result.plan, settle, tell, findings, here))
-    if plan is not None:
-        report_findings(findings, _origins(plan), shown, sink, several_seeds=len(runs) > 1)
-    return sorted([*told, *sink.diagnostics()], key=lambda d: (d.file or "", d.line or 0, d.column or 0))
+    return check.diagnostics()
 
 
-def _doubts(result: CompileResult, sink: Sink) -> list[Diagnostic]:
-    """What is doubtful in a plan and its files without an engine."""
-    check_values(result.plan, result.material_origins or {}, sink)
-    check_effects(result.plan, sink)
-    if result.plan.files:
-        from scenecc.checks.mesh_quality import check_meshes  # noqa: PLC0415 - loaded where there is a mesh
+class _Check:
+    """A scene that is checked with one seed after another. What several seeds show is told once.
 
-        check_meshes(result.plan, sink)
-    return sink.diagnostics()
+    Args:
+        settle: how long it is simulated [s].
+        seeds: how many there are.
+        progress: called with (scenes done, scenes in all).
+    """
 
+    def __init__(self, settle: float, seeds: int, progress: Callable[[int, int], None] | None) -> None:
+        self._settle = settle
+        self._seeds = seeds
+        self._progress = progress
+        self._told: dict[Diagnostic, None] = {}
+        self._findings: list[Finding] = []
+        self._silencings = Silencings()
+        self._first: tuple[CompileResult, Sink] | None = None
 
-def _tell(progress: Callable[[int, int], None], run: int, runs: int, scenes: int, done: int) -> None:
-    progress(run * scenes + done, runs * scenes)
+    def run(self, number: int, source: Source, options: Options, memory: PathCache | None) -> bool:
+        """Checks it with the seed of the options; false where it cannot be compiled. `number`: of the seed."""
+        sink = Sink()
+        sink.silencings = self._silencings
+        result = compile_source(source, options, sink, memory=memory)
+        self._tell(sink)
+        if result is None:
+            return False
+        self._first = self._first or (result, sink.another())
+        doubts = sink.another()
+        check_values(result.plan, result.material_origins or {}, doubts)
+        check_effects(result.plan, doubts)
+        if result.plan.files:
+            from scenecc.checks.mesh_quality import check_meshes  # noqa: PLC0415 - loaded where there is a mesh
 
+            check_meshes(result.plan, doubts)
+        self._tell(doubts)
+        self._simulate(number, result.plan, sink)
+        return True
 
-def _check_plan(
-    plan: ScenePlan, settle: float, tell: Callable[[int], None] | None, findings: list[Finding], sink: Sink
-) -> list[Diagnostic]:
-    """Builds and simulates the scenes of a plan, some at a time, and returns what the engine refuses."""
-    refused: list[Diagnostic] = []
-    for first in range(0, plan.num_scenes, SCENES_AT_ONCE):
-        if tell is not None:
-            tell(first)
-        scene_idxs = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes))
-        try:
-            with build_batch(
-                plan, sink.another(), backend="cpu", scene_idxs=scene_idxs, render=False, audit="fast"
-            ) as batch:
-                findings += (replace(finding, seed=plan.seed) for finding in _findings(batch, settle))
-        except SceneError as error:
-            refused += error.diagnostics
-    return refused
+    def diagnostics(self) -> list[Diagnostic]:
+        """Everything that was found, in the order of the file."""
+        if self._first is not None:
+            (result, sink), document = self._first, self._first[0].document
+            file = document.name if document is not None and document.path is not None else None
+            report_findings(self._findings, _origins(result.plan), file, sink, several_seeds=self._seeds > 1)
+            self._tell(sink)
+            if self._silencings and self._settle and document is not None:
+                report_unused(sink, document.name, is_of_check)
+                self._tell(sink)
+        return sorted(self._told, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
+
+    def _tell(self, sink: Sink) -> None:
+        self._told |= dict.fromkeys(sink.diagnostics())
+
+    def _simulate(self, number: int, plan: ScenePlan, sink: Sink) -> None:
+        """Builds and simulates the scenes of a plan, some at a time."""
+        for first in range(0, plan.num_scenes, SCENES_AT_ONCE):
+            if self._progress is not None:
+                self._progress(number * plan.num_scenes + first, self._seeds * plan.num_scenes)
+            scene_idxs = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes))
+            try:
+                with build_batch(
+                    plan, sink.another(), backend="cpu", scene_idxs=scene_idxs, render=False, audit="fast"
+                ) as batch:
+                    self._findings += (replace(finding, seed=plan.seed) for finding in _findings(batch, self._settle))
+            except SceneError as error:
+                self._told |= dict.fromkeys(error.diagnostics)
 
 
 def _findings(batch: SceneBatch, settle: float) -> Iterator[Finding]:
