@@ -407,7 +407,7 @@ class Sink:
         self._alike = _copied(other._alike)
 
     def diagnostics(self) -> list[Diagnostic]:
-        """All findings that no comment silences, in the order of their places in each file (those of the engine last)."""
+        """All findings that no comment silences, by their places in each file (those of the engine last)."""
         found = [self._resolve(report) for report in self._reports]
         if self.silencings:
             found = without_silenced(found, self.silencings)
