@@ -62,7 +62,7 @@ def find_in_each(
     if choices.changed_since is not None:
         changed = _changed_files(choices.changed_since)
         if isinstance(changed, str):
-            return [*faults, usage_error("SC916", changed, file="--changed-since")]
+            return [*faults, usage_error("SC917", changed, file="--changed-since")]
         found.files = [file for file in found.files if _may_differ(file, cache, changed)]
     if choices.shard is not None:
         part, parts = choices.shard
