@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal, TypeGuard, Union
 
 from scenecc.diagnostics import Sink
+from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.frozen import frozen
@@ -260,7 +261,7 @@ def _run_stages(
             plan = None if sink.failed else plan
         clock.lap("draw")
     if sink.silencings and plan is not None and (drawn or not lowered.sampling.deferred):
-        report_unused(sink, found.document.name, lambda code: code[2] not in _LATER_BANDS)
+        report_unused(sink, found.document.name, lambda code: code in CODES and code[2] not in _LATER_BANDS)
     return plan and CompileResult(plan, clock.timings, scope, found.document)
 
 

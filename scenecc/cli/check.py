@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from functools import partial
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from scenecc.cli.checking import (
+    IgnoreOption,
+    SelectOption,
+    StatisticsOption,
+    StrictOption,
+    run_checks,
+    settings_finder,
+)
 from scenecc.cli.options import Format, FormatOption, shown, takes_compile_options
-from scenecc.cli.output import of_settings, print_err, print_findings, progress, status
+from scenecc.cli.output import progress
 from scenecc.cli.paths import find, source_of
+
+if TYPE_CHECKING:
+    from scenecc.checks.house_rules import Rule
+    from scenecc.diagnostics import Diagnostic
+
 
 _SEEDS: Final = re.compile(r"([0-9]{1,18}):([0-9]{1,18})")
 _SECONDS: Final = re.compile(r"[0-9]{1,4}(\.[0-9]{1,9})?")
@@ -42,7 +56,10 @@ def check(
     seeds: Annotated[
         Any, typer.Option("--seeds", metavar="A:B", parser=_parse_seeds, help="Check each seed from A to B-1.")
     ] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
+    strict: StrictOption = False,
+    select: SelectOption = None,
+    ignore: IgnoreOption = None,
+    statistics: StatisticsOption = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
 ) -> None:
@@ -62,13 +79,13 @@ def check(
 
     if seeds is not None and options["seed"] is not None:
         raise typer.BadParameter("it cannot be given together with --seed", param_hint="'--seeds'")
+    finder = settings_finder(select, ignore, strict=strict)
     found = find(paths)
-    diagnostics = found.faults()
-    for file in found.files:
+
+    def check_file(file: str, rules: Mapping[str, Rule] | None) -> list[Diagnostic]:
         with progress(f"check {file}") as show:
-            here = scenecc.check_scene(source_of(file), settle=settle, seeds=seeds, progress=show, **options)
-        diagnostics += of_settings(here, options["params"]) if options["params"] else here
-    print_findings(diagnostics, form)
-    if form is Format.text:
-        print_err(found.counts())
-    raise typer.Exit(status(diagnostics, strict=strict))
+            return scenecc.check_scene(
+                source_of(file), settle=settle, seeds=seeds, progress=show, rules=rules, **options
+            )
+
+    run_checks(found, found.files, check_file, finder, params=options["params"], form=form, statistics=statistics)

@@ -23,6 +23,8 @@ class Format(str, Enum):
     text = "text"
     json = "json"
     github = "github"
+    gitlab = "gitlab"
+    junit = "junit"
     sarif = "sarif"
 
 

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from scenecc.cli.checking import (
+    IgnoreOption,
+    SelectOption,
+    StatisticsOption,
+    StrictOption,
+    run_checks,
+    settings_finder,
+)
 from scenecc.cli.options import Format, FormatOption, takes_compile_options
-from scenecc.cli.output import counted, of_settings, print_err, print_findings, status
+from scenecc.cli.output import counted
 from scenecc.cli.paths import find, source_of
+
+if TYPE_CHECKING:
+    from scenecc.checks.house_rules import Rule
+    from scenecc.diagnostics import Diagnostic
 
 
 @partial(takes_compile_options, names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"))
@@ -19,7 +32,10 @@ def validate(
     ],
     *,
     form: FormatOption = Format.text,
-    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
+    strict: StrictOption = False,
+    select: SelectOption = None,
+    ignore: IgnoreOption = None,
+    statistics: StatisticsOption = False,
     scenes_only: Annotated[
         bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
     ] = False,
@@ -35,18 +51,18 @@ def validate(
     Examples:
       scenecc validate scenes/tabletop.yaml
       scenecc validate --strict scenes
+      scenecc validate --ignore SC4 --statistics scenes
       scenecc validate --format sarif scenes > scenes.sarif
       scenecc validate scenes/parameters.yaml --set size=0.6
       cat scene.yaml | scenecc validate -
     """
     import scenecc
 
+    finder = settings_finder(select, ignore, strict=strict)
     found = find(paths, scenes_only=scenes_only)
-    diagnostics = found.faults()
-    for file in counted("validate", found.files):
-        here = scenecc.validate(source_of(file), **options)
-        diagnostics += of_settings(here, options["params"]) if options["params"] else here
-    print_findings(diagnostics, form)
-    if form is Format.text:
-        print_err(found.counts())
-    raise typer.Exit(status(diagnostics, strict=strict))
+
+    def check(file: str, rules: Mapping[str, Rule] | None) -> list[Diagnostic]:
+        return scenecc.validate(source_of(file), rules=rules, **options)
+
+    files = counted("validate", found.files)
+    run_checks(found, files, check, finder, params=options["params"], form=form, statistics=statistics)

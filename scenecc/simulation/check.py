@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from typing_extensions import Unpack
 
+from scenecc.checks.house_rules import run_rules
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.silencing import Silencings, report_unused
 from scenecc.errors import SceneError
@@ -20,9 +21,10 @@ from scenecc.simulation.start import overlaps, unsupported
 from scenecc.simulation.torn_constraints import torn_constraints
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scenecc.backends.sapien import SceneBatch
+    from scenecc.checks.house_rules import Rule
     from scenecc.diagnostics import Diagnostic
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.pipeline import Source
@@ -42,6 +44,7 @@ def check_scene(
     settle: float = 1.0,
     seeds: Sequence[int] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    rules: Mapping[str, Rule] | None = None,
     **options: Unpack[CompileOptions],
 ) -> list[Diagnostic]:
     """Everything that `validate` finds, and what shows when all scenes are built and simulated; no mistake raises.
@@ -51,6 +54,7 @@ def check_scene(
         settle: how long it is simulated [s]; 0: the start alone is looked at.
         seeds: each is checked; the file's own (or `seed` of the options) by default. A stream has one.
         progress: called with (scenes done, scenes in all).
+        rules: as for `validate`.
         options: those of `CompileOptions`.
 
     Raises:
@@ -63,12 +67,17 @@ def check_scene(
     if seeds is not None and asked.seed is not None:
         raise ValueError("seed is not taken with seeds")
     if seeds is None:
-        return _check([asked], source, settle, progress)
-    return _check([Options.of_call(check_scene, {**options, "seed": seed}) for seed in seeds], source, settle, progress)
+        return _check([asked], source, settle, progress, rules or {})
+    runs = [Options.of_call(check_scene, {**options, "seed": seed}) for seed in seeds]
+    return _check(runs, source, settle, progress, rules or {})
 
 
 def _check(
-    runs: Sequence[Options], source: Source, settle: float, progress: Callable[[int, int], None] | None
+    runs: Sequence[Options],
+    source: Source,
+    settle: float,
+    progress: Callable[[int, int], None] | None,
+    rules: Mapping[str, Rule],
 ) -> list[Diagnostic]:
     """Checks a source once for each of some options, which differ in the seed. Of findings the worst is reported."""
     told: dict[Diagnostic, None] = {}
@@ -84,6 +93,8 @@ def _check(
                 return here.diagnostics()
             source = found.plan_text or found.document
         result = compile_source(source, options, here)
+        if rules and result is not None:
+            run_rules(result.plan, rules, result.document and result.document.name, here)
         told |= dict.fromkeys(here.diagnostics())
         if result is None:
             break
