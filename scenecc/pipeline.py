@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal, TypeGuard, Union
 
 from scenecc.diagnostics import Sink
-from scenecc.diagnostics.codes import is_of_check
+from scenecc.diagnostics.codes import CODES, is_of_check
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.frozen import frozen
@@ -263,8 +263,12 @@ def _run_stages(
             plan = None if sink.failed else plan
         clock.lap("draw")
     if sink.silencings and plan is not None and (drawn or not lowered.sampling.deferred):
-        report_unused(sink, found.document.name, lambda code: code[2] not in _LATER_BANDS and not is_of_check(code))
+        report_unused(sink, found.document.name, _is_of_compilation)
     return plan and CompileResult(plan, clock.timings, scope, found.document, lowered.material_origins)
+
+
+def _is_of_compilation(code: str) -> bool:
+    return code in CODES and code[2] not in _LATER_BANDS and not is_of_check(code)
 
 
 def _parse_and_expand(

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.many_files import FileChoices, find_in_each
+from scenecc.cli.checking import (
+    IgnoreOption,
+    SelectOption,
+    StatisticsOption,
+    StrictOption,
+    run_checks,
+    settings_finder,
+)
+from scenecc.cli.many_files import FileChoices
 from scenecc.cli.options import (
     ChangedSince,
     Format,
@@ -19,10 +28,11 @@ from scenecc.cli.options import (
     shown,
     takes_compile_options,
 )
-from scenecc.cli.output import of_settings, print_err, print_findings, progress, status
+from scenecc.cli.output import of_settings, progress
 from scenecc.cli.paths import find, source_of
 
 if TYPE_CHECKING:
+    from scenecc.checks.house_rules import Rule
     from scenecc.diagnostics import Diagnostic
     from scenecc.source.paths import PathCache
 
@@ -60,7 +70,10 @@ def check(
     shard: Shard = None,
     changed_since: ChangedSince = None,
     cache: UseCache = True,
-    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
+    strict: StrictOption = False,
+    select: SelectOption = None,
+    ignore: IgnoreOption = None,
+    statistics: StatisticsOption = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
 ) -> None:
@@ -82,17 +95,14 @@ def check(
     if seeds is not None and options["seed"] is not None:
         raise typer.BadParameter("it cannot be given together with --seed", param_hint="'--seeds'")
     asked = Options.of(**options)
+    finder = settings_finder(select, ignore, strict=strict)
     found = find(paths)
     # A process of its own for many files: SAPIEN keeps some memory of every scene, and can end the process it is in.
     choices = FileChoices(jobs or int(len(found.files) > 1), shard, changed_since, cache)
 
-    def findings(file: str, memory: PathCache | None) -> list[Diagnostic]:
+    def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
         with progress("check", where=choices.jobs == 0) as show:
-            here = check_source(source_of(file), asked, settle, seeds, progress=show, memory=memory)
+            here = check_source(source_of(file), asked, settle, seeds, rules=rules, progress=show, memory=memory)
         return of_settings(here, asked.params)
 
-    diagnostics = find_in_each("check", found, choices, (asked, settle, seeds), findings)
-    print_findings(diagnostics, form)
-    if form is Format.text:
-        print_err(found.counts())
-    raise typer.Exit(status(diagnostics, strict=strict))
+    run_checks("check", found, choices, (asked, settle, seeds), check_file, finder, form=form, statistics=statistics)

@@ -6,17 +6,17 @@ import subprocess
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from scenecc.cli.findings_cache import FindingsCache
 from scenecc.cli.jobs import Died, run_each
 from scenecc.cli.output import usage_error
-from scenecc.cli.paths import STDIN, Found
-from scenecc.source.paths import PathCache
+from scenecc.cli.paths import STDIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator, Sequence
 
+    from scenecc.cli.findings_cache import FindingsCache
+    from scenecc.cli.paths import Found
     from scenecc.diagnostics import Diagnostic
 
 
@@ -41,48 +41,42 @@ class FileChoices:
     cache: bool = True
 
 
-def find_in_each(
-    command: str,
-    found: Found,
-    choices: FileChoices,
-    options: Any,
-    find: Callable[[str, PathCache | None], list[Diagnostic]],
-) -> list[Diagnostic]:
-    """The findings of all files, in the order of the files, and what is wrong with their paths. Narrows `found.files`.
+def choose_files(found: Found, choices: FileChoices, cache: FindingsCache) -> list[Diagnostic]:
+    """Narrows the files to those that are asked for; what is wrong with that.
 
     Args:
-        command: its name.
-        found: the files.
+        found: its files are narrowed.
         choices: what the caller asked for.
-        options: everything that findings follow from beside the files; has a `repr` that tells all of it.
-        find: the findings of one file; notes what it reads.
+        cache: knows what scenes use.
     """
-    faults = found.faults()
-    cache = FindingsCache(command, options)
     if choices.changed_since is not None:
         changed = _changed_files(choices.changed_since)
         if isinstance(changed, str):
-            return [*faults, usage_error("SC917", changed, file="--changed-since")]
+            return [usage_error("SC918", changed, file="--changed-since")]
         found.files = [file for file in found.files if _may_differ(file, cache, changed)]
     if choices.shard is not None:
         part, parts = choices.shard
         found.files = found.files[part - 1 :: parts]
+    return []
 
-    def work(file: str) -> list[Diagnostic]:
-        if not choices.cache or file == STDIN:
-            return find(file, None)
-        return cache.findings(file, lambda memory: find(file, memory))
 
-    if choices.jobs:
+def find_in_each(
+    files: Sequence[str], jobs: int, label: str, find: Callable[[str], list[Diagnostic]]
+) -> Iterator[tuple[str, list[Diagnostic]]]:
+    """Each file, in order, with its findings.
+
+    Args:
+        files: of any number.
+        jobs: processes; 0: this one alone.
+        label: of the progress.
+        find: the findings of one file.
+    """
+    if jobs:
         # Before the processes are forked, so that they all have it.
         for module in _STAGES:
             import_module(module)
-    diagnostics = faults
-    for file, result in zip(found.files, run_each(work, found.files, choices.jobs, command), strict=True):
-        diagnostics += [_death(file, result)] if isinstance(result, Died) else result
-    if choices.cache:
-        cache.prune()
-    return diagnostics
+    for file, result in zip(files, run_each(find, files, jobs, label), strict=True):
+        yield file, [_death(file, result)] if isinstance(result, Died) else result
 
 
 def _death(file: str, died: Died) -> Diagnostic:

@@ -25,6 +25,8 @@ class Format(str, Enum):
     text = "text"
     json = "json"
     github = "github"
+    gitlab = "gitlab"
+    junit = "junit"
     sarif = "sarif"
 
 

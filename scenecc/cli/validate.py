@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenecc.cli.many_files import FileChoices, find_in_each
+from scenecc.cli.checking import (
+    IgnoreOption,
+    SelectOption,
+    StatisticsOption,
+    StrictOption,
+    run_checks,
+    settings_finder,
+)
+from scenecc.cli.many_files import FileChoices
 from scenecc.cli.options import ChangedSince, Format, FormatOption, Jobs, Shard, UseCache, takes_compile_options
-from scenecc.cli.output import of_settings, print_err, print_findings, status
+from scenecc.cli.output import of_settings
 from scenecc.cli.paths import find, source_of
 
 if TYPE_CHECKING:
+    from scenecc.checks.house_rules import Rule
     from scenecc.diagnostics import Diagnostic
     from scenecc.source.paths import PathCache
 
@@ -28,7 +38,10 @@ def validate(
     shard: Shard = None,
     changed_since: ChangedSince = None,
     cache: UseCache = True,
-    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
+    strict: StrictOption = False,
+    select: SelectOption = None,
+    ignore: IgnoreOption = None,
+    statistics: StatisticsOption = False,
     scenes_only: Annotated[
         bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
     ] = False,
@@ -44,6 +57,7 @@ def validate(
     Examples:
       scenecc validate scenes/tabletop.yaml
       scenecc validate --strict scenes --jobs 8
+      scenecc validate --ignore SC4 --statistics scenes
       scenecc validate --format sarif scenes > scenes.sarif
       scenecc validate scenes/parameters.yaml --set size=0.6
       cat scene.yaml | scenecc validate -
@@ -53,13 +67,11 @@ def validate(
 
     asked = Options.of(**options)
 
-    def findings(file: str, memory: PathCache | None) -> list[Diagnostic]:
-        return of_settings(validate_source(source_of(file), asked, memory), asked.params)
-
+    finder = settings_finder(select, ignore, strict=strict)
     found = find(paths, scenes_only=scenes_only)
+
+    def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
+        return of_settings(validate_source(source_of(file), asked, rules, memory), asked.params)
+
     choices = FileChoices(jobs or 0, shard, changed_since, cache)
-    diagnostics = find_in_each("validate", found, choices, asked, findings)
-    print_findings(diagnostics, form)
-    if form is Format.text:
-        print_err(found.counts())
-    raise typer.Exit(status(diagnostics, strict=strict))
+    run_checks("validate", found, choices, asked, check_file, finder, form=form, statistics=statistics)

@@ -225,6 +225,7 @@ RelatedPlace = tuple[str, Origin | Location, At]
 @frozen
 class _Report:
     code: str
+    severity: Severity
     message: str
     place: Origin | Location
     at: At
@@ -305,15 +306,16 @@ class Sink:
         related: Iterable[RelatedPlace] = (),
         path: Path = (),
         span: Span | None = None,
+        severity: Severity | None = None,
     ) -> None:
         """Adds a finding. The same code, message and place twice is one finding, and so is the same code in many
         copies of one node: the first copy is reported, the others are counted.
 
         `path` is for a place that is a location; an origin brings its own. `span` is the part of a scalar that is
         meant, in characters of its value. Of each severity `MAX_REPORTS` are
-        kept; an error beyond them is SC016.
+        kept; an error beyond them is SC016. `severity` is for a code that is not in the table: one of a house rule.
         """
-        severity = CODES[code].severity
+        severity = severity or CODES[code].severity
         if severity in self._full:
             return
         given: tuple[Origin, ...] = ()
@@ -341,7 +343,7 @@ class Sink:
             *((what, self._traced(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent
-        self._reports.append(_Report(code, message, place, at, hint, places, path, span, parent))
+        self._reports.append(_Report(code, severity, message, place, at, hint, places, path, span, parent))
         self._told[severity] += 1
         self._failed = self._failed or severity == "error"
 
@@ -417,7 +419,7 @@ class Sink:
         location = self._location(report.place, report.at)
         return Diagnostic(
             code=report.code,
-            severity=CODES[report.code].severity,
+            severity=report.severity,
             message=report.message + self._copies(report),
             location=location if report.span is None else within(location, report.span),
             path=dotted(report.path),

@@ -101,6 +101,6 @@ def report_unused(sink: Sink, file: str | None, is_judged: Callable[[str], bool]
     for one, used in sink.silencings.items():
         for code in one.codes if one.location.file == file else ():
             row = CODES.get(code)
-            if code not in used and row is not None and row.severity != "error" and is_judged(code):
+            if code not in used and (row is None or row.severity != "error") and is_judged(code):
                 message = f"line {one.line} has no {code}, so this comment silences nothing"
                 sink.report("SC018", message, one.location, hint=f"remove {code}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from typing_extensions import Unpack
 
 from scenecc.checks.effects import check_effects
+from scenecc.checks.house_rules import run_rules
 from scenecc.checks.plausibility import check_values
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import is_of_check
@@ -23,9 +24,10 @@ from scenecc.simulation.start import overlaps, unsupported
 from scenecc.simulation.torn_constraints import torn_constraints
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scenecc.backends.sapien import SceneBatch
+    from scenecc.checks.house_rules import Rule
     from scenecc.diagnostics import Diagnostic
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.pipeline import CompileResult, Source
@@ -43,6 +45,7 @@ def check_scene(
     settle: float = 1.0,
     seeds: Sequence[int] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    rules: Mapping[str, Rule] | None = None,
     **options: Unpack[CompileOptions],
 ) -> list[Diagnostic]:
     """Everything that `validate` finds, and what shows when all scenes are built and simulated; no mistake raises.
@@ -52,13 +55,15 @@ def check_scene(
         settle: how long it is simulated [s]; 0: the start alone is looked at.
         seeds: each is checked; the file's own (or `seed` of the options) by default. A stream has one.
         progress: called with (scenes done, scenes in all).
+        rules: as for `validate`.
         options: those of `CompileOptions`.
 
     Raises:
         ValueError: an argument is out of its range.
         TypeError: as of `validate`.
     """
-    return check_source(source, Options.of_call(check_scene, options), settle, seeds, progress=progress)
+    asked = Options.of_call(check_scene, options)
+    return check_source(source, asked, settle, seeds, rules=rules or {}, progress=progress)
 
 
 def check_source(
@@ -67,6 +72,7 @@ def check_source(
     settle: float,
     seeds: Sequence[int] | None,
     *,
+    rules: Mapping[str, Rule],
     progress: Callable[[int, int], None] | None = None,
     memory: PathCache | None = None,
 ) -> list[Diagnostic]:
@@ -83,7 +89,7 @@ def check_source(
         if found is None or sink.failed:
             return sink.diagnostics()
         source = found.plan_text or found.document
-    check = _Check(settle, len(runs), progress)
+    check = _Check(settle, len(runs), rules, progress)
     for number, run in enumerate(runs):
         if not check.run(number, source, run, memory):
             break
@@ -96,12 +102,16 @@ class _Check:
     Args:
         settle: how long it is simulated [s].
         seeds: how many there are.
+        rules: house rules, by id.
         progress: called with (scenes done, scenes in all).
     """
 
-    def __init__(self, settle: float, seeds: int, progress: Callable[[int, int], None] | None) -> None:
+    def __init__(
+        self, settle: float, seeds: int, rules: Mapping[str, Rule], progress: Callable[[int, int], None] | None
+    ) -> None:
         self._settle = settle
         self._seeds = seeds
+        self._rules = rules
         self._progress = progress
         self._told: dict[Diagnostic, None] = {}
         self._findings: list[Finding] = []
@@ -113,6 +123,8 @@ class _Check:
         sink = Sink()
         sink.silencings = self._silencings
         result = compile_source(source, options, sink, memory=memory)
+        if self._rules and result is not None:
+            run_rules(result.plan, self._rules, result.document and result.document.name, sink)
         self._tell(sink)
         if result is None:
             return False

@@ -130,5 +130,5 @@ def test_a_revision_that_is_none_is_wrong_usage(run, scenes: Path, tmp_path: Pat
     git(tmp_path, "init", "-q")
     done = run("validate", "scenes", "--changed-since", "--output=x")
     assert done.returncode == 2
-    assert "SC917" in done.stdout
+    assert "SC918" in done.stdout
     assert not (tmp_path / "x").exists()
