@@ -16,6 +16,7 @@ from scenecc.options import CompileOptions, Options
 from scenecc.pipeline import as_plan, build_batch, compile_source, read_input
 from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.findings import report_findings
+from scenecc.simulation.loads import long_steps, mass_ratios, weak_drives
 from scenecc.simulation.settle import simulate
 from scenecc.simulation.start import overlaps, unsupported
 from scenecc.simulation.torn_constraints import torn_constraints
@@ -125,10 +126,14 @@ def _check_plan(
 
 
 def _findings(batch: SceneBatch, settle: float) -> Iterator[Finding]:
-    yield from unsupported(batch, moving_bodies(batch))
+    moving = moving_bodies(batch)
+    yield from unsupported(batch, moving)
     yield from torn_constraints(batch)
+    yield from weak_drives(batch)
+    yield from long_steps(batch, moving)
     batch.step(1)
     yield from overlaps(batch.contacts(), batch.plan)
+    yield from mass_ratios(batch, moving, batch.contacts())
     if settle:
         yield from simulate(batch, settle)
 
