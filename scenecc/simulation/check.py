@@ -10,6 +10,7 @@ from typing_extensions import Unpack
 
 from scenecc.checks.effects import check_effects
 from scenecc.checks.plausibility import check_values
+from scenecc.checks.views import check_views
 from scenecc.diagnostics import Sink
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options
@@ -96,6 +97,7 @@ def _check(
         doubts = here.another()
         check_values(result.plan, result.material_origins or {}, doubts)
         check_effects(result.plan, doubts)
+        check_views(result.plan, doubts)
         if result.plan.files:
             from scenecc.checks.mesh_quality import check_meshes  # noqa: PLC0415 - loaded where there is a mesh
 
