@@ -11,6 +11,7 @@ from typing_extensions import Unpack
 from scenecc.checks.effects import check_effects
 from scenecc.checks.house_rules import run_rules
 from scenecc.checks.plausibility import check_values
+from scenecc.checks.views import check_views
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import is_of_check
 from scenecc.diagnostics.silencing import Silencings, report_unused
@@ -19,6 +20,7 @@ from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import as_plan, build_batch, compile_source, read_input
 from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.findings import report_findings
+from scenecc.simulation.loads import long_steps, mass_ratios, weak_drives
 from scenecc.simulation.settle import simulate
 from scenecc.simulation.start import overlaps, unsupported
 from scenecc.simulation.torn_constraints import torn_constraints
@@ -132,6 +134,7 @@ class _Check:
         doubts = sink.another()
         check_values(result.plan, result.material_origins or {}, doubts)
         check_effects(result.plan, doubts)
+        check_views(result.plan, doubts)
         if result.plan.files:
             from scenecc.checks.mesh_quality import check_meshes  # noqa: PLC0415 - loaded where there is a mesh
 
@@ -171,10 +174,14 @@ class _Check:
 
 
 def _findings(batch: SceneBatch, settle: float) -> Iterator[Finding]:
-    yield from unsupported(batch, moving_bodies(batch))
+    moving = moving_bodies(batch)
+    yield from unsupported(batch, moving)
     yield from torn_constraints(batch)
+    yield from weak_drives(batch)
+    yield from long_steps(batch, moving)
     batch.step(1)
     yield from overlaps(batch.contacts(), batch.plan)
+    yield from mass_ratios(batch, moving, batch.contacts())
     if settle:
         yield from simulate(batch, settle)
 
