@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics import Diagnostic
-from scenecc.diagnostics.diagnostic import Location, Related
+from scenecc.diagnostics.diagnostic import Fix, Location, Related
 from scenecc.files import cache_folder, open_regular, state_now
 from scenecc.interrupt import undoing
 from scenecc.source.paths import PathCache
@@ -142,6 +142,7 @@ def _hash(path: str | Path) -> str | None:
 
 
 def _diagnostic(record: dict[str, Any]) -> Diagnostic:
+    fix = record["fix"] and Fix(Location(**record["fix"]["location"]), record["fix"]["text"])
     related = tuple(Related(one["message"], Location(**one["location"])) for one in record["related"])
-    whole: dict[str, Any] = {**record, "location": Location(**record["location"]), "related": related}
+    whole = {**record, "location": Location(**record["location"]), "related": related, "fix": fix}
     return Diagnostic(**whole)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -16,14 +17,16 @@ from scenecc.cli.checking import (
     run_checks,
     settings_finder,
 )
+from scenecc.cli.fixing import corrected, unified_diff, write_corrected
 from scenecc.cli.many_files import FileChoices
 from scenecc.cli.options import ChangedSince, Format, FormatOption, Jobs, Shard, UseCache, takes_compile_options
-from scenecc.cli.output import of_settings
-from scenecc.cli.paths import find, source_of
+from scenecc.cli.output import of_settings, print_err
+from scenecc.cli.paths import STDIN, find, source_of
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
     from scenecc.diagnostics import Diagnostic
+    from scenecc.options import Options
     from scenecc.source.paths import PathCache
 
 
@@ -42,6 +45,8 @@ def validate(
     select: SelectOption = None,
     ignore: IgnoreOption = None,
     statistics: StatisticsOption = False,
+    fix: Annotated[bool, typer.Option("--fix", help="Correct what is safe to correct, in the files.")] = False,
+    diff: Annotated[bool, typer.Option("--diff", help="Show what --fix would change, on standard error.")] = False,
     scenes_only: Annotated[
         bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
     ] = False,
@@ -57,6 +62,7 @@ def validate(
     Examples:
       scenecc validate scenes/tabletop.yaml
       scenecc validate --strict scenes --jobs 8
+      scenecc validate --diff scenes/tabletop.yaml
       scenecc validate --ignore SC4 --statistics scenes
       scenecc validate --format sarif scenes > scenes.sarif
       scenecc validate scenes/parameters.yaml --set size=0.6
@@ -70,8 +76,35 @@ def validate(
     finder = settings_finder(select, ignore, strict=strict)
     found = find(paths, scenes_only=scenes_only)
 
-    def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
+    def check(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
         return of_settings(validate_source(source_of(file), asked, rules, memory), asked.params)
 
-    choices = FileChoices(jobs or 0, shard, changed_since, cache)
-    run_checks("validate", found, choices, asked, check_file, finder, form=form, statistics=statistics)
+    def correct(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
+        here = check(file, rules, memory)
+        if file == STDIN or not any(one.fix for one in here):
+            return here
+        changed = corrected(file, here, partial(_check_text, file, asked))
+        if changed is None:
+            return here
+        if diff:
+            print_err(unified_diff(file, *changed))
+            return here
+        fault = write_corrected(file, changed[1])
+        here = check(file, rules, memory)
+        return here if fault is None else [fault, *here]
+
+    # What corrects a file works here, one file after the other, and looks at each.
+    choices = FileChoices(0 if fix or diff else jobs or 0, shard, changed_since, cache and not (fix or diff))
+    work = correct if fix or diff else check
+    run_checks("validate", found, choices, asked, work, finder, form=form, statistics=statistics)
+
+
+def _check_text(file: str, options: Options, text: str) -> list[Diagnostic]:
+    """Checks a text in the place of a file: what it names is beside the file."""
+    from scenecc.diagnostics import Sink
+    from scenecc.scene import validate_source
+    from scenecc.source import read_text
+
+    sink = Sink()
+    document = read_text(text, file, sink, path=Path(file).absolute())
+    return sink.diagnostics() if document is None else validate_source(document, options, {}, None)

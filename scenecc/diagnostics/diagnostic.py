@@ -165,6 +165,14 @@ class Related:
 
 
 @frozen
+class Fix:
+    """A safe correction: a text in place of a part of one line."""
+
+    location: Location
+    text: str
+
+
+@frozen
 class Diagnostic:
     """One finding.
 
@@ -176,6 +184,7 @@ class Diagnostic:
         path: the place in the document (`entities.cube.mass`); "" for the whole document.
         hint: what to do, where there is more to say than the message does.
         related: other places that belong to it, nearest first.
+        fix: what `--fix` writes, where there is one safe correction.
     """
 
     code: str
@@ -185,6 +194,7 @@ class Diagnostic:
     path: str = ""
     hint: str | None = None
     related: tuple[Related, ...] = ()
+    fix: Fix | None = None
 
     @property
     def file(self) -> str | None:
@@ -234,6 +244,7 @@ class _Report:
     path: Path
     span: Span | None
     parent: Origin | None
+    fix: tuple[At, str] | None
 
 
 _Repeated = tuple[str, str | None, Path, int | None]
@@ -307,6 +318,7 @@ class Sink:
         path: Path = (),
         span: Span | None = None,
         severity: Severity | None = None,
+        fix: tuple[At, str] | None = None,
     ) -> None:
         """Adds a finding. The same code, message and place twice is one finding, and so is the same code in many
         copies of one node: the first copy is reported, the others are counted.
@@ -314,6 +326,7 @@ class Sink:
         `path` is for a place that is a location; an origin brings its own. `span` is the part of a scalar that is
         meant, in characters of its value. Of each severity `MAX_REPORTS` are
         kept; an error beyond them is SC016. `severity` is for a code that is not in the table: one of a house rule.
+        `fix` is what `--fix` writes in place of the value or key.
         """
         severity = severity or CODES[code].severity
         if severity in self._full:
@@ -343,7 +356,7 @@ class Sink:
             *((what, self._traced(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent
-        self._reports.append(_Report(code, severity, message, place, at, hint, places, path, span, parent))
+        self._reports.append(_Report(code, severity, message, place, at, hint, places, path, span, parent, fix))
         self._told[severity] += 1
         self._failed = self._failed or severity == "error"
 
@@ -428,6 +441,7 @@ class Sink:
                 Related(message + _of_copy(place), self._location(place, at))
                 for message, place, at in self._chain(report)
             ),
+            fix=report.fix and Fix(self._location(report.place, report.fix[0]), report.fix[1]),
         )
 
     def _location(self, place: Origin | Location, at: At) -> Location:

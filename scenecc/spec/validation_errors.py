@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import types
 import typing
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.diagnostics.messages import cut, listed, nearest, show, suggest
+from scenecc.diagnostics.messages import cut, is_only_near, listed, nearest, show, suggest
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.source.events import RESERVED_CHARACTER
 from scenecc.spec.base import CUSTOM_ERROR, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
@@ -280,10 +280,14 @@ def _report_unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink
     hint = next((hint for beside, hint in MISPLACED_KEY_HINTS.get(key, ()) if beside in known), None)
     if hint is None and "use" in known and _is_key_of_entities(key):
         hint = INSTANCE_HINT.format(key=key)
+    fix: tuple[Literal["key"], str] | None = None
     if hint is None:
         near = suggest_key(key, known)
         hint = f"did you mean `{near}`?" if near else listed(known)
-    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint)
+        # A synonym may mean something else: `quat` is [x, y, z, w] to some.
+        if near and key not in KEY_SYNONYMS and is_only_near(key, known):
+            fix = "key", near
+    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint, fix=fix)
 
 
 def _is_key_of_entities(key: str) -> bool:

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 from cli.running import plain_environment
+from plugins.expectations import ROOT, scene_files
 
 import scenecc
 from scenecc.checks.house_rules import Report
+from scenecc.cli.settings import SettingsFinder
 from scenecc.diagnostics.formats import render
 from scenecc.plan import ScenePlan
 
@@ -194,3 +196,12 @@ def test_statistics_count_the_most_frequent_first(run, scene: Path) -> None:
     rows = json.loads(run("validate", "--statistics", "--format", "json", "scenes").stdout)["statistics"]
     assert [(row["code"], row["count"]) for row in rows] == [("SC526", 2), ("SC313", 1)]
     assert run("validate", "--statistics", "--format", "sarif", "scenes").returncode == 2
+
+
+@pytest.mark.maniskill
+def test_all_that_we_ship_is_clean_under_our_own_settings() -> None:
+    finder = SettingsFinder(None, (), strict=True)
+    for file in map(str, scene_files(ROOT / "scenes")):
+        found = finder.of(file).apply(scenecc.validate(file), file)
+        assert [str(one) for one in found if one.severity != "note"] == []
+    assert finder.faults == []
