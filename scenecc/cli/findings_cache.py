@@ -144,5 +144,5 @@ def _hash(path: str | Path) -> str | None:
 def _diagnostic(record: dict[str, Any]) -> Diagnostic:
     fix = record["fix"] and Fix(Location(**record["fix"]["location"]), record["fix"]["text"])
     related = tuple(Related(one["message"], Location(**one["location"])) for one in record["related"])
-    whole = {**record, "location": Location(**record["location"]), "related": related, "fix": fix}
+    whole: dict[str, Any] = {**record, "location": Location(**record["location"]), "related": related, "fix": fix}
     return Diagnostic(**whole)

@@ -93,8 +93,9 @@ def validate(
         here = check(file, rules, memory)
         return here if fault is None else [fault, *here]
 
-    # What corrects a file works here, one file after the other, and looks at each.
-    choices = FileChoices(0 if fix or diff else jobs or 0, shard, changed_since, cache and not (fix or diff))
+    if (fix or diff) and jobs is not None:
+        raise typer.BadParameter("files are corrected one after the other", param_hint="'--jobs'")
+    choices = FileChoices(jobs or 0, shard, changed_since, cache and not (fix or diff))
     work = correct if fix or diff else check
     run_checks("validate", found, choices, asked, work, finder, form=form, statistics=statistics)
 
