@@ -7,7 +7,6 @@ from does not matter: the sampler's distances suggest some, and are not relied o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations, product
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,7 +16,7 @@ from scenecc.placing.distances import witnesses
 from scenecc.plan.body import groups_collide
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -34,6 +33,9 @@ _TOLERANCE: Final = 2e-6
 """By how much less than asked for a distance may be [m]."""
 
 _UP: Final = np.array((0.0, 0.0, 1.0))
+
+_FAR: Final = 1e300
+"""Where the box around a plane ends [m]."""
 
 _CHUNK: Final = 500_000
 """How many pairs of a body and a triangle are looked at together."""
@@ -56,17 +58,74 @@ def find_overlap(plan: ScenePlan, batch: Batch, poses: Mapping[str, Floats]) -> 
         for entity in plan.entities
         if entity.name in poses
     }
-    for a, b in combinations(world, 2):
+    boxes = {name: _Boxes.around(parts, len(batch.scenes)) for name, parts in world.items()}
+    for a, b in _near_entities(boxes, placed):
         least = _least_distance(a, b, placed)
         if least is None:
             continue
         with np.errstate(all="ignore"):
-            found = next((bad for pair in product(world[a], world[b]) for bad in _too_near(*pair, least)), None)
+            near = boxes[a].near_pairs(boxes[b], least)
+            found = next((bad for i, j, rows in near for bad in _too_near(world[a][i], world[b][j], rows, least)), None)
         if found is not None:
             row, gap = found
             how = f"are {gap:.6g} m apart, less than {least:g} m" if gap > 0 else "overlap"
             return f"in scene {batch.scenes[row]} `{a}` and `{b}` {how}"
     return None
+
+
+@dataclass(slots=True)
+class _Boxes:
+    """The boxes around the parts of an entity along the axes of the world (P, B, 3) [m]; inside out where none is."""
+
+    low: Floats
+    high: Floats
+
+    @classmethod
+    def around(cls, parts: Sequence[Part], count: int) -> _Boxes:
+        """The boxes around parts in so many scenes."""
+        low, high = (np.full((len(parts), count, 3), end) for end in (np.inf, -np.inf))
+        for number, part in enumerate(parts):
+            rows = np.flatnonzero(part.there)
+            if part.is_plane:
+                low[number, rows], high[number, rows] = -_FAR, _FAR
+                continue
+            pieces = _Pieces(part, rows)
+            for axis, direction in enumerate(np.eye(3)):
+                each = np.broadcast_to(direction, (len(rows), 3))
+                low[number, rows, axis], high[number, rows, axis] = -pieces.end(-each), pieces.end(each)
+        return cls(low, high)
+
+    def near_pairs(self, others: _Boxes, least: float) -> Iterator[tuple[int, int, Indices]]:
+        """The pairs of parts, and the rows in which no axis shows them to be so far apart."""
+        for number, ends in enumerate(zip(self.low, self.high, strict=True)):
+            near = _are_near(*ends, others.low, others.high, least)
+            for other in np.flatnonzero(near.any(axis=1)).tolist():
+                yield number, other, np.flatnonzero(near[other])
+
+
+def _are_near(low: Floats, high: Floats, lows: Floats, highs: Floats, least: float) -> NDArray[np.bool_]:
+    """Whether boxes (n, B, 3) are not shown by an axis to be so far from one (B, 3), (n, B)."""
+    near = np.ones(lows.shape[:2], np.bool_)
+    for axis in range(3):
+        gap = np.maximum(lows[:, :, axis] - high[:, axis], low[:, axis] - highs[:, :, axis])
+        # What is no number shows nothing.
+        near &= ~(gap >= least - _TOLERANCE)
+    return near
+
+
+def _near_entities(boxes: Mapping[str, _Boxes], placed: Mapping[str, Placement]) -> Iterator[tuple[str, str]]:
+    """The pairs of entities, one of them placed, that may be nearer than anything that is placed may be."""
+    names = [name for name, one in boxes.items() if len(one.low)]
+    most = max((one.apart for one in placed.values()), default=0.0)
+    is_placed = np.array([name in placed for name in names])
+    with np.errstate(all="ignore"):
+        low = np.array([boxes[name].low.min(axis=0) for name in names])
+        high = np.array([boxes[name].high.max(axis=0) for name in names])
+        for number, name in enumerate(names):
+            after = slice(number + 1, None)
+            others = np.flatnonzero(is_placed[after] | is_placed[number]) + number + 1
+            near = _are_near(low[number], high[number], low[others], high[others], most)
+            yield from ((name, names[other]) for other in others[near.any(axis=1)].tolist())
 
 
 def _least_distance(a: str, b: str, placed: Mapping[str, Placement]) -> float | None:
@@ -124,9 +183,10 @@ class _Pieces:
         return part.cores(self.rows) if triangle is None else part.triangle_cores(self.rows, triangle)
 
 
-def _too_near(a: Part, b: Part, least: float) -> Iterator[tuple[int, float]]:
-    """The scenes, by their rows, in which two parts may be nearer than they may, and how far apart they are [m]."""
-    rows = np.flatnonzero(a.there & b.there & groups_collide(a.groups.T, b.groups.T))
+def _too_near(a: Part, b: Part, rows: Indices, least: float) -> Iterator[tuple[int, float]]:
+    """Those of some rows in which two parts may be nearer than they may, and how far apart they are [m]."""
+    collide = groups_collide(a.groups[rows].T, b.groups[rows].T)
+    rows = rows[a.there[rows] & b.there[rows] & collide]
     if a.is_plane:
         a, b = b, a
     if rows.size and not a.is_plane:
