@@ -90,7 +90,7 @@ def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding
             continue
         boxes = np.array([each.get_global_aabb_fast() for each in components], np.float64).reshape(-1, 2, 3)
         for body in bodies:
-            own = np.array([each is body.component for each in components])
+            own = np.array([_is_part(each, body.component) for each in components])
             low, high = boxes[own].min(axis=0)[0], boxes[own].max(axis=0)[1]
             below = (boxes[:, 0, :2] <= high[:2]).all(axis=1) & (boxes[:, 1, :2] >= low[:2]).all(axis=1)
             if not (below & ~own & (boxes[:, 0, 2] < high[2])).any():
@@ -102,6 +102,13 @@ def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding
                     f"nothing is below `{body.entity}`, which falls for ever",
                     "put a body below it, fix it with `body_type: static`, or write `gravity: false`",
                 )
+
+
+def _is_part(component: Any, of: Any) -> bool:
+    """Whether a component is a body's own, or a link of the articulation whose root that is."""
+    return component is of or (
+        hasattr(of, "articulation") and getattr(component, "articulation", None) is of.articulation
+    )
 
 
 def _falls(body: MovingBody) -> bool:

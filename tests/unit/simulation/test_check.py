@@ -114,6 +114,16 @@ def test_a_body_over_nothing_falls_for_ever() -> None:
     assert check_scene(document, settle=0) == []
 
 
+def test_the_links_of_a_robot_hold_it_not() -> None:
+    link = {"type": "box", "half_size": [0.1, 0.1, 0.1]}
+    joint = {"type": "fixed", "origin": [0, 0, -0.5]}
+    root = {"name": "top", "shapes": [link], "children": [{"name": "low", "joint": joint, "shapes": [link]}]}
+    document = {"scenecc": 1, "entities": {"robot": {"root": root, "fix_root_link": False}}}
+    assert codes(check_scene(document, settle=0)) == ["SC852"]
+    document["entities"]["robot"]["fix_root_link"] = True
+    assert check_scene(document, settle=0) == []
+
+
 @pytest.mark.parametrize(
     ("constraint", "text"),
     [
