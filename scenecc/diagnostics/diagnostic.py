@@ -250,6 +250,7 @@ class Sink:
         trace: leads the origins of what is reported from now on back to what was written. Set by the pipeline
             once a document is expanded.
         given: finds where the parameters are given that a node inside a prefab reads. Set by the pipeline.
+        overridden: finds where keys are overridden of the node that an origin leads into. Set by the pipeline.
         parent: the node that includes the document which is being read; its locations do not contain it.
     """
 
@@ -257,6 +258,7 @@ class Sink:
         self.locate = locate
         self.trace: Tracer = as_written
         self.given: Callable[[Origin], tuple[Origin, ...]] = _given_nowhere
+        self.overridden: Callable[[Origin], tuple[Origin, ...]] = _given_nowhere
         self._misgiven: dict[tuple[str, tuple[Origin, ...]], Origin] = {}
         self.parent: Origin | None = None
         self._reports: list[_Report] = []
@@ -273,7 +275,7 @@ class Sink:
     def another(self) -> Sink:
         """A sink without findings, which leads back to the same documents."""
         made = Sink(self.locate)
-        made.trace, made.given = self.trace, self.given
+        made.trace, made.given, made.overridden = self.trace, self.given, self.overridden
         return made
 
     @property
@@ -314,7 +316,9 @@ class Sink:
         if severity in self._full:
             return
         given: tuple[Origin, ...] = ()
+        overridden: tuple[Origin, ...] = ()
         if isinstance(place, Origin):
+            overridden = () if place.location else self.overridden(place)
             place = self._traced(place)
             if self._is_told(code, place) or self._is_counted(code, place, message):
                 return
@@ -327,7 +331,7 @@ class Sink:
         elif self._told[severity] >= MAX_REPORTS:
             self._full.add(severity)
             message, hint = f"checking stopped after {MAX_REPORTS} {severity}s", "fix these first"
-            code, related, given = _STOPPED if severity == "error" else code, (), ()
+            code, related, given, overridden = _STOPPED if severity == "error" else code, (), (), ()
         key = (code, message, place)
         if key in self._seen:
             return
@@ -335,6 +339,7 @@ class Sink:
         path = place.path if isinstance(place, Origin) else path
         places: tuple[RelatedPlace, ...] = (
             *((f"`{other.path[-1]}` is given here", other, "value") for other in given),
+            *((f"`{other.path[-1]}` is overridden here", other, "key") for other in overridden),
             *((what, self._traced(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from scenecc import compile_scene
+from scenecc import compile_scene, validate
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.variation.forms import Template
 
@@ -52,6 +52,18 @@ def overridden(expanded: Expander, override: str, more: str = "") -> Any:
 def merged(expanded: Expander, override: str, more: str = "") -> dict[str, Any]:
     data: dict[str, Any] = overridden(expanded, override, more).data
     return data
+
+
+def test_a_mistake_that_an_override_makes_is_told_with_its_place(tmp_path: Path) -> None:
+    (tmp_path / "work.yaml").write_text("scenecc: 1\nentities: {cup: {shapes: [{type: sphere, radius: 1}]}}\n")
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities:\n  a:\n    use: work.yaml\n    override:\n      cup: {shapes: []}\n")
+    (found,) = validate(scene)
+    assert (found.code, found.location.file) == ("SC502", str(tmp_path / "work.yaml"))
+    assert [(one.message, one.location.line, one.location.column) for one in found.related] == [
+        ("`shapes` is overridden here", 6, 13),
+        ("used from here", 4, 10),
+    ]
 
 
 def test_names_are_those_of_the_prefab_by_itself(expanded: Expander) -> None:
