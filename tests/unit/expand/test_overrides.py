@@ -319,6 +319,7 @@ def test_what_is_inside_of_what_is_removed_is_not_overridden(expanded: Expander)
         ("zzz: remove", "SC243", 7, "nothing inside `work` is called `zzz`", "known here: "),
         ("leg_0: {shapes: {3: {radius: 1}}}", "SC243", 24, "there is no item 3: the list has 3", "the last is 2"),
         ("leg_0: {if: true}", "SC244", 15, "`if` cannot be overridden", "with"),
+        ("inner: {prefix: a}", "SC244", 15, "`prefix` cannot be overridden", "with"),
         ("inner: {mass: 1}", "SC101", 15, "unknown key `mass`", "it is an instance"),
         ("inner: {with: {sise: 1}}", "SC210", 22, "there is no parameter `sise`", "did you mean `size`?"),
         ("goal: {color: '${nope}'}", "SC201", 24, "unknown name `nope`", None),
