@@ -325,7 +325,7 @@ def _parse_and_expand(
     if expansion is None or sink.failed:
         return None
     report_unused([*sharing.values()], expansion.data.get("draws", {}), sink)
-    sink.trace = expansion.trace
+    sink.trace, sink.overridden = expansion.trace, expansion.overridden
     scene = parse(expansion.data, Origin(document.name), sink, expanded=True)
     clock.lap("validate again")
     return None if scene is None or sink.failed else (scene, expansion)

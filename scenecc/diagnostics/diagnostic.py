@@ -263,6 +263,7 @@ class Sink:
         trace: leads the origins of what is reported from now on back to what was written. Set by the pipeline
             once a document is expanded.
         given: finds where the parameters are given that a node inside a prefab reads. Set by the pipeline.
+        overridden: finds where keys are overridden of the node that an origin leads into. Set by the pipeline.
         parent: the node that includes the document which is being read; its locations do not contain it.
         silencings: the comments of the files that were read which silence findings.
     """
@@ -271,6 +272,7 @@ class Sink:
         self.locate = locate
         self.trace: Tracer = as_written
         self.given: Callable[[Origin], tuple[Origin, ...]] = _given_nowhere
+        self.overridden: Callable[[Origin], tuple[Origin, ...]] = _given_nowhere
         self._misgiven: dict[tuple[str, tuple[Origin, ...]], Origin] = {}
         self.parent: Origin | None = None
         self.silencings: Silencings = {}
@@ -288,7 +290,8 @@ class Sink:
     def another(self) -> Sink:
         """A sink without findings, which leads back to the same documents."""
         made = Sink(self.locate)
-        made.trace, made.given, made.silencings = self.trace, self.given, self.silencings
+        made.trace, made.given, made.overridden = self.trace, self.given, self.overridden
+        made.silencings = self.silencings
         return made
 
     @property
@@ -332,7 +335,9 @@ class Sink:
         if severity in self._full:
             return
         given: tuple[Origin, ...] = ()
+        overridden: tuple[Origin, ...] = ()
         if isinstance(place, Origin):
+            overridden = () if place.location else self.overridden(place)
             place = self._traced(place)
             if self._is_told(code, place) or self._is_counted(code, place, message):
                 return
@@ -345,7 +350,7 @@ class Sink:
         elif self._told[severity] >= MAX_REPORTS:
             self._full.add(severity)
             message, hint = f"checking stopped after {MAX_REPORTS} {severity}s", "fix these first"
-            code, related, given = _STOPPED if severity == "error" else code, (), ()
+            code, related, given, overridden = _STOPPED if severity == "error" else code, (), (), ()
         key = (code, message, place)
         if key in self._seen:
             return
@@ -353,6 +358,7 @@ class Sink:
         path = place.path if isinstance(place, Origin) else path
         places: tuple[RelatedPlace, ...] = (
             *((f"`{other.path[-1]}` is given here", other, "value") for other in given),
+            *((f"`{other.path[-1]}` is overridden here", other, "key") for other in overridden),
             *((what, self._traced(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent

@@ -150,7 +150,9 @@ def _descend(annotation: Any, segment: PathKey) -> Any:
         return next((branch for branch in _union_members(annotation) if _member_tag(branch) == segment), Any)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         field = annotation.model_fields.get(str(segment))
-        return field.annotation if field else Any
+        # A type that is loaded late stands beside the annotation.
+        late = next((item.type for item in field.metadata if isinstance(item, LazyType)), None) if field else None
+        return late or (field.annotation if field else Any)
     args = typing.get_args(annotation)
     # Of a mapping the values, of a list or tuple the items.
     return args[-1 if typing.get_origin(annotation) is dict else 0] if args else Any
