@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from scenecc.scene import open_scene as open_scene
     from scenecc.scene import plan_text as plan_text
     from scenecc.scene import validate as validate
+    from scenecc.simulation.check import check_scene as check_scene
     from scenecc.viewer import PageAddress as PageAddress
     from scenecc.viewer import ScenePage as ScenePage
     from scenecc.viewer import ViewOptions as ViewOptions
@@ -98,6 +99,7 @@ _MODULES = {
         "plan_text",
         "validate",
     ),
+    "simulation.check": ("check_scene",),
     "inspect": ("Item", "SummaryRow"),
     "inspect.inspection": ("Inspection",),
     "viewer": ("PageAddress", "ScenePage", "ViewOptions", "view_scene"),

@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal, TypeGuard, Union
 
 from scenecc.diagnostics import Sink
+from scenecc.diagnostics.codes import CODES, is_of_check
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.silencing import report_invalid, report_unused
 from scenecc.errors import SceneError
 from scenecc.named_files import mesh_measurer, mesh_reader, named_resolver, resolver
 from scenecc.source import Document, Limits, read_dict, read_text
@@ -119,6 +121,9 @@ def _is_plan_json(text: str) -> bool:
 
 _INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
 
+_LATER_BANDS = frozenset("78")
+"""First digits of codes that no compilation reports, only what exports or builds."""
+
 Backend = Literal["cpu", "cuda"]
 """Where PhysX runs."""
 
@@ -148,12 +153,14 @@ class CompileResult:
         timings: the seconds of each stage that led to it.
         scope: what was read on the way.
         document: what the source held, without data where that is a plan; None where it is a plan as an object.
+        material_origins: for each physical material, where it is written; None of a plan.
     """
 
     plan: ScenePlan
     timings: dict[str, float]
     scope: AssetScope
     document: Document | None = None
+    material_origins: Mapping[int, Origin] | None = None
 
 
 class CompiledSource:
@@ -229,6 +236,8 @@ def _run_stages(
     if found is None or sink.failed:
         return None
     sink.locate = found.document.locate
+    if sink.silencings:
+        report_invalid(sink.silencings, found.document.name, sink)
     root = found.document.path.parent if found.document.path else None
     scope = AssetScope(root, options.asset_roots, options.allow_outside_assets, memory)
     if found.plan_text is not None:
@@ -253,7 +262,13 @@ def _run_stages(
             check_physics(plan, lowered.material_origins, sink, drawn=True)
             plan = None if sink.failed else plan
         clock.lap("draw")
-    return plan and CompileResult(plan, clock.timings, scope, found.document)
+    if sink.silencings and plan is not None and (drawn or not lowered.sampling.deferred):
+        report_unused(sink, found.document.name, _is_of_compilation)
+    return plan and CompileResult(plan, clock.timings, scope, found.document, lowered.material_origins)
+
+
+def _is_of_compilation(code: str) -> bool:
+    return code in CODES and code[2] not in _LATER_BANDS and not is_of_check(code)
 
 
 def _parse_and_expand(
@@ -310,7 +325,7 @@ def _parse_and_expand(
     if expansion is None or sink.failed:
         return None
     report_unused([*sharing.values()], expansion.data.get("draws", {}), sink)
-    sink.trace = expansion.trace
+    sink.trace, sink.overridden = expansion.trace, expansion.overridden
     scene = parse(expansion.data, Origin(document.name), sink, expanded=True)
     clock.lap("validate again")
     return None if scene is None or sink.failed else (scene, expansion)

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from scenecc.backends.maniskill import ManiSkillScene
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
     from scenecc.backends.sapien import SceneBatch
+    from scenecc.checks.house_rules import Rule
     from scenecc.expand.listing import ParamRow, PrefabRow
     from scenecc.export import EmitChoices, Emitted, ExportArguments, FileChoices
     from scenecc.inspect import Item
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from scenecc.plan.diff import Difference
     from scenecc.render import RenderChoices
     from scenecc.render.render import Rendering
+    from scenecc.source.paths import PathCache
     from scenecc.viewer import PageAddress, ScenePage, ViewOptions
 
     Progress = Callable[[int, int], None]
@@ -57,24 +59,37 @@ if TYPE_CHECKING:
 
 def validate(
     source: Source,
+    *,
+    rules: Mapping[str, Rule] | None = None,
     **options: Unpack[CompileOptions],
 ) -> list[Diagnostic]:
     """Everything that can be found without an engine; empty for a scene without fault.
 
-    Nothing is drawn, built or written, and a source's mistakes never raise.
+    Nothing is drawn (but for `rules`), built or written, and a source's mistakes never raise.
 
     Args:
         source: a path, an open text or binary stream, a mapping (tuples, numpy values and paths accepted), a
             `ScenePlan`, or a plan's JSON (a path, a stream, or the text).
+        rules: of your own, by id (`ACM001`); they get the plan with its draws. See `docs/checking.md`.
         options: those of `CompileOptions`.
 
     Raises:
         ValueError: an argument is out of its range.
         TypeError: the source is none of the above, or a number is no integer (Python's or numpy's, and no flag).
     """
+    return validate_source(source, Options.of_call(validate, options), rules or {}, None)
+
+
+def validate_source(
+    source: Source, options: Options, rules: Mapping[str, Rule], memory: PathCache | None
+) -> list[Diagnostic]:
+    """As `validate`. `memory`: takes what was looked up."""
     sink = Sink()
-    asked = Options.of_call(validate, options)
-    compile_source(source, asked, sink, drawn=False)
+    found = compile_source(source, options, sink, drawn=bool(rules), memory=memory)
+    if rules and found is not None:
+        from scenecc.checks.house_rules import run_rules
+
+        run_rules(found.plan, rules, found.document and found.document.name, sink)
     return sink.diagnostics()
 
 

@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 from plugins.expectations import BAD, GOOD, ROOT, expectations, file_id, scene_files
 
-from scenecc import compile_scene, validate
+from scenecc import check_scene, compile_scene, validate
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.silencing import MARKER
 from scenecc.source import make_limits, read_text
 from scenecc.source.text import decode_text, read_bytes
 
@@ -19,6 +20,8 @@ from scenecc.source.text import decode_text, read_bytes
 MANISKILL = ROOT / "scenes" / "maniskill"
 GOOD_FILES = [*scene_files(GOOD), *(file for file in scene_files(ROOT / "scenes") if MANISKILL not in file.parents)]
 BAD_FILES = scene_files(BAD)
+CHECKED_FILES = scene_files(ROOT / "tests/scenes/check")
+"""Those in which `validate` finds nothing, and `check` finds what they state."""
 
 NO_FILE = {
     "SC001": "tests/unit/source/test_hostile.py",
@@ -36,6 +39,14 @@ NO_FILE = {
     "SC431": "tests/unit/importers/test_sdf.py",
     "SC432": "tests/unit/importers/test_sdf.py",
     "SC433": "tests/unit/importers/test_sdf.py",
+    "SC434": "tests/unit/checks/test_mesh_quality.py",
+    "SC435": "tests/unit/checks/test_mesh_quality.py",
+    "SC436": "tests/unit/checks/test_mesh_quality.py",
+    "SC437": "tests/unit/checks/test_mesh_quality.py",
+    "SC438": "tests/unit/checks/test_mesh_quality.py",
+    "SC439": "tests/unit/checks/test_mesh_quality.py",
+    "SC441": "tests/unit/checks/test_mesh_quality.py",
+    "SC443": "tests/unit/checks/test_mesh_quality.py",
     "SC452": "tests/unit/robots/test_urdf.py",
     "SC457": "tests/unit/robots/test_mujoco_hostile.py",
     "SC458": "tests/unit/robots/test_mujoco_hostile.py",
@@ -44,8 +55,8 @@ NO_FILE = {
     "SC513": "tests/unit/lower/test_draws.py",
 }
 """Codes that no file in a repository can give: the file is missing or unreadable, changes meanwhile, is a Python
-object, is no scene, holds a thousand errors or links, is given what it does not have, or is drawn first. The test that
-gives them instead."""
+object, is no scene, is a mesh that a test makes, holds a thousand errors or links, is given what it does not have, or
+is drawn first. The test that gives them instead."""
 
 
 def data_of(file: Path) -> dict[str, Any] | None:
@@ -77,7 +88,23 @@ def test_bad_files_give_exactly_what_they_state(file: Path) -> None:
     assert any(d.severity == "error" for d in found) or all(CODES[code].severity != "error" for *_, code in expected)
 
 
-@pytest.mark.parametrize("file", [file for file in [*GOOD_FILES, *BAD_FILES] if data_of(file) is not None], ids=file_id)
+@pytest.mark.parametrize("file", CHECKED_FILES, ids=file_id)
+def test_a_check_finds_exactly_what_a_file_states(file: Path) -> None:
+    found = check_scene(file, settle=0)
+    assert [(d.line, d.column, d.code) for d in found] == expectations(file), shown(found)
+    assert not validate(file)
+
+
+def silences(file: Path) -> bool:
+    """Whether a file has comments that silence findings, as a dict cannot."""
+    return MARKER.encode() in file.read_bytes()
+
+
+@pytest.mark.parametrize(
+    "file",
+    [file for file in [*GOOD_FILES, *BAD_FILES] if data_of(file) is not None and not silences(file)],
+    ids=file_id,
+)
 def test_a_dict_gives_what_its_file_gives(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     data = data_of(file)
     assert data is not None
@@ -103,7 +130,7 @@ def test_a_dict_gives_the_plan_of_its_file(file: Path, monkeypatch: pytest.Monke
 
 
 def test_every_code_of_the_compiler_has_a_bad_file() -> None:
-    stated = {code for file in [*BAD_FILES, *GOOD_FILES] for *_, code in expectations(file)}
+    stated = {code for file in [*BAD_FILES, *GOOD_FILES, *CHECKED_FILES] for *_, code in expectations(file)}
     compiler = {code for code in CODES if code[2] in "012345"}
     assert compiler - stated == set(NO_FILE)
 

@@ -217,16 +217,14 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
             if not isinstance(structure, BodyStructure):
                 from scenecc.checks.joints import check_articulation  # noqa: PLC0415 - loaded where there is one
 
-                check_articulation(
-                    structure, entity.name, _structure_origin(structure, entity, plan), sink, drawn=drawn
-                )
-            for name, body, described in _named_bodies(structure, entity.name):
+                check_articulation(structure, entity.name, structure_origin(structure, entity, plan), sink, drawn=drawn)
+            for name, body, described in named_bodies(structure, entity.name):
                 # Of a robot's file its reader warns, since such inertias are common there and SAPIEN takes them.
                 rules = _ROBOT_FILE_RULES if described else NUMBER_RULES
-                _check_body(body, name, _structure_origin(body, entity, plan), plan, rules, sink, drawn=drawn)
+                _check_body(body, name, structure_origin(body, entity, plan), plan, rules, sink, drawn=drawn)
     _check_optional_sections(plan, sink, drawn=drawn)
     for index, material in enumerate(plan.physical_materials):
-        origin = material_origins.get(index) or _plan_origin(plan).child("physical_materials", index)
+        origin = material_origins.get(index) or plan_origin(plan).child("physical_materials", index)
         check_physical_material(material, origin, sink, drawn=drawn)
     if not drawn:
         check_default_contacts(plan.physics, _physics_origin(plan), sink)
@@ -245,7 +243,7 @@ def _check_optional_sections(plan: ScenePlan, sink: Sink, *, drawn: bool) -> Non
         check_render_objects(plan, sink, drawn=drawn)
 
 
-def _named_bodies(
+def named_bodies(
     structure: BodyStructure | ArticulationStructure, name: str
 ) -> Iterator[tuple[str, BodyStructure, bool]]:
     """The bodies of a structure, what messages call them, and whether a robot's file describes them.
@@ -279,17 +277,19 @@ def _check_body(
     check_contact_offsets(body, plan.physics, origin, sink, drawn=drawn)
 
 
-def _structure_origin(structure: BodyStructure | ArticulationStructure, entity: Entity, plan: ScenePlan) -> Origin:
+def structure_origin(structure: BodyStructure | ArticulationStructure, entity: Entity, plan: ScenePlan) -> Origin:
+    """Where a body or an articulation is written."""
     origin = structure.origin or entity.origin
-    return origin if origin is not None else _plan_origin(plan).child("entities", entity.name)
+    return origin if origin is not None else plan_origin(plan).child("entities", entity.name)
 
 
-def _plan_origin(plan: ScenePlan) -> Origin:
+def plan_origin(plan: ScenePlan) -> Origin:
+    """The root of a plan."""
     return plan.origin or Origin(None)
 
 
 def _physics_origin(plan: ScenePlan) -> Origin:
-    return plan.physics.origin or _plan_origin(plan).child("physics")
+    return plan.physics.origin or plan_origin(plan).child("physics")
 
 
 def _check_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
@@ -501,7 +501,7 @@ def _check_sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
         sink.report(
             "SC509",
             f"`{entity.name}` would fall through the plane of `{other.name}`",
-            shape.origin or _structure_origin(structure, entity, plan),
+            shape.origin or structure_origin(structure, entity, plan),
             hint="on the CPU a signed distance field meets boxes, not planes: make the ground a box",
-            related=[("the plane", plane.origin or _structure_origin(other_structure, other, plan), "value")],
+            related=[("the plane", plane.origin or structure_origin(other_structure, other, plan), "value")],
         )

@@ -20,6 +20,7 @@ from scenecc.cli.output import Status, print_err
 COMMANDS: Final = (
     "build",
     "validate",
+    "check",
     "inspect",
     "render",
     "view",

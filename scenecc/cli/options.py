@@ -16,6 +16,8 @@ _INTEGER: Final = re.compile(r"[0-9]{1,18}|[0-9]{1,3}(?:_[0-9]{3}){1,5}")
 
 _SHOWN: Final = 40
 
+_SHARD: Final = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
+
 
 class Format(str, Enum):
     """Formats of diagnostics."""
@@ -23,6 +25,8 @@ class Format(str, Enum):
     text = "text"
     json = "json"
     github = "github"
+    gitlab = "gitlab"
+    junit = "junit"
     sarif = "sarif"
 
 
@@ -124,6 +128,14 @@ def _in_brackets(hint: str | None) -> str:
     return f" ({hint})" if hint else ""
 
 
+def parse_shard(text: str | tuple[int, int]) -> tuple[int, int]:
+    """`2/5` as (2, 5): the second of five parts."""
+    found = _SHARD.fullmatch(str(text))
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        raise typer.BadParameter(f"{shown(str(text))} is not I/N with I from 1 to N, as in 2/5")
+    return int(found[1]), int(found[2])
+
+
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="A scene file, or - for standard input.", show_default=False)
 ]
@@ -154,6 +166,20 @@ Limits = Annotated[
 ]
 TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="Format of the result.")]
 FormatOption = Annotated[Format, typer.Option("--format", help="Format of the diagnostics.")]
+Jobs = Annotated[
+    int | None,
+    typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.", show_default="one"),
+]
+Shard = Annotated[
+    Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Take only part I of N of the files.")
+]
+ChangedSince = Annotated[
+    str | None,
+    typer.Option("--changed-since", metavar="REV", help="Take only scenes that changed since a revision of git."),
+]
+UseCache = Annotated[
+    bool, typer.Option("--cache/--no-cache", help="Take over what was found before in files that did not change.")
+]
 
 _COMPILE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "num_scenes": (NumScenes, None),

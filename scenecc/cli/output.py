@@ -176,7 +176,8 @@ def _blamed(diagnostic: Diagnostic) -> Status:
 
     if diagnostic.line is None and (diagnostic.file or "").startswith(_SET):
         return Status.usage
-    return Status[CODES[diagnostic.code].at_fault]
+    # A house rule is not in the table.
+    return Status[CODES[diagnostic.code].at_fault] if diagnostic.code in CODES else Status.scene
 
 
 def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> list[Diagnostic]:
@@ -199,13 +200,13 @@ def print_json(data: Any) -> None:
     print_out(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
 
 
-def print_findings(diagnostics: Sequence[Diagnostic], form: Format) -> None:
-    """Prints diagnostics that are what the command was asked for: on standard output."""
+def print_findings(diagnostics: Sequence[Diagnostic], form: Format, *, files: Sequence[str] = ()) -> None:
+    """Prints diagnostics that are what the command was asked for: on standard output. `files`: that were checked."""
     if form is Format.text and not diagnostics:
         return  # nothing to say, and nothing to load for it
     from scenecc.diagnostics.formats import render, wants_color
 
-    print_out(render(diagnostics, form.value, color=wants_color(sys.stdout)))
+    print_out(render(diagnostics, form.value, color=wants_color(sys.stdout), files=files))
 
 
 def print_asides(diagnostics: Sequence[Diagnostic], form: Format = Format.text) -> None:
@@ -259,9 +260,9 @@ Item = TypeVar("Item")
 
 
 @contextmanager
-def progress(label: str) -> Generator[Show | None, None, None]:
-    """Shows a bar while something lasts. None where nobody would see it."""
-    if not sys.stderr.isatty():
+def progress(label: str, *, where: bool = True) -> Generator[Show | None, None, None]:
+    """Shows a bar while something lasts. None where nobody would see it, or `where` is false: another bar is shown."""
+    if not where or not sys.stderr.isatty():
         yield None
         return
     shown_at = time.monotonic() + _PATIENCE - _EVERY

@@ -1,4 +1,4 @@
-"""Which files `scenecc validate` checks, and what can be wrong with the paths of a command before any work is done."""
+"""Which files `validate` and `check` take, and what can be wrong with a command's paths before any work is done."""
 
 from __future__ import annotations
 
@@ -42,6 +42,28 @@ class Found:
     missing: list[str] = field(default_factory=list[str])
     empty: list[str] = field(default_factory=list[str])
     unreadable: list[tuple[str, OSError]] = field(default_factory=list[tuple[str, OSError]])
+
+    def faults(self) -> list[Diagnostic]:
+        """What is wrong with the paths that were asked for."""
+        return [
+            *(usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in self.missing),
+            *(
+                usage_error(
+                    "SC902", f"no scene in the folder `{path}`", file=path, hint="a scene has the key `scenecc`"
+                )
+                for path in self.empty
+            ),
+            *(
+                usage_error("SC903", f"`{path}` cannot be read: {error.strerror}", file=path)
+                for path, error in self.unreadable
+            ),
+        ]
+
+    def counts(self) -> str:
+        """How many files were checked, and how many skipped, as a line."""
+        checked, skipped = len(self.files), len(self.skipped)
+        passed_over = f", {_files(skipped, 'other YAML file')} skipped" if skipped else ""
+        return f"{_files(checked, 'file')} checked{passed_over}\n"
 
 
 def find(paths: list[str], *, scenes_only: bool = False) -> Found:
@@ -152,3 +174,7 @@ def _is_same_file(scene: str, output: str) -> bool:
         return Path(scene).samefile(output)
     except OSError:  # one is not there, or cannot be
         return False
+
+
+def _files(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenecc.cli.options import Format, FormatOption, takes_compile_options
-from scenecc.cli.output import counted, of_settings, print_err, print_findings, status, usage_error
-from scenecc.cli.paths import Found, find, source_of
+from scenecc.cli.checking import (
+    IgnoreOption,
+    SelectOption,
+    StatisticsOption,
+    StrictOption,
+    run_checks,
+    settings_finder,
+)
+from scenecc.cli.fixing import corrected, unified_diff, write_corrected
+from scenecc.cli.many_files import FileChoices
+from scenecc.cli.options import ChangedSince, Format, FormatOption, Jobs, Shard, UseCache, takes_compile_options
+from scenecc.cli.output import of_settings, print_err
+from scenecc.cli.paths import STDIN, find, source_of
 
 if TYPE_CHECKING:
+    from scenecc.checks.house_rules import Rule
     from scenecc.diagnostics import Diagnostic
+    from scenecc.options import Options
+    from scenecc.source.paths import PathCache
 
 
 @partial(takes_compile_options, names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"))
@@ -22,7 +37,16 @@ def validate(
     ],
     *,
     form: FormatOption = Format.text,
-    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
+    jobs: Jobs = None,
+    shard: Shard = None,
+    changed_since: ChangedSince = None,
+    cache: UseCache = True,
+    strict: StrictOption = False,
+    select: SelectOption = None,
+    ignore: IgnoreOption = None,
+    statistics: StatisticsOption = False,
+    fix: Annotated[bool, typer.Option("--fix", help="Correct what is safe to correct, in the files.")] = False,
+    diff: Annotated[bool, typer.Option("--diff", help="Show what --fix would change, on standard error.")] = False,
     scenes_only: Annotated[
         bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
     ] = False,
@@ -37,43 +61,51 @@ def validate(
     \b
     Examples:
       scenecc validate scenes/tabletop.yaml
-      scenecc validate --strict scenes
+      scenecc validate --strict scenes --jobs 8
+      scenecc validate --diff scenes/tabletop.yaml
+      scenecc validate --ignore SC4 --statistics scenes
       scenecc validate --format sarif scenes > scenes.sarif
       scenecc validate scenes/parameters.yaml --set size=0.6
       cat scene.yaml | scenecc validate -
     """
-    import scenecc
+    from scenecc.options import Options
+    from scenecc.scene import validate_source
 
+    asked = Options.of(**options)
+
+    finder = settings_finder(select, ignore, strict=strict)
     found = find(paths, scenes_only=scenes_only)
-    diagnostics = _faults(found)
-    for file in counted("validate", found.files):
-        here = scenecc.validate(source_of(file), **options)
-        diagnostics += of_settings(here, options["params"]) if options["params"] else here
-    print_findings(diagnostics, form)
-    if form is Format.text:
-        print_err(_counts(found))
-    raise typer.Exit(status(diagnostics, strict=strict))
+
+    def check(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
+        return of_settings(validate_source(source_of(file), asked, rules, memory), asked.params)
+
+    def correct(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
+        here = check(file, rules, memory)
+        if file == STDIN or not any(one.fix for one in here):
+            return here
+        changed = corrected(file, here, partial(_check_text, file, asked))
+        if changed is None:
+            return here
+        if diff:
+            print_err(unified_diff(file, *changed))
+            return here
+        fault = write_corrected(file, changed[1])
+        here = check(file, rules, memory)
+        return here if fault is None else [fault, *here]
+
+    if (fix or diff) and jobs is not None:
+        raise typer.BadParameter("files are corrected one after the other", param_hint="'--jobs'")
+    choices = FileChoices(jobs or 0, shard, changed_since, cache and not (fix or diff))
+    work = correct if fix or diff else check
+    run_checks("validate", found, choices, asked, work, finder, form=form, statistics=statistics)
 
 
-def _faults(found: Found) -> list[Diagnostic]:
-    return [
-        *(usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in found.missing),
-        *(
-            usage_error("SC902", f"no scene in the folder `{path}`", file=path, hint="a scene has the key `scenecc`")
-            for path in found.empty
-        ),
-        *(
-            usage_error("SC903", f"`{path}` cannot be read: {error.strerror}", file=path)
-            for path, error in found.unreadable
-        ),
-    ]
+def _check_text(file: str, options: Options, text: str) -> list[Diagnostic]:
+    """Checks a text in the place of a file: what it names is beside the file."""
+    from scenecc.diagnostics import Sink
+    from scenecc.scene import validate_source
+    from scenecc.source import read_text
 
-
-def _counts(found: Found) -> str:
-    checked, skipped = len(found.files), len(found.skipped)
-    passed_over = f", {_files(skipped, 'other YAML file')} skipped" if skipped else ""
-    return f"{_files(checked, 'file')} checked{passed_over}\n"
-
-
-def _files(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+    sink = Sink()
+    document = read_text(text, file, sink, path=Path(file).absolute())
+    return sink.diagnostics() if document is None else validate_source(document, options, {}, None)

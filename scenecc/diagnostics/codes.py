@@ -36,6 +36,8 @@ BANDS: Final[dict[str, str]] = {
 _FAULTS: Final[dict[str, Fault]] = {"8": "machine", "9": "usage"}
 """What has to be put right for a code, by its first digit; for all others it is the scene."""
 
+_OF_CHECK: Final = re.compile(r"SC(?:43[4-9]|44|53|54|85)")
+
 _FILE = Path(__file__).with_name("codes.yaml")
 _ENTRY = re.compile(
     r"^(SC\d{3}):\n"
@@ -120,3 +122,8 @@ class _Codes(Mapping[str, Code]):
 
 CODES: Final[Mapping[str, Code]] = _Codes()
 """Every code, by code."""
+
+
+def is_of_check(code: str) -> bool:
+    """Whether only `check` reports a code, and no compilation."""
+    return _OF_CHECK.match(code) is not None

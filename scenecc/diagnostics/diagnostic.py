@@ -11,6 +11,7 @@ from typing import Literal, TypeVar
 
 from scenecc.diagnostics.codes import CODES, Severity
 from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.silencing import Silencing, Silencings, without_silenced
 
 PathKey = str | int
 """One step into a document: a mapping's key or a sequence's index."""
@@ -164,6 +165,14 @@ class Related:
 
 
 @frozen
+class Fix:
+    """A safe correction: a text in place of a part of one line."""
+
+    location: Location
+    text: str
+
+
+@frozen
 class Diagnostic:
     """One finding.
 
@@ -175,6 +184,7 @@ class Diagnostic:
         path: the place in the document (`entities.cube.mass`); "" for the whole document.
         hint: what to do, where there is more to say than the message does.
         related: other places that belong to it, nearest first.
+        fix: what `--fix` writes, where there is one safe correction.
     """
 
     code: str
@@ -184,6 +194,7 @@ class Diagnostic:
     path: str = ""
     hint: str | None = None
     related: tuple[Related, ...] = ()
+    fix: Fix | None = None
 
     @property
     def file(self) -> str | None:
@@ -224,6 +235,7 @@ RelatedPlace = tuple[str, Origin | Location, At]
 @frozen
 class _Report:
     code: str
+    severity: Severity
     message: str
     place: Origin | Location
     at: At
@@ -232,6 +244,7 @@ class _Report:
     path: Path
     span: Span | None
     parent: Origin | None
+    fix: tuple[At, str] | None
 
 
 _Repeated = tuple[str, str | None, Path, int | None]
@@ -250,15 +263,19 @@ class Sink:
         trace: leads the origins of what is reported from now on back to what was written. Set by the pipeline
             once a document is expanded.
         given: finds where the parameters are given that a node inside a prefab reads. Set by the pipeline.
+        overridden: finds where keys are overridden of the node that an origin leads into. Set by the pipeline.
         parent: the node that includes the document which is being read; its locations do not contain it.
+        silencings: the comments of the files that were read which silence findings.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
         self.locate = locate
         self.trace: Tracer = as_written
         self.given: Callable[[Origin], tuple[Origin, ...]] = _given_nowhere
+        self.overridden: Callable[[Origin], tuple[Origin, ...]] = _given_nowhere
         self._misgiven: dict[tuple[str, tuple[Origin, ...]], Origin] = {}
         self.parent: Origin | None = None
+        self.silencings: Silencings = {}
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
         self._failed = False
@@ -273,7 +290,8 @@ class Sink:
     def another(self) -> Sink:
         """A sink without findings, which leads back to the same documents."""
         made = Sink(self.locate)
-        made.trace, made.given = self.trace, self.given
+        made.trace, made.given, made.overridden = self.trace, self.given, self.overridden
+        made.silencings = self.silencings
         return made
 
     @property
@@ -302,19 +320,24 @@ class Sink:
         related: Iterable[RelatedPlace] = (),
         path: Path = (),
         span: Span | None = None,
+        severity: Severity | None = None,
+        fix: tuple[At, str] | None = None,
     ) -> None:
         """Adds a finding. The same code, message and place twice is one finding, and so is the same code in many
         copies of one node: the first copy is reported, the others are counted.
 
         `path` is for a place that is a location; an origin brings its own. `span` is the part of a scalar that is
         meant, in characters of its value. Of each severity `MAX_REPORTS` are
-        kept; an error beyond them is SC016.
+        kept; an error beyond them is SC016. `severity` is for a code that is not in the table: one of a house rule.
+        `fix` is what `--fix` writes in place of the value or key.
         """
-        severity = CODES[code].severity
+        severity = severity or CODES[code].severity
         if severity in self._full:
             return
         given: tuple[Origin, ...] = ()
+        overridden: tuple[Origin, ...] = ()
         if isinstance(place, Origin):
+            overridden = () if place.location else self.overridden(place)
             place = self._traced(place)
             if self._is_told(code, place) or self._is_counted(code, place, message):
                 return
@@ -327,7 +350,7 @@ class Sink:
         elif self._told[severity] >= MAX_REPORTS:
             self._full.add(severity)
             message, hint = f"checking stopped after {MAX_REPORTS} {severity}s", "fix these first"
-            code, related, given = _STOPPED if severity == "error" else code, (), ()
+            code, related, given, overridden = _STOPPED if severity == "error" else code, (), (), ()
         key = (code, message, place)
         if key in self._seen:
             return
@@ -335,12 +358,18 @@ class Sink:
         path = place.path if isinstance(place, Origin) else path
         places: tuple[RelatedPlace, ...] = (
             *((f"`{other.path[-1]}` is given here", other, "value") for other in given),
+            *((f"`{other.path[-1]}` is overridden here", other, "key") for other in overridden),
             *((what, self._traced(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent
-        self._reports.append(_Report(code, message, place, at, hint, places, path, span, parent))
+        self._reports.append(_Report(code, severity, message, place, at, hint, places, path, span, parent, fix))
         self._told[severity] += 1
         self._failed = self._failed or severity == "error"
+
+    def silence(self, found: Iterable[Silencing]) -> None:
+        """Takes the comments of a file that was read."""
+        for one in found:
+            self.silencings.setdefault(one, set())
 
     @contextmanager
     def alike(self) -> Generator[None]:
@@ -399,15 +428,17 @@ class Sink:
         self._alike = _copied(other._alike)
 
     def diagnostics(self) -> list[Diagnostic]:
-        """All findings, in the order of their places in each file (errors of the engine last)."""
+        """All findings that no comment silences, by their places in each file (those of the engine last)."""
         found = [self._resolve(report) for report in self._reports]
+        if self.silencings:
+            found = without_silenced(found, self.silencings)
         return sorted(found, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
     def _resolve(self, report: _Report) -> Diagnostic:
         location = self._location(report.place, report.at)
         return Diagnostic(
             code=report.code,
-            severity=CODES[report.code].severity,
+            severity=report.severity,
             message=report.message + self._copies(report),
             location=location if report.span is None else within(location, report.span),
             path=dotted(report.path),
@@ -416,6 +447,7 @@ class Sink:
                 Related(message + _of_copy(place), self._location(place, at))
                 for message, place, at in self._chain(report)
             ),
+            fix=report.fix and Fix(self._location(report.place, report.fix[0]), report.fix[1]),
         )
 
     def _location(self, place: Origin | Location, at: At) -> Location:

@@ -43,6 +43,11 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return near[0] if near else None
 
 
+def is_only_near(word: str, known: Iterable[str]) -> bool:
+    """Whether exactly one known word is like another."""
+    return len(word) <= _LONGEST and len(difflib.get_close_matches(word, known, n=2, cutoff=0.6)) == 1
+
+
 def suggest_name(word: str, names: Iterable[str], sink: Sink, further: Iterable[str] = ()) -> str | None:
     """`suggest` among a document's own names, of which there may be many: comparing letters takes its time.
 

@@ -252,7 +252,7 @@ class UsdMaterials:
 
 
 UNSUPPORTED_BODY_FIELDS: Final = optional_fields(
-    BodyStructure, "mass", "inertial", "visibility", *VELOCITY_FIELDS, "shading_mode"
+    BodyStructure, "mass", "inertial", "visibility", *VELOCITY_FIELDS, "shading_mode", "shapeless"
 )
 """Fields that UsdPhysics does not support."""
 
@@ -518,7 +518,8 @@ def write_constraint(stage: Stage, constraint: Constraint, row: int, paths: dict
     in_parent, in_child = (pose_in_row(pose, row) for pose in (constraint.pose_in_parent, constraint.pose_in_child))
     connect_bodies(stage, made, parent, paths[constraint.child.entity, constraint.child.link], in_parent, in_child)
     made.CreateExcludeFromArticulationAttr(defaultValue=True)
-    made.CreateCollisionEnabledAttr(defaultValue=True)
+    # PhysX keeps two bodies that a constraint ties from colliding, also where it is not enabled.
+    made.CreateCollisionEnabledAttr(parent is None)
     if constraint.enabled is not None:
         made.CreateJointEnabledAttr(bool(constraint.enabled.row(row)))
     if isinstance(joint, Distance):

@@ -20,7 +20,13 @@ from scenecc.expand.expansion import (
     SourceMark,
     scoped_name,
 )
-from scenecc.expand.module_compiler import CompiledModule, PrefabLibrary, compile_module, find_named_materials
+from scenecc.expand.module_compiler import (
+    FIXED_OVERRIDE_KEYS,
+    CompiledModule,
+    PrefabLibrary,
+    compile_module,
+    find_named_materials,
+)
 from scenecc.expand.modules import ModuleLibrary
 from scenecc.expand.overrides import (
     INSTANCE_KEYS,
@@ -437,7 +443,7 @@ def _placing(override: Override, sink: Sink) -> Override:
     for key, item in override.value.items():
         if key in INSTANCE_KEYS:
             kept[key] = item
-        elif not key.startswith(NOTE_PREFIX):
+        elif not key.startswith(NOTE_PREFIX) and key not in FIXED_OVERRIDE_KEYS:
             hint = f"it is an instance: write `NAME/…: {{{cut(key)}: …}}` of what is inside, or `with: {{…}}`"
             sink.report("SC101", f"unknown key `{cut(key)}`", override.origin(key), at="key", hint=hint)
     kept.pop("with", None)

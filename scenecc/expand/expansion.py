@@ -129,6 +129,9 @@ class OverridePlace:
     order: int
 
 
+_OVERRIDES_SHOWN = 3
+
+
 def _start(items: ItemSpan) -> int:
     return items.start
 
@@ -158,6 +161,16 @@ class Expansion:
         path = origin.path
         record = self.records.get((str(path[0]), str(path[1]))) if len(path) > 1 else None
         return origin if record is None else record.trace(path[2:])
+
+    def overridden(self, origin: Origin) -> tuple[Origin, ...]:
+        """The keys that overrides give the node of an origin, where an override is not what the origin leads to."""
+        path = origin.path
+        record = self.records.get((str(path[0]), str(path[1]))) if len(path) > 1 else None
+        overrides = record.overrides or {} if record else {}
+        if any(path[2 : 2 + len(given)] == given for given in overrides):
+            return ()
+        keys = dict.fromkeys(place.record.trace(place.path[:1]) for place in overrides.values())
+        return tuple(keys)[:_OVERRIDES_SHOWN]
 
     def reference(self, uri: str, origin: Origin) -> tuple[str, SceneDocument]:
         """A path as the document that wrote it means it, for `scenecc.source.paths.resolve_path`.

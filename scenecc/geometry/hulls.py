@@ -119,3 +119,10 @@ def _farthest_planes(
     heights = cloud @ normals.T - offsets
     owners = heights.argmax(axis=1)
     return owners, heights[np.arange(len(cloud)), owners]
+
+
+def hull_volume(points: NDArray[np.floating]) -> float:
+    """The volume of the hull of points (n, 3), finite and not in one plane [m³]; within a few percent."""
+    cloud = points.astype(np.float64) - points.mean(axis=0, dtype=np.float64)
+    tolerance = plane_tolerance(cloud)
+    return float(_hull_volumes(cloud, _simplex(cloud, 0.0), tolerance, tolerance / _FINENESS)[-1])

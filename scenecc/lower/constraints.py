@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
+from scenecc.lower.articulations.links import beyond_limits
 from scenecc.lower.field_types import FieldType, field_type, vector
 from scenecc.lower.link_frames import moved_along_x
 from scenecc.lower.local_poses import chain_poses, local_pose
@@ -118,6 +119,7 @@ def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer,
     target, linear, angular = None, None, None
     if written.drive is not None:
         drives = [_axis_drive(axis, written.drive, ("drive",), fields, origin), *drives]
+        _warn_beyond_limits(written.drive.target, limits, fields, origin.child("drive", "target"))
         target = _motor(written.drive, "target", axis, fields, origin)
         velocity = _motor(written.drive, "velocity_target", axis, fields, origin)
         linear, angular = (velocity, None) if axis == "x" else (None, velocity)
@@ -130,11 +132,30 @@ def _one_axis(written: HingeConstraint | SliderConstraint, fields: FieldLowerer,
     )
 
 
+def _warn_beyond_limits(target: Any, limits: Value | None, fields: FieldLowerer, origin: Origin) -> None:
+    """As of the joint of an articulation (SC523)."""
+    if target is None or limits is None:
+        return
+    place = field_place(origin)
+    variation = VariationLowerer(fields, place.origin)
+    value = fields.finish(variation.item(target, _NUMBER, place), variation, _NUMBER, place.origin, reset=True)
+    found = beyond_limits(limits, value)
+    if found is not None:
+        (_, at, low, high), certain = found
+        pulls = "pulls" if certain else "may pull"
+        message = f"the drive {pulls} to {at:g}, beyond the limits [{low:g}, {high:g}]"
+        fields.sink.report("SC523", message, origin, hint="positions are radians, or metres of a slider")
+
+
 def _motor(written: Any, key: str, axis: DriveAxis, fields: FieldLowerer, origin: Origin) -> Value | None:
     """The target (·, 7) or the velocity (·, 3) of the one axis of a drive; None: as SAPIEN has it."""
     given = getattr(written, key)
     if given is None:
         return None
+    strength = "stiffness" if key == "target" else "damping"
+    if getattr(written, strength) is None:
+        message = f"`{key}` does nothing without `{strength}`"
+        fields.sink.report("SC115", message, origin.child("drive", key), at="key", hint=f"write `{strength}` beside it")
     place = field_place(origin.child("drive", key))
     variation = VariationLowerer(fields, place.origin)
     item = variation.item(given, _NUMBER, place)

@@ -7,7 +7,7 @@ warned of.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.geometry import rotations
 from scenecc.geometry.rotations import (
@@ -48,6 +48,9 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer
 
 
+_FIXED_LENGTH = 0.05
+"""How far from 1 the length of a quaternion may be that was only rounded: 0.7 for 0.7071 is 0.01 off."""
+
 _TWO_TURNS = 4 * math.pi * (1 + 1e-6)
 """Two turns [rad]: few angles are larger, and below this, radians and degrees cannot be told apart."""
 
@@ -67,12 +70,18 @@ def warn_probable_degrees(written: Any, key: str, owner: Origin, at: Path, sink:
     """
     largest = suspect_degrees(written)
     if largest:
-        warn_large_angle(largest, owner.child(*at), sink, hint=f"angles are radians; `{key}_deg` takes degrees{more}")
+        hint = f"angles are radians; `{key}_deg` takes degrees{more}"
+        place = owner.child(*at)
+        # What is around a key of several turns may mean radians: limits of a joint without end do.
+        is_named = place.path[-1:] == (key,) and key != "limits"
+        warn_large_angle(largest, place, sink, hint=hint, fix=("key", f"{key}_deg") if is_named else None)
 
 
-def warn_large_angle(angle: float, place: Origin, sink: Sink, *, hint: str) -> None:
+def warn_large_angle(
+    angle: float, place: Origin, sink: Sink, *, hint: str, fix: tuple[Literal["key"], str] | None = None
+) -> None:
     """Warns of an angle [rad]."""
-    sink.report("SC526", f"{angle:g} radians are {angle / math.tau:.3g} turns", place, hint=hint)
+    sink.report("SC526", f"{angle:g} radians are {angle / math.tau:.3g} turns", place, hint=hint, fix=fix)
 
 
 def suspect_degrees(written: Any) -> float:
@@ -266,6 +275,7 @@ def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | Non
         "SC112",
         f"the quaternion's length is {math.hypot(*q):.6g}, not 1",
         owner.child(*at),
+        fix=("value", str([float(x) for x in rotations.normalized(q)])) if off <= _FIXED_LENGTH else None,
         hint="write [w, x, y, z] of length 1 (within 0.001), or use rpy, rpy_deg or axis_angle",
     )
     return None

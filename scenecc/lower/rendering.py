@@ -7,7 +7,7 @@ from math import radians
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.diagnostics.messages import cut, listed, suggest_name
 from scenecc.geometry.rotations import IDENTITY, shortest_from_x
 from scenecc.lower.field_types import (
     LIGHT_COLOR,
@@ -98,7 +98,8 @@ class MountLookup:
             if any(name in self._unread for name in name_prefixes(prefix + written, len(prefix))):
                 return None
             seen = list(self._seen_from(prefix, scope))
-            hint = suggest_name(written, seen, self._sink, self._links_of(prefix, seen))
+            inside = tuple(name[len(prefix) :] for name in self._entities if name.startswith(f"{prefix}{written}/"))
+            hint = listed(inside) or suggest_name(written, seen, self._sink, self._links_of(prefix, seen))
             self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint)
             return None
         mount = self._link(entity, rest, place)

@@ -18,6 +18,7 @@ from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
 from scenecc.plan.properties import FLOAT32_MAX
+from scenecc.source.comments import find_xml_silencings
 from scenecc.source.text import TextLines
 
 if TYPE_CHECKING:
@@ -223,6 +224,7 @@ def parse_xml(data: bytes, file: str, findings: FileReport, bounds: XmlBounds | 
         place = text.lines.location(error.lineno - 1, error.offset, error.offset + 1)
         findings.report("SC450", f"this is not well-formed XML: {message}", place)
         return None
+    findings.sink.silence(find_xml_silencings(text.lines))
     return builder.root
 
 

@@ -17,6 +17,7 @@ import yaml
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.diagnostic import Path as KeyPath
+from scenecc.source.comments import find_yaml_silencings
 from scenecc.source.document import Document, copy_mapping, find_duplicate_keys
 from scenecc.source.events import (
     RESERVED_CHARACTER,
@@ -340,7 +341,10 @@ def read_text(
     faults = SourceReporter(lines, sink)
     with collector_paused():
         data = read_yaml(faults, limits)
-    return None if data is None or faults.any else Document(name, path, data, lines)
+    if data is None or faults.any:
+        return None
+    sink.silence(find_yaml_silencings(lines))
+    return Document(name, path, data, lines)
 
 
 def read_value(text: str, sink: Sink) -> Any:

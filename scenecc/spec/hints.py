@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 _SHAPE = "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"
 
+_TYPE = f"of a body it is `body_type: static`; {_SHAPE}"
+
 _PHYSICAL = "write it under `physical`: `material: {physical: {…}}`"
 
 _VISUAL = "write it under `visual`: `material: {visual: {…}}`"
@@ -45,6 +47,8 @@ _AGENT = (
 )
 
 _POSE = "did you mean `pose`?"
+
+_LINK_POSE = "write it as the `origin` of its joint: `joint: {origin: …}`; of the root, beside `root`"
 
 _LOOK_AT = "write it in the pose: `pose: {p: […], look_at: […]}`"
 
@@ -109,7 +113,8 @@ KEY_SYNONYMS = {
 """Unknown key → what it is called here, where letters alone would not tell."""
 
 MISPLACED_KEY_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
-    **dict.fromkeys(("type", "half_size", "half_length"), (("body_type", _SHAPE),)),
+    "type": (("body_type", _TYPE),),
+    **dict.fromkeys(("half_size", "half_length"), (("body_type", _SHAPE),)),
     "radius": (("body_type", _SHAPE), ("outer_radius", _RADII)),
     "thickness": (("outer_radius", _RADII),),
     **dict.fromkeys(("with", "prefix"), (("body_type", _USE_ARGUMENTS),)),
@@ -124,7 +129,8 @@ MISPLACED_KEY_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
     **dict.fromkeys(("position", "initial_pose"), (("body_type", _POSE), ("fix_root_link", _POSE))),
     "look_at": (("fovy", _LOOK_AT),),
     **dict.fromkeys(("height", "length"), (("half_length", _HALF_LENGTH),)),
-    **dict.fromkeys(("pose", "scene_idxs", "repeat", "if"), (("body_type", _COMMON_TO_VARIANTS),)),
+    **dict.fromkeys(("scene_idxs", "repeat", "if"), (("body_type", _COMMON_TO_VARIANTS),)),
+    "pose": (("body_type", _COMMON_TO_VARIANTS), ("children", _LINK_POSE)),
     **dict.fromkeys(("static_friction", "dynamic_friction", "restitution"), (("physical", _PHYSICAL),)),
     **dict.fromkeys(("base_color", "roughness", "metallic", "specular", "emission"), (("visual", _VISUAL),)),
 }

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import types
 import typing
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.diagnostics.messages import cut, listed, nearest, show, suggest
+from scenecc.diagnostics.messages import cut, is_only_near, listed, nearest, show, suggest
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.source.events import RESERVED_CHARACTER
 from scenecc.spec.base import CUSTOM_ERROR, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
@@ -150,7 +150,9 @@ def _descend(annotation: Any, segment: PathKey) -> Any:
         return next((branch for branch in _union_members(annotation) if _member_tag(branch) == segment), Any)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         field = annotation.model_fields.get(str(segment))
-        return field.annotation if field else Any
+        # A type that is loaded late stands beside the annotation.
+        late = next((item.type for item in field.metadata if isinstance(item, LazyType)), None) if field else None
+        return late or (field.annotation if field else Any)
     args = typing.get_args(annotation)
     # Of a mapping the values, of a list or tuple the items.
     return args[-1 if typing.get_origin(annotation) is dict else 0] if args else Any
@@ -280,10 +282,14 @@ def _report_unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink
     hint = next((hint for beside, hint in MISPLACED_KEY_HINTS.get(key, ()) if beside in known), None)
     if hint is None and "use" in known and _is_key_of_entities(key):
         hint = INSTANCE_HINT.format(key=key)
+    fix: tuple[Literal["key"], str] | None = None
     if hint is None:
         near = suggest_key(key, known)
         hint = f"did you mean `{near}`?" if near else listed(known)
-    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint)
+        # A synonym may mean something else: `quat` is [x, y, z, w] to some.
+        if near and key not in KEY_SYNONYMS and is_only_near(key, known):
+            fix = "key", near
+    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint, fix=fix)
 
 
 def _is_key_of_entities(key: str) -> bool:

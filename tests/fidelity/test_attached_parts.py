@@ -25,14 +25,16 @@ SCENES = Path(__file__).resolve().parents[2] / "scenes"
 HALF = math.sqrt(0.5)
 
 
-def links_of(path: Path) -> list[Any]:
+def links_of(path: Path, *, package_dir: Path | None = None) -> list[Any]:
     """The builders of a URDF's links, by SAPIEN's own loader."""
     loader: Any = URDFLoader()
     loader.set_scene(sapien.Scene([physx.PhysxCpuSystem()]))
     srdf = path.with_suffix(".srdf")
     loader.package_dir, loader.urdf_dir = None, str(path.parent)
     loader.ignore_pairs = loader.parse_srdf(srdf.read_text()) if srdf.is_file() else []
-    (builder,), _, _ = loader._parse_urdf(without_visuals(path))
+    # The loader takes a folder of packages, and does not look there for these.
+    text = without_visuals(path).replace("package://", f"{package_dir}/")
+    (builder,), _, _ = loader._parse_urdf(text)
     return builder.link_builders
 
 
@@ -158,6 +160,47 @@ def test_the_panda_with_a_second_gripper() -> None:
     with load_scene({"scenecc": 1, "entities": {"arm": entity}}, render=False, audit="full") as batch:
         assert_same_scene(batch.scenes[0], scene)
         assert_same_trajectory(batch.scenes, [scene])
+
+
+PANDA_START = {"panda_joint2": 0.39, "panda_joint4": -1.96, "panda_joint6": 2.36, "panda_joint7": 0.79}
+
+
+@pytest.mark.maniskill
+def test_the_shipped_panda_with_a_claw_and_a_camera() -> None:
+    path = SCENES / "maniskill/panda_dclaw.yaml"
+    found = importlib.util.find_spec("mani_skill")
+    assert found is not None
+    assert found.origin is not None
+    robots = Path(found.origin).parent / "assets/robots"
+    arm, claw = SCENES / "maniskill/parts/panda_arm.urdf", robots / "dclaw/dclaw_gripper_glb.urdf"
+    said = drops_of(arm) | {f"claw/{name}": values for name, values in drops_of(claw).items()}
+    plan: Any = compile_scene(path).entities[1].structures[0]
+    (first,) = (link.joint.qpos for link in plan.links if link.joint and link.joint.name == "panda_joint1")
+
+    def by_hand(start: float) -> Any:
+        scene: Any = sapien.Scene([physx.PhysxCpuSystem()])
+        scene.add_ground(0, render=False).components[0].name = "ground"
+        builder = scene.create_articulation_builder()
+        builder.link_builders = links_of(arm, package_dir=robots / "panda")
+        attach(builder, links_of(claw), "claw/", "panda_link8", Pose([0, 0, 0.012]))
+        camera = links_of(arm.with_name("wrist_camera.urdf"))
+        attach(builder, camera, "camera/", "claw/base_link", Pose([0, 0, -0.06], [HALF, 0, HALF, 0]))
+        articulation = builder.build(fix_root_link=True)
+        articulation.name = "panda"
+        qpos = {**PANDA_START, "panda_joint1": start}
+        articulation.qpos = [qpos.get(joint.name, 0) for joint in articulation.active_joints]
+        for joint in articulation.active_joints:
+            joint.set_drive_properties(*((100, 10, 10) if joint.name.startswith("claw/") else (1000, 100, 100)))
+            joint.set_drive_target(qpos.get(joint.name, 0))
+            for name, value in said[joint.name].items():
+                getattr(joint, f"set_{name}")(value)
+        return scene
+
+    hand = [by_hand(start) for start in first.data.tolist()]
+    with load_scene(path, render=False, audit="full") as batch:
+        for ours, theirs in zip(batch.scenes, hand, strict=True):
+            assert_same_scene(ours, theirs)
+        assert_same_trajectory(batch.scenes, hand)
 
 
 WHEELS = Path(os.environ.get("SCENECC_WHEELS", "nowhere"))

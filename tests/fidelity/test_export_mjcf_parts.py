@@ -12,9 +12,12 @@ import pytest
 from fidelity.test_export_mjcf import compare, compiled
 from plugins.plan_parts import ROOT
 
+import scenecc
+
 mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
 
 BOX = {"type": "box", "half_size": [0.1, 0.1, 0.1]}
+BALL_APART = {"type": "sphere", "radius": 0.1, "pose": [2, 0, 0]}
 FIXED = {"body_type": "static", "shapes": [BOX]}
 
 
@@ -107,6 +110,27 @@ def _rpy(*degrees: float) -> Any:
     from transforms3d.euler import euler2quat
 
     return euler2quat(*np.deg2rad(degrees))
+
+
+@pytest.mark.parametrize(("ignoring", "contacts", "codes"), [("none", 1, []), ("both", 0, []), ("one", 1, ["SC731"])])
+def test_bits_of_shapes_say_which_bodies_meet(ignoring: str, contacts: int, codes: list[str], tmp_path: Path) -> None:
+    """The first shape of each body meets nothing, so the others decide. Read by SAPIEN and by MuJoCo."""
+    bits = {"none": ([1, 1, 0, 0],) * 2, "both": ([1, 1, 4, 0],) * 2, "one": ([1, 1, 4, 0], [1, 1, 0, 0])}[ignoring]
+    far = {"type": "sphere", "radius": 0.01, "pose": [0, 0, 5], "collision_bits": [0, 0, 0, 0]}
+    ball = {"type": "sphere", "radius": 0.1}
+    other = [BALL_APART | {"collision_bits": [1, 1, 4, 0]}] if ignoring == "one" else []
+    entities = {
+        "a": {"shapes": [far, ball | {"collision_bits": [1, 1, 4, 0] if ignoring == "one" else bits[0]}]},
+        "b": {"pose": [0.19, 0, 0], "shapes": [far, *other, ball | {"collision_bits": bits[1]}]},
+        "empty": {"body_type": "static", "shapes": []},
+    }
+    source = scene(entities, physics={"gravity": [0, 0, 0]})
+    _, data, found = compiled(source, tmp_path)
+    assert [one.code for one in found] == codes
+    assert data.ncon == contacts
+    with scenecc.load_scene(source, render=False) as batch:
+        batch.step()
+        assert len(batch.contacts().separation) == contacts
 
 
 def test_a_distance_is_a_tendon(tmp_path: Path) -> None:

@@ -74,9 +74,10 @@ def _judged(*, render: bool | None) -> str | None:
 def _foretold(found: list[Diagnostic], error: scenecc.SceneError) -> bool:
     """Whether warnings said of all that has no value, or a wrong one, that it may: `validate` draws nothing.
 
-    What a body weighs is told at the body, or at an expression in it that may give anything.
+    What a body weighs is told at the body, or at an expression in it that may give anything. Whether something fits
+    where it is placed only the draws tell.
     """
-    drawn = [one for one in error.diagnostics if one.severity == "error"]
+    drawn = [one for one in error.diagnostics if one.severity == "error" and one.code != "SC354"]
     may = {one.path for one in found if one.code in {"SC514", "SC516"}}
     bodies = {one.path for one in drawn if one.code in {"SC510", "SC511", "SC512"}}
     weighed = {path for path in bodies if any(place == path or place.startswith(f"{path}.") for place in may)}

@@ -10,7 +10,7 @@ from plugins.articulation_rules import FILES
 _WHERE: list[dict[str, Any]] = [
     {},
     {"at": [0.5, {"uniform": [-1, 1]}]},
-    {"region": [[-2, -2], [2, 2, 9000]]},
+    {"region": [[-2, -2, 0], [2, 2, 9000]]},
     {"region": [{"uniform": [[-2, -2, 0], [-1, -1, 0]]}, [2, 2, 9000]]},
     {"region": {"center": [0, 1], "radius": {"uniform": [1, 2]}}},
     {"region": "placing_frame"},

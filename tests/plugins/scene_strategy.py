@@ -488,8 +488,39 @@ def _forms(document: dict[str, Any], random: Random) -> None:
             # Of their own each: a fault in a list that stands at two places is told at the first.
             one, other, mean, low, high = (copy.deepcopy(value) for _ in range(5))
             forms += [{"uniform": [one, other]}, {"normal": [mean, 0], "clip": [low, high]}]
+            if not isinstance(value, list) and random.random() < 0.3:
+                name = f"order_{len(document.setdefault('draws', {}))}"
+                document["draws"][name] = {"shuffle": [copy.deepcopy(value) for _ in range(3)]}
+                owner[key] = f"${{{name}[1]}}"
+                continue
+        if key in {"p", "linear_velocity", "angular_velocity"} and isinstance(value, list):
+            forms.append({"shuffle": copy.deepcopy(value)})  # any order of these is as good
         form = random.choice(forms)
         owner[key] = {"once": form} if random.random() < 0.2 else form
+
+
+def _instances(document: dict[str, Any], random: Random) -> None:
+    """Some documents use a prefab, and override what is in it."""
+    if random.random() < 0.7:
+        return
+    overrides: list[dict[str, Any]] = [
+        {"leg_0": {"pose": {"rpy_deg": [0, 0, {"uniform": [0, 90]}]}, "shapes": {"0": {"material": {}}}}},
+        {"leg_1": {"inertial": {"mass": {"uniform": [1, 2]}, "inertia": [1, 1, 1]}}},
+        {"arm": {"drives": {".*": {"stiffness": {"choice": [10, 20]}}}, "qpos": {"slide": 0.5}}},
+        {"goal": "remove"},
+        {"lights/lamp": {"color": {"shuffle": [0.1, 0.5, 1]}}},
+        {"cameras/eye": {"fovx_deg": 70}},
+        {"constraints/tie": {"enabled": {"choice": [True, False]}}},
+        {"frames/spot": {"pose": {"p": [0, 0, 2]}}},
+        {"materials/wood": {"physical": {"restitution": {"uniform": [0, 0.5]}}}},
+    ]
+    chosen = random.sample(overrides, random.randint(1, len(overrides)))
+    instance = {
+        "use": "expansion/parts/work.yml",
+        "if": True,
+        "override": dict(chain.from_iterable(map(dict.items, chosen))),
+    }
+    document["entities"]["instance"] = instance
 
 
 WHOLE = frozenset(("relative_to", "anchor", "px"))
@@ -528,5 +559,6 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     held_rules.cameras,
     articulation_rules.link_copies,
     _forms,
+    _instances,
     placing_rules.placements,
 )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -27,6 +28,7 @@ _FILM = ("--steps", "8", "--every", "1", "-o", "picture.png", "--video", "film.m
 
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "validate": ("validate", str(ROOT / "scenes")),
+    "check": ("check", str(ROOT / "scenes"), "--jobs", "2"),
     "build": ("build", "convex.yaml", "--no-render", "--steps", "20", "-o", "plan.json"),
     "emit": ("emit", str(ROOT / "scenes/materials.yaml"), "--to", "mjcf", "-o", "scene.xml"),
     "view": ("view", str(ROOT / "scenes/tabletop.yaml"), "--port", "0"),
@@ -40,6 +42,8 @@ entities: {gem: {shapes: [{type: convex_parts, file: gem.stl, decomposition: coa
 
 _GIVEN = {"work/convex.yaml", "work/gem.stl"}
 _OLD = b"as it was before\n"
+
+_KEPT = re.compile(r"mesa|scenecc/coacd|scenecc/findings/[0-9a-f]{64}$")
 
 
 @dataclass(frozen=True)
@@ -139,7 +143,7 @@ def _started(name: str, old: Collection[str] = ()) -> Iterator[tuple[subprocess.
 def _files(home: Path) -> frozenset[str]:
     """Names of files but those that were given, and those that Mesa and scenecc keep whole for another time."""
     found = {str(path.relative_to(home)) for path in home.rglob("*") if path.is_file()}
-    return frozenset(name for name in found - _GIVEN if "mesa" not in name and "scenecc/coacd" not in name)
+    return frozenset(name for name in found - _GIVEN if not _KEPT.search(name))
 
 
 def hears(pid: int) -> bool:

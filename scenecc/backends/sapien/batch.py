@@ -34,7 +34,7 @@ from scenecc.backends.sapien.tensors import TensorView
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.errors import SceneError
 from scenecc.interrupt import interrupts_wait
-from scenecc.options import check_scene_idxs, check_seeds
+from scenecc.options import check_scene_idxs, check_seeds, integer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -389,6 +389,8 @@ class SceneBatch:
         reset helps. Many steps take 1.1 to 1.7 times as long with it, single ones up to 3 times, in tiny scenes more.
         """
         self._check_open()
+        if n.__class__ is not int:
+            n = integer(n, "n", 0)
         if n < 0:
             raise ValueError(f"n must not be negative, not {n}")
         stride = CHECK_INTERVAL if check else max(n, 1)

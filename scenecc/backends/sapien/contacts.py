@@ -146,6 +146,8 @@ class ContactReader:
 
     def _find(self, name: str) -> tuple[str, str | None]:
         """The entity of this name, or the longest entity that the name begins with and its link."""
+        if not isinstance(name, str):  # pyright: ignore[reportUnnecessaryIsInstance] - callers without a type checker
+            raise TypeError(f"the name of an entity or link must be a string, not {name!r}")
         if name in self._held:
             return name, None
         entity, _, _ = name.rpartition("/")

@@ -348,8 +348,11 @@ class ArticulationBatch(MovingBatch):
 
     def _find(self, names: str | Sequence[str], known: dict[str, Found], what: str) -> list[Found]:
         """What has one or several names. Raises KeyError."""
+        given = [names] if isinstance(names, str) else list(names)
+        if not all(isinstance(name, str) for name in given):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"names of a {what} must be strings, not {names!r}")
         found = NamedObjects(known, what, self.name)
-        return [found[name] for name in ([names] if isinstance(names, str) else names)]
+        return [found[name] for name in given]
 
     @cached_property
     def _link_rows(self) -> dict[str, list[Any]]:

@@ -22,6 +22,8 @@ FORMATS: dict[str, str] = {
     "text": "scenecc.diagnostics.formats.text",
     "json": "scenecc.diagnostics.formats.json_text",
     "github": "scenecc.diagnostics.formats.github",
+    "gitlab": "scenecc.diagnostics.formats.gitlab",
+    "junit": "scenecc.diagnostics.formats.junit",
     "sarif": "scenecc.diagnostics.formats.sarif",
 }
 """Every format, by the name that `--format` takes: the module whose `render` is its `Renderer`."""
@@ -39,6 +41,7 @@ def render(
     *,
     color: bool = False,
     root: PurePath | None = None,
+    files: Sequence[str] = (),
 ) -> str:
     """Diagnostics as one text that ends with a line break, or "" where there is nothing to say.
 
@@ -46,9 +49,10 @@ def render(
         diagnostics: what to show, in this order.
         format_name: a key of `FORMATS`; another raises `KeyError`.
         color: whether `text` uses terminal colours (see `wants_color`).
-        root: what file names in `github` and `sarif` are relative to; None: the working directory.
+        root: what file names in the formats of services are relative to; None: the working directory.
+        files: that were checked, for `junit`.
     """
-    return renderer(format_name)(diagnostics, Style(color=color, root=root))
+    return renderer(format_name)(diagnostics, Style(color=color, root=root, files=tuple(files)))
 
 
 __all__ = ["FORMATS", "Renderer", "Style", "render", "renderer", "wants_color"]

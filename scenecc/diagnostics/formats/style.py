@@ -18,14 +18,16 @@ class Style:
 
     Attributes:
         color: whether the text format uses terminal colours; the others never do.
-        root: directory that the file names of `github` and `sarif` are relative to; None: the
+        root: directory that the file names of `github`, `gitlab`, `junit` and `sarif` are relative to; None: the
             working directory.
         width: terminal cells of a source line before the text format cuts it around the caret.
+        files: that were checked, with findings or without; only `junit` names them.
     """
 
     color: bool = False
     root: PurePath | None = None
     width: int = 110
+    files: tuple[str, ...] = ()
 
 
 _KEPT = "\u200c\u200d"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 from scenecc.emit.mjcf.model import InitialState, ModelBody, pose_attributes, write_collisions, write_visuals
@@ -130,6 +130,7 @@ _UNSUPPORTED_BODY_FIELDS = optional_fields(
     "locked_motion_axes",
     *VELOCITY_FIELDS,
     "collision_groups",
+    "shapeless",
 )
 
 _UNSUPPORTED_ARTICULATION_FIELDS = optional_fields(ArticulationStructure, "file", *VELOCITY_FIELDS)
@@ -305,21 +306,31 @@ def write_contact_exclusions(model: MjcfModel) -> None:
         if constraint.parent is not None and model.scene.index in constraint.scene_idxs:
             a, b = (model.bodies[model.key(mount)].name for mount in (constraint.parent, constraint.child))
             found[a, b] = None
-    ignoring = [body for body in model.bodies.values() if body.measured.shapes and body.measured.shapes[0].groups[2]]
+    groups = {id(body): {shape.groups for shape in body.measured.shapes} for body in model.bodies.values()}
+    ignoring = [body for body in model.bodies.values() if any(each[2] for each in groups[id(body)])]
     for a, b in combinations(ignoring, 2):
-        if (
-            _ignore_each_other(a, b)
-            and not (a.is_fixed and b.is_fixed)
-            and not {(a.name, b.name), (b.name, a.name)} & found.keys()
-        ):
+        if (a.is_fixed and b.is_fixed) or {(a.name, b.name), (b.name, a.name)} & found.keys():
+            continue
+        meeting = [pair for pair in product(groups[id(a)], groups[id(b)]) if _collide(*pair)]
+        ignored = sum(_ignore_each_other(*pair) for pair in meeting)
+        if ignored and ignored < len(meeting):
+            words = f"some of its shapes ignore some of `{b.name}` by the third of `collision_bits`, and all collide"
+            model.unsupported.change(a.name, words, a.measured.body.origin)
+        elif ignored:
             found[a.name, b.name] = None
     for a, b in found:
         model.sections["contact"].add("exclude", body1=a, body2=b)
 
 
-def _ignore_each_other(a: ModelBody, b: ModelBody) -> bool:
-    (_, _, bits_a, id_a), (_, _, bits_b, id_b) = (each.measured.shapes[0].groups for each in (a, b))
-    return bool(bits_a & bits_b) and id_a & _GROUP_ID_MASK == id_b & _GROUP_ID_MASK
+Groups = tuple[int, int, int, int]
+
+
+def _collide(a: Groups, b: Groups) -> bool:
+    return bool(a[0] & b[1] or a[1] & b[0])
+
+
+def _ignore_each_other(a: Groups, b: Groups) -> bool:
+    return bool(a[2] & b[2]) and a[3] & _GROUP_ID_MASK == b[3] & _GROUP_ID_MASK
 
 
 _SITE_SIZE = 0.005

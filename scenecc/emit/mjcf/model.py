@@ -191,7 +191,7 @@ COLLISION_GROUP, VISUAL_GROUP = 3, 0
 _GRID_SPACING = 1.0
 """Spacing of the grid lines of a plane [m]."""
 
-_UNSUPPORTED_SHAPE_FIELDS = optional_fields(CollisionShape, "pose", "material", "density")
+_UNSUPPORTED_SHAPE_FIELDS = optional_fields(CollisionShape, "pose", "material", "density", "collision_groups")
 
 
 def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:

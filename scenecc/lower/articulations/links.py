@@ -323,7 +323,7 @@ class DriveTargetCheck:
         """
         if self._beyond_limits or joint.limits is None or id(target) in self._told:
             return
-        found = _beyond_limits(joint.limits, target)
+        found = beyond_limits(joint.limits, target)
         if found is None:
             return
         self._told.add(id(target))
@@ -338,7 +338,7 @@ class DriveTargetCheck:
         self._sink.report("SC523", message, place, hint=hint)
 
 
-def _beyond_limits(limits: Value, target: Value) -> tuple[OutsidePosition, bool] | None:
+def beyond_limits(limits: Value, target: Value) -> tuple[OutsidePosition, bool] | None:
     """A target beyond its limits, and whether it is for certain so."""
     if limits.known and target.known:
         found = first_outside(limits, target.numbers())

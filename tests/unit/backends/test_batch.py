@@ -136,6 +136,11 @@ def test_step(batch: SceneBatch) -> None:
     assert (batch.entities["cube"].pose == before).all()
     with pytest.raises(ValueError, match="negative"):
         batch.step(-1)
+    wrong: Any = [0]
+    calls: list[Any] = [batch.step, batch.contacts, batch.net_contact_force]
+    for call in (*calls, *(each.link_pose for each in batch.articulations.values())):
+        with pytest.raises(TypeError, match="must be"):
+            call(wrong)
 
 
 def test_step_is_the_steps_of_each_scene(plan: ScenePlan) -> None:

@@ -377,7 +377,7 @@ def test_related_places_without_a_file_are_kept() -> None:
 
 
 def test_every_format_is_found_by_name() -> None:
-    assert list(FORMATS) == ["text", "json", "github", "sarif"]
+    assert list(FORMATS) == ["text", "json", "github", "gitlab", "junit", "sarif"]
     with pytest.raises(KeyError):
         render([], "html")
 

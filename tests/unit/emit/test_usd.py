@@ -274,6 +274,9 @@ def test_constraints_are_joints(tmp_path: Path) -> None:
     assert (rope.GetMinDistanceAttr().Get(), rope.GetMaxDistanceAttr().Get()) == (0.5, 2)
     assert list(rope.GetLocalPos0Attr().Get()) == [0, 0, 2]
     assert not rope.GetBody0Rel().GetTargets()
+    # As in PhysX: what a constraint ties to the world collides with it, and two bodies do not collide.
+    assert rope.GetCollisionEnabledAttr().Get()
+    assert not UsdPhysics.Joint(stage.GetPrimAtPath("/World/glue")).GetCollisionEnabledAttr().Get()
     motor = stage.GetPrimAtPath("/World/motor")
 
     def limits(freedom: str) -> tuple[float, float]:
@@ -331,7 +334,8 @@ def test_what_usd_has_not_is_told_with_its_line(tmp_path: Path) -> None:
         "scenecc: 1\nphysics: {timestep: 0.004}\n"
         "lights:\n  sun: {type: directional, direction: [0, 0, -1], color: [1, 1, 1]}\n"
         "entities:\n  a:\n    linear_damping: 1\n    shapes: [{type: sphere, radius: 1, contact_offset: 0.1}]\n"
-        "  goal: {body_type: none, hidden: true, visuals: [{type: sphere, radius: 1}]}\n",
+        "  goal: {body_type: none, hidden: true, visuals: [{type: sphere, radius: 1}]}\n"
+        "  empty: {body_type: static, shapes: []}\n",
         encoding="utf-8",
     )
     _, told = emitted(scene)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from scenecc import compile_scene
+from scenecc import compile_scene, validate
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.variation.forms import Template
 
@@ -52,6 +52,18 @@ def overridden(expanded: Expander, override: str, more: str = "") -> Any:
 def merged(expanded: Expander, override: str, more: str = "") -> dict[str, Any]:
     data: dict[str, Any] = overridden(expanded, override, more).data
     return data
+
+
+def test_a_mistake_that_an_override_makes_is_told_with_its_place(tmp_path: Path) -> None:
+    (tmp_path / "work.yaml").write_text("scenecc: 1\nentities: {cup: {shapes: [{type: sphere, radius: 1}]}}\n")
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities:\n  a:\n    use: work.yaml\n    override:\n      cup: {shapes: []}\n")
+    (found,) = validate(scene)
+    assert (found.code, found.location.file) == ("SC502", str(tmp_path / "work.yaml"))
+    assert [(one.message, one.location.line, one.location.column) for one in found.related] == [
+        ("`shapes` is overridden here", 6, 13),
+        ("used from here", 4, 10),
+    ]
 
 
 def test_names_are_those_of_the_prefab_by_itself(expanded: Expander) -> None:
@@ -307,6 +319,7 @@ def test_what_is_inside_of_what_is_removed_is_not_overridden(expanded: Expander)
         ("zzz: remove", "SC243", 7, "nothing inside `work` is called `zzz`", "known here: "),
         ("leg_0: {shapes: {3: {radius: 1}}}", "SC243", 24, "there is no item 3: the list has 3", "the last is 2"),
         ("leg_0: {if: true}", "SC244", 15, "`if` cannot be overridden", "with"),
+        ("inner: {prefix: a}", "SC244", 15, "`prefix` cannot be overridden", "with"),
         ("inner: {mass: 1}", "SC101", 15, "unknown key `mass`", "it is an instance"),
         ("inner: {with: {sise: 1}}", "SC210", 22, "there is no parameter `sise`", "did you mean `size`?"),
         ("goal: {color: '${nope}'}", "SC201", 24, "unknown name `nope`", None),

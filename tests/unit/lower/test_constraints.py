@@ -45,6 +45,35 @@ def position(constraint: Constraint) -> list[list[float]]:
     return constraint.pose_in_parent.data[:, :3].tolist()
 
 
+@pytest.mark.parametrize(
+    ("keys", "code", "words"),
+    [
+        ({"drive": {"target": 0.5}}, "SC115", "`target` does nothing without `stiffness`"),
+        (
+            {"drive": {"stiffness": 1, "velocity_target": 1}},
+            "SC115",
+            "`velocity_target` does nothing without `damping`",
+        ),
+        ({"limits": [0, 1], "drive": {"stiffness": 1, "target": 90}}, "SC523", "pulls to 90, beyond the limits [0, 1]"),
+        (
+            {"limits": [0, 1], "drive": {"stiffness": 1, "target": {"uniform": [0, 2]}}},
+            "SC523",
+            "may pull to 2, beyond the limits [0, 1]",
+        ),
+    ],
+)
+@pytest.mark.parametrize("kind", ["hinge", "slider"])
+def test_targets_that_are_never_reached_are_told(kind: str, keys: dict[str, Any], code: str, words: str) -> None:
+    scene = {
+        "scenecc": 1,
+        "entities": {"door": {"pose": [0, 0, 1], "shapes": BALL}},
+        "constraints": {"tie": {"type": kind, "parent": "world", "child": "door", **keys}},
+    }
+    (found,) = validate(scene)
+    assert (found.code, found.message.endswith(words)) == (code, True)
+    assert found.path.startswith("constraints.tie.drive.")
+
+
 def test_an_instance_has_constraints_of_its_own(tmp_path: Path) -> None:
     scene = {
         "num_scenes": 3,

@@ -117,3 +117,9 @@ def test_of_a_name_like_no_other_the_entities_are_listed() -> None:
     entities = {"ball": {"shapes": BALL}, "arm": arm("hand")}
     (found,) = validate({"scenecc": 1, "entities": entities, "cameras": {"eye": {"mount": "quux"}}})
     assert (found.code, found.hint) == ("SC330", "known here: ball, arm")
+
+
+def test_of_an_instance_the_entities_inside_are_listed() -> None:
+    cup = {"place": {"on": "ground"}, "shapes": BALL}
+    (found,) = validate({"scenecc": 1, "entities": {"ground": {"use": "scenecc:ground"}, "cup": cup}})
+    assert (found.code, found.hint) == ("SC330", "known here: ground/ground")

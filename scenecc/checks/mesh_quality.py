@@ -1,0 +1,199 @@
+"""Doubtful meshes: valid for the engine, and not what somebody wants of the use that the scene makes of them.
+
+`scenecc check` asks these rules; `validate` does not. A mesh that is only seen need not be watertight, and of a convex
+hull the winding has no meaning: a rule judges the uses for which it matters. Robot files are left out.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.checks.mass import DYNAMIC_TYPES
+from scenecc.checks.mesh_measures import MeshMeasures, measure_mesh
+from scenecc.checks.physics import plan_origin
+from scenecc.checks.plausibility import MAX_SIZE, Body, scene_bodies
+from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotation_arrays import pose_matrix
+from scenecc.meshes.surface import MeshError
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
+from scenecc.plan.geometry import Primitive
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.plan import CollisionShape, ScenePlan, VisualShape
+
+    Box = tuple[NDArray[np.float64], NDArray[np.float64]]
+    """The lowest and the highest corner, each (3,) [m]."""
+
+MIN_SIZE: Final = 1e-3
+"""[m] What is smaller than a millimetre was modelled in another unit."""
+
+FAR: Final = 10.0
+"""How far a mesh may be from the origin of its body, in diagonals of its box."""
+
+HULL_RATIO: Final = 2.5
+"""Volume of a hull, in that of its mesh: a mug has 3 and more, a chair 5."""
+
+DEGENERATE: Final = 0.1
+"""Share of triangles without area from which on it is told."""
+
+
+def check_meshes(plan: ScenePlan, sink: Sink) -> None:
+    """Applies every rule of this module.
+
+    Args:
+        plan: with its draws made, and files that were checked.
+        sink: takes the findings.
+    """
+    _check_file_names(plan, sink)
+    for body in scene_bodies(plan) if plan.files else ():
+        shapes = [*body.structure.collisions, *body.structure.visuals]
+        if not any(isinstance(shape.geometry, MeshGeometry) for shape in shapes):
+            continue
+        try:
+            for shape in shapes:
+                if isinstance(shape.geometry, MeshGeometry):
+                    _check_mesh(body, shape, plan, sink)
+            _check_overlap(body, plan, sink)
+        except MeshError:
+            continue  # trimesh does not read what the engine reads
+
+
+def _check_file_names(plan: ScenePlan, sink: Sink) -> None:
+    first: dict[str, str] = {}
+    for index, file in enumerate(plan.files):
+        for name in dict.fromkeys([str(file.path), *(str(one.path) for one in file.names)]):
+            other = first.setdefault(name.casefold(), name)
+            if other != name:
+                place = _file_origin(plan, index)
+                message = f"{cut(file.uri)} and `{cut(other)}` differ in case alone"
+                sink.report("SC443", message, place, hint="on Windows and macOS both are one file: rename one")
+
+
+def _file_origin(plan: ScenePlan, index: int) -> Origin:
+    """The first shape that names a file."""
+    for entity in plan.entities:
+        for body in entity.bodies:
+            for shape in (*body.collisions, *body.visuals):
+                named = shape.geometry.file.data if isinstance(shape.geometry, MeshGeometry) else ()
+                if index in named and shape.origin is not None:
+                    return shape.origin.child("file")
+    return plan_origin(plan)
+
+
+def _check_mesh(body: Body, shape: CollisionShape | VisualShape, plan: ScenePlan, sink: Sink) -> None:
+    """One mesh in one use, with each file and scale that it has in a scene."""
+    geometry: Any = shape.geometry
+    place = (shape.origin or body.origin).child("file")
+    for index in np.unique(geometry.file.data):
+        measures = measure_mesh(plan.files[int(index)])
+        for code, message, hint in (
+            *_surface_faults(geometry, measures, body),
+            *_size_faults(shape, measures, body),
+        ):
+            sink.report(code, f"{cut(plan.files[int(index)].uri)} {message}", place, hint=hint)
+
+
+_Fault = tuple[str, str, str]
+"""Code, message without the file, and hint."""
+
+
+def _surface_faults(geometry: MeshGeometry, measures: MeshMeasures, body: Body) -> Iterator[_Fault]:
+    solid = isinstance(geometry, TriangleMesh) and geometry.sdf
+    raw = isinstance(geometry, ConvexParts) and geometry.coacd is not None and geometry.coacd.preprocess_mode == "off"
+    if (solid or raw) and not measures.is_watertight:
+        edges = f"{measures.open_edges} open edges and {measures.crowded_edges} of three triangles or more"
+        what = "a signed distance field" if solid else "CoACD without preprocessing"
+        hint = "close it in the program that made it, or use `convex_parts` with `coacd`"
+        yield "SC434", f"is not watertight ({edges}), and {what} needs an inside", hint
+    # A room that is seen faces inwards.
+    sided = isinstance(geometry, Mesh) and body.structure.body_type in DYNAMIC_TYPES
+    if isinstance(geometry, TriangleMesh) and not measures.consistent:
+        yield "SC435", "has neighbouring triangles that face opposite sides", "recompute its normals"
+    elif (sided or isinstance(geometry, TriangleMesh)) and measures.is_watertight and measures.volume < 0:
+        yield "SC435", "is inside out: its triangles face inwards", "flip its normals"
+    if isinstance(geometry, TriangleMesh) and measures.degenerate > DEGENERATE * measures.faces:
+        message = f"has {measures.degenerate} triangles without area, of {measures.faces}"
+        yield "SC436", message, "merge its vertices by distance, and remove what is degenerate"
+    if isinstance(geometry, ConvexMesh) and measures.is_watertight and measures.volume > 0:
+        ratio = measures.hull_volume / measures.volume
+        if ratio > HULL_RATIO:
+            hint = "use `convex_parts` with `coacd: {}`, so that hollows stay hollow"
+            yield "SC439", f"has a hull of {ratio:.1f} times its volume, and collides as that", hint
+
+
+def _size_faults(shape: CollisionShape | VisualShape, measures: MeshMeasures, body: Body) -> Iterator[_Fault]:
+    geometry: Any = shape.geometry
+    scales = np.abs(geometry.scale.data)
+    extents = (np.array(measures.high) - measures.low) * scales
+    longest = extents.max(axis=1)
+    if longest.min() < MIN_SIZE:
+        yield "SC437", f"is {longest.min() * 1e6:.3g} µm long here", "lengths are in metres: change `scale`"
+    if body.structure.body_type not in DYNAMIC_TYPES:
+        return
+    if longest.max() > MAX_SIZE:
+        hint = "lengths are in metres: for millimetres write `scale: [0.001, 0.001, 0.001]`"
+        yield "SC437", f"is {longest.max():.4g} m long here, and the body moves", hint
+        return
+    centre = (np.array(measures.high) + measures.low) / 2 * geometry.scale.data
+    away, diagonal = np.linalg.norm(centre, axis=1), np.linalg.norm(extents, axis=1)
+    if body.structure.body_type == "dynamic" and shape.pose is None and (away > np.maximum(FAR * diagonal, 1)).any():
+        message = f"is {away.max():.3g} m from the origin of its body, and {diagonal.max():.2g} m large"
+        yield "SC438", message, "export it about its own centre, or move it back with the `pose` of the shape"
+
+
+def _check_overlap(body: Body, plan: ScenePlan, sink: Sink) -> None:
+    """What is seen of a body and what collides are in the same place, by the boxes around them, in each scene."""
+    structure = body.structure
+    if not (structure.collisions and structure.visuals):
+        return
+    shapes = [*structure.collisions, *structure.visuals]
+    varies = any(value.varies for shape in shapes for value in _values(shape))
+    for row in range(len(body.entity.scene_idxs) if varies else 1):
+        boxes = [[_box(shape, row, plan) for shape in group] for group in (structure.collisions, structure.visuals)]
+        if any(box is None for group in boxes for box in group):
+            return  # terrain and planes reach far
+        (low, high), (seen_low, seen_high) = (_around([box for box in group if box is not None]) for group in boxes)
+        gap = float(np.maximum(low - seen_high, seen_low - high).max())
+        if gap > 0:
+            message = f"what is seen of `{cut(body.name)}` is {gap:.3g} m away from what collides"
+            hint = "see whether both have the same `scale` and `pose`"
+            sink.report("SC441", message, body.origin, at="key", hint=hint)
+            return
+
+
+def _values(shape: CollisionShape | VisualShape) -> Iterator[Any]:
+    geometry: Any = shape.geometry
+    yield from () if shape.pose is None else (shape.pose,)
+    if isinstance(geometry, MeshGeometry):
+        yield from (geometry.file, geometry.scale)
+    elif isinstance(geometry, Primitive):
+        yield from geometry.values
+
+
+def _box(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> Box | None:
+    """The box around a shape in the frame of its body; None: it is a plane or terrain."""
+    geometry: Any = shape.geometry
+    matrix = np.eye(4) if shape.pose is None else pose_matrix(shape.pose.row(row).tolist())
+    if isinstance(geometry, MeshGeometry):
+        measures = measure_mesh(plan.files[int(geometry.file.row(row))])
+        scale = geometry.scale.row(row)
+        ends = np.array([measures.low, measures.high]) * scale
+        centre, half = ends.mean(axis=0), np.abs(np.ptp(ends, axis=0)) / 2
+        middle, reach = matrix[:3, :3] @ centre + matrix[:3, 3], np.abs(matrix[:3, :3]) @ half
+        return middle - reach, middle + reach
+    if not isinstance(geometry, Primitive):
+        return None
+    low, high = geometry.bounds(matrix[:3, :3], *geometry.sizes(row))
+    return low + matrix[:3, 3], high + matrix[:3, 3]
+
+
+def _around(boxes: list[Box]) -> Box:
+    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)

@@ -1,0 +1,270 @@
+"""Values that are valid and that nobody means: wrong units, and masses that no such body has.
+
+`scenecc check` asks these rules; `validate` does not. They take a plan whose draws are made, and judge all its scenes.
+Bodies of robot files are left out: whoever writes the scene cannot change them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+from scenecc.checks.mass import DYNAMIC_TYPES
+from scenecc.checks.physics import named_bodies, plan_origin, structure_origin
+from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotation_arrays import rotate
+from scenecc.plan.geometry import Solid
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.plan import BodyStructure, Entity, ScenePlan
+
+MAX_GRAVITY: Final = 30.0
+"""[m/s²] Jupiter has 25."""
+
+MAX_TIMESTEP: Final = 0.1
+"""[s] A body that falls for so long is 1 m/s faster afterwards."""
+
+MIN_TIMESTEP: Final = 1e-6
+"""[s]"""
+
+DENSITIES: Final = (5.0, 25_000.0)
+"""[kg/m³] Foam has 10 and more, osmium 22 600."""
+
+MEAN_DENSITIES: Final = (0.5, 50_000.0)
+"""[kg/m³] Of a body whose mass is given: it may be hollow, and larger than what collides."""
+
+MAX_SIZE: Final = 20.0
+"""[m] Length of a shape that a simulation moves. Those that are too small weigh less than a milligram, an error."""
+
+MAX_DISTANCE: Final = 5000.0
+"""[m] From there on single precision resolves half a millimetre."""
+
+MAX_FRICTION: Final = 20.0
+"""Rubber on rubber has 2, and a gripper's pads are often given 5."""
+
+MAX_MOMENT: Final = 4.0
+"""Largest moment of inertia, in that of all mass at the farthest point: not all parts of a body need to collide."""
+
+MIN_TURN: Final = 0.02
+"""Smallest component of a quaternion that is not 0 by intent."""
+
+
+_CONJUGATE: Final = np.array((1.0, -1.0, -1.0, -1.0))
+
+
+class Body(NamedTuple):
+    """A body or link that the scene itself describes.
+
+    Attributes:
+        name: ENTITY or ENTITY/LINK.
+        structure: of it.
+        origin: where it is written.
+        entity: that it belongs to.
+    """
+
+    name: str
+    structure: BodyStructure
+    origin: Origin
+    entity: Entity
+
+
+def check_values(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: Sink) -> None:
+    """Applies every rule of this module.
+
+    Args:
+        plan: with its draws made.
+        material_origins: for each physical material, where it is written.
+        sink: takes the warnings.
+    """
+    _check_gravity(plan, sink)
+    _check_timestep(plan, sink)
+    _check_friction(plan, material_origins, sink)
+    for entity in plan.entities:
+        _check_position(entity, plan, sink)
+        _check_quaternion(entity, plan, sink)
+    for body in scene_bodies(plan):
+        for rule in BODY_RULES:
+            rule(body, sink)
+
+
+def scene_bodies(plan: ScenePlan) -> Iterator[Body]:
+    """The bodies and links of a plan that no robot's file describes."""
+    for entity in plan.entities:
+        for structure in entity.structures:
+            for name, body, described in named_bodies(structure, entity.name):
+                if not described:
+                    yield Body(name, body, structure_origin(body, entity, plan), entity)
+
+
+def _check_gravity(plan: ScenePlan, sink: Sink) -> None:
+    x, y, z = plan.physics.gravity or (0.0, 0.0, -1.0)
+    place = (plan.physics.origin or plan_origin(plan).child("physics")).child("gravity")
+    size = float(np.linalg.norm((x, y, z)))
+    if size > MAX_GRAVITY:
+        hint = "it is in m/s²: on Earth [0, 0, -9.81]"
+        sink.report("SC530", f"gravity is {size:.4g} m/s², and Jupiter has 25", place, hint=hint)
+    elif z > 0:
+        hint = "the world is z-up: write [0, 0, -9.81]"
+        sink.report("SC530", f"gravity points up: its z is {z:g} m/s²", place, hint=hint)
+    elif size > 0 and abs(z) < size / 1000:
+        hint = "the world is z-up: write [0, 0, -9.81]"
+        sink.report("SC530", "gravity points sideways: its z is 0", place, hint=hint)
+
+
+def _check_timestep(plan: ScenePlan, sink: Sink) -> None:
+    step = plan.physics.timestep
+    if step is None or MIN_TIMESTEP <= step <= MAX_TIMESTEP:
+        return
+    place = (plan.physics.origin or plan_origin(plan).child("physics")).child("timestep")
+    as_hz = f"for {step:g} Hz write {1 / step:.4g}" if step >= 30 else f"for {step:g} ms write {step / 1000:g}"
+    hint = f"it is in seconds: {as_hz}" if step > MAX_TIMESTEP else "it is in seconds"
+    sink.report("SC531", f"a step of {step:g} s is no time step of a simulation", place, hint=hint)
+
+
+def _check_friction(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: Sink) -> None:
+    for index, material in enumerate(plan.physical_materials):
+        for key in ("static_friction", "dynamic_friction"):
+            most = float(getattr(material, key).data.max())
+            if most > MAX_FRICTION:
+                place = material_origins.get(index) or plan_origin(plan).child("physical_materials", index)
+                message = f"`{key}` is {most:g}: rubber on rubber has about 2"
+                sink.report("SC535", message, place.child(key), hint="it is a ratio of forces, without a unit")
+                break
+
+
+def _check_position(entity: Entity, plan: ScenePlan, sink: Sink) -> None:
+    far = float(np.abs(entity.pose.data[:, :3]).max())
+    if far > MAX_DISTANCE:
+        message = (
+            f"`{cut(entity.name)}` is {far:.4g} m from the origin, where positions are rounded to half a millimetre"
+        )
+        place = structure_origin(entity.structures[0], entity, plan).child("pose")
+        sink.report("SC534", message, place, hint="lengths are in metres; put the scene around the origin")
+
+
+def _check_quaternion(entity: Entity, plan: ScenePlan, sink: Sink) -> None:
+    """Finds turns about the vertical that are written xyzw: [0, 0, sin, cos]."""
+    w, x, y, z = np.abs(entity.pose.data[:, 3:]).T
+    if not ((np.maximum(w, x) < 1e-6) & (np.minimum(y, z) > MIN_TURN)).all():
+        return
+    y, z = (float(number) for number in entity.pose.data[0, 5:])
+    message = f"`{cut(entity.name)}` lies upside down: its `q` looks like [x, y, z, w]"
+    place = structure_origin(entity.structures[0], entity, plan).child("pose", "q")
+    hint = f"quaternions are [w, x, y, z]: a turn about z is [{z:.4g}, 0, 0, {y:.4g}]"
+    sink.report("SC549", message, place, hint=hint)
+
+
+def _check_densities(body: Body, sink: Sink) -> None:
+    structure = body.structure
+    if structure.body_type not in DYNAMIC_TYPES or structure.inertial is not None or structure.mass is not None:
+        return
+    low, high = DENSITIES
+    for shape in structure.collisions:
+        if shape.density is None:
+            continue
+        densities = shape.density.data
+        odd = densities[((densities < low) & (densities > 0)) | (densities > high)]
+        if odd.size:
+            number = float(odd.flat[0])
+            unit = f"for {number:g} g/cm³ write {number * 1000:g}" if number < low else "osmium has 22 600"
+            place = (shape.origin or body.origin).child("density")
+            message = f"a density of {number:g} kg/m³ in `{cut(body.name)}`: no solid has it"
+            sink.report("SC532", message, place, hint=f"it is in kg/m³, water has 1000; {unit}")
+
+
+def _check_mass(body: Body, sink: Sink) -> None:
+    structure = body.structure
+    inertial = structure.inertial
+    mass = structure.mass if inertial is None else inertial.mass
+    solids = [shape.geometry for shape in structure.collisions if isinstance(shape.geometry, Solid)]
+    if mass is None or structure.body_type not in DYNAMIC_TYPES or not solids:
+        return
+    if len(solids) < len(structure.collisions):
+        return  # a mesh has its own volume
+    volume: Any = sum(solid.volume(*_sizes(solid)) for solid in solids)
+    density = mass.data / volume
+    low, high = MEAN_DENSITIES
+    odd = np.flatnonzero((density < low) | (density > high))
+    if odd.size:
+        row = int(odd[0])
+        kilograms, found = float(np.broadcast_to(mass.data, density.shape)[row]), float(density[row])
+        place = body.origin.child("mass") if inertial is None else body.origin.child("inertial", "mass")
+        message = f"`{cut(body.name)}` has a mass of {kilograms:.4g} kg, and {found:.3g} kg/m³ on average"
+        hint = (
+            f"masses are in kg: for {kilograms:.4g} g write {kilograms / 1000:.4g}"
+            if found > high
+            else "masses are in kg"
+        )
+        sink.report("SC533", message, place, hint=hint)
+
+
+def _check_sizes(body: Body, sink: Sink) -> None:
+    if body.structure.body_type not in DYNAMIC_TYPES:
+        return
+    for shape in body.structure.collisions:
+        if not isinstance(shape.geometry, Solid):
+            continue
+        sizes = (float(column.max()) for column in _sizes(shape.geometry))
+        length = 2 * float(shape.geometry.extent(np.eye(3), *sizes).max())
+        if length > MAX_SIZE:
+            place = (shape.origin or body.origin).child(_size_key(shape.geometry))
+            message = f"a shape of `{cut(body.name)}` is {length:.4g} m long"
+            sink.report("SC534", message, place, hint="lengths are in metres, not in millimetres or centimetres")
+
+
+def _sizes(solid: Solid) -> tuple[NDArray[Any], ...]:
+    """The numbers of a solid, each an array with a row a scene or one row."""
+    return tuple(column for value in solid.values for column in value.data.reshape(len(value.data), -1).T)
+
+
+def _size_key(solid: Solid) -> str:
+    """The size that is largest."""
+    return max(solid.__slots__, key=lambda name: float(getattr(solid, name).data.max()))
+
+
+def _check_inertial(body: Body, sink: Sink) -> None:
+    """A centre of mass or moments that do not fit what collides."""
+    structure = body.structure
+    solids = [shape for shape in structure.collisions if isinstance(shape.geometry, Solid)]
+    if structure.inertial is None or not solids or len(solids) < len(structure.collisions):
+        return
+    com = structure.inertial.com.data[:, :3]
+    reach = outside = np.zeros(())
+    for shape in solids:
+        assert isinstance(shape.geometry, Solid)
+        half = shape.geometry.extent(np.eye(3), *(float(column.max()) for column in _sizes(shape.geometry)))
+        pose = np.array([[0.0, 0, 0, 1, 0, 0, 0]]) if shape.pose is None else shape.pose.data
+        rows = max(len(com), len(pose))
+        offset = np.broadcast_to(com - pose[:, :3], (rows, 3))
+        local = rotate(np.broadcast_to(pose[:, 3:] * _CONJUGATE, (rows, 4)), offset)
+        beyond = (np.abs(local) - half).max(axis=1)
+        outside = beyond if outside.shape == () else np.minimum(outside, beyond)
+        reach = np.maximum(reach, np.linalg.norm(np.abs(local) + half, axis=1))
+    name = cut(body.name)
+    if (outside > reach / 2).any():
+        message = f"the centre of mass of `{name}` is {float(outside.max()):.3g} m outside of what collides"
+        hint = "it is in the frame of the body, in metres"
+        sink.report("SC536", message, body.origin.child("inertial", "com"), hint=hint)
+        return
+    most = structure.inertial.mass.data * reach**2 * MAX_MOMENT
+    moment = structure.inertial.inertia.data.max(axis=1)
+    if (moment > most).any():
+        found, limit = float(moment.max()), float(most.max())
+        message = f"`{name}` has a moment of inertia of {found:.3g} kg·m²; its shapes and mass allow {limit:.2g}"
+        hint = "moments are in kg·m², about the centre of mass"
+        sink.report("SC536", message, body.origin.child("inertial", "inertia"), hint=hint)
+
+
+BODY_RULES: Final[tuple[Callable[[Body, Sink], None], ...]] = (
+    _check_densities,
+    _check_mass,
+    _check_sizes,
+    _check_inertial,
+)

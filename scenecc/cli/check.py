@@ -1,0 +1,108 @@
+"""`scenecc check`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from scenecc.cli.checking import (
+    IgnoreOption,
+    SelectOption,
+    StatisticsOption,
+    StrictOption,
+    run_checks,
+    settings_finder,
+)
+from scenecc.cli.many_files import FileChoices
+from scenecc.cli.options import (
+    ChangedSince,
+    Format,
+    FormatOption,
+    Jobs,
+    Shard,
+    UseCache,
+    shown,
+    takes_compile_options,
+)
+from scenecc.cli.output import of_settings, progress
+from scenecc.cli.paths import find, source_of
+
+if TYPE_CHECKING:
+    from scenecc.checks.house_rules import Rule
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.source.paths import PathCache
+
+_SEEDS: Final = re.compile(r"([0-9]{1,18}):([0-9]{1,18})")
+_SECONDS: Final = re.compile(r"[0-9]{1,4}(\.[0-9]{1,9})?")
+
+
+def _parse_seeds(text: str | range) -> range:
+    found = _SEEDS.fullmatch(str(text))
+    if found is None or int(found[1]) >= int(found[2]):
+        raise typer.BadParameter(f"{shown(str(text))} is not FIRST:END with FIRST below END, as in 0:20")
+    return range(int(found[1]), int(found[2]))
+
+
+def _parse_seconds(text: str | float) -> float:
+    if not _SECONDS.fullmatch(str(text)):
+        raise typer.BadParameter(f"{shown(str(text))} is not a time in seconds below 10 000, as in 2.5")
+    return float(text)
+
+
+@partial(takes_compile_options, names=("num_scenes", "seed", "params", "asset_roots", "allow_outside_assets", "limits"))
+def check(
+    paths: Annotated[
+        list[str], typer.Argument(metavar="PATH...", help="Scene files, folders of them, or - for standard input.")
+    ],
+    *,
+    settle: Annotated[
+        float,
+        typer.Option("--settle", metavar="SECONDS", parser=_parse_seconds, help="Simulated time; 0: no simulation."),
+    ] = 1.0,
+    seeds: Annotated[
+        Any, typer.Option("--seeds", metavar="A:B", parser=_parse_seeds, help="Check each seed from A to B-1.")
+    ] = None,
+    jobs: Jobs = None,
+    shard: Shard = None,
+    changed_since: ChangedSince = None,
+    cache: UseCache = True,
+    strict: StrictOption = False,
+    select: SelectOption = None,
+    ignore: IgnoreOption = None,
+    statistics: StatisticsOption = False,
+    form: FormatOption = Format.text,
+    options: dict[str, Any],
+) -> None:
+    """Check scene files, then build and simulate all of their scenes.
+
+    Finds everything that `validate` finds. Then it looks for bodies that overlap at the start, that
+    nothing supports, that topple, sink or fly away, and for links of a robot that clash. A finding
+    names the scene where it is worst and the command that shows this scene.
+
+    \b
+    Examples:
+      scenecc check scenes/tabletop.yaml
+      scenecc check scenes/clutter.yaml --seeds 0:20
+      scenecc check --settle 0 --strict scenes --jobs 8
+    """
+    from scenecc.options import Options
+    from scenecc.simulation.check import check_source
+
+    if seeds is not None and options["seed"] is not None:
+        raise typer.BadParameter("it cannot be given together with --seed", param_hint="'--seeds'")
+    asked = Options.of(**options)
+    finder = settings_finder(select, ignore, strict=strict)
+    found = find(paths)
+    # A process of its own for many files: SAPIEN keeps some memory of every scene, and can end the process it is in.
+    choices = FileChoices(jobs or int(len(found.files) > 1), shard, changed_since, cache)
+
+    def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
+        with progress("check", where=choices.jobs == 0) as show:
+            here = check_source(source_of(file), asked, settle, seeds, rules=rules, progress=show, memory=memory)
+        return of_settings(here, asked.params)
+
+    run_checks("check", found, choices, (asked, settle, seeds), check_file, finder, form=form, statistics=statistics)

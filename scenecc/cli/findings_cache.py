@@ -1,0 +1,148 @@
+"""What `validate` and `check` found in files, kept for the next time, as long as nothing that a scene uses changes."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.diagnostics import Diagnostic
+from scenecc.diagnostics.diagnostic import Fix, Location, Related
+from scenecc.files import cache_folder, open_regular, state_now
+from scenecc.interrupt import undoing
+from scenecc.source.paths import PathCache
+from scenecc.version import VERSION
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from scenecc.files import State
+
+_KIND: Final = "findings"
+
+_SETTLED: Final = 2_000_000_000
+"""[ns] A file that changed less before it was looked at may change again within one tick of its clock."""
+
+_MOST_ENTRIES: Final = 50_000
+
+_PACKAGE: Final = Path(__file__).parent.parent
+
+
+@dataclass(frozen=True)
+class FindingsCache:
+    """Findings by the content of all files that they follow from.
+
+    Attributes:
+        command: whose findings they are.
+        options: everything else that they follow from; has a `repr` that tells all of it.
+    """
+
+    command: str
+    options: Any
+    _folder: Path = field(default_factory=lambda: cache_folder(_KIND))
+
+    def findings(self, file: str, find: Callable[[PathCache], list[Diagnostic]]) -> list[Diagnostic]:
+        """What is kept of a file, or what `find` gives, which is then kept; it notes in its argument what it reads."""
+        entry = self._entry(file)
+        kept = self._kept(entry)
+        if kept is not None:
+            return kept
+        started = time.time_ns()
+        memory = PathCache()
+        found = find(memory)
+        self._keep(entry, started, [Path(file).absolute(), *memory.named], memory.missing, found)
+        return found
+
+    def files_of(self, file: str) -> frozenset[Path] | None:
+        """All files that a scene used when it was last looked at; None where that is not known."""
+        try:
+            record = json.loads(self._entry(file).read_bytes())
+            return frozenset(Path(path) for path, _, _ in record["files"]) | frozenset(map(Path, record["missing"]))
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def _entry(self, file: str) -> Path:
+        key = repr((self._surroundings, self.command, self.options, file, os.path.abspath(file)))  # noqa: PTH100 - as it is named
+        return self._folder / sha256(key.encode()).hexdigest()
+
+    @cached_property
+    def _surroundings(self) -> tuple[Any, ...]:
+        """What findings follow from beside files and options: this package and those that are installed."""
+        files = (path for path in _PACKAGE.rglob("*") if path.suffix in {".py", ".yaml"})
+        own = sorted((str(path), path.stat().st_mtime_ns) for path in files)
+        installed = [(path, state_now(path)) for path in sys.path if path.endswith("-packages")]
+        return VERSION, sys.version, own, installed
+
+    def _kept(self, entry: Path) -> list[Diagnostic] | None:
+        try:
+            record = json.loads(entry.read_bytes())
+            if all(_is_same(*file) for file in record["files"]) and not any(map(os.path.lexists, record["missing"])):
+                return [_diagnostic(one) for one in record["diagnostics"]]
+        except (OSError, ValueError, KeyError, TypeError):
+            pass
+        return None
+
+    def _keep(
+        self, entry: Path, started: int, files: Iterable[Path], missing: Iterable[Path], found: list[Diagnostic]
+    ) -> None:
+        record = {
+            "files": [[str(path), _settled_state(path, started), _hash(path)] for path in files],
+            "missing": sorted(map(str, missing)),
+            "diagnostics": [asdict(one) for one in found],
+        }
+        part = entry.with_suffix(f".{os.getpid()}")
+        with suppress(OSError, ValueError):  # a cache that cannot be written is none
+            self._folder.mkdir(parents=True, exist_ok=True)
+            with undoing() as undo:
+                undo.callback(part.unlink, missing_ok=True)
+                part.write_text(json.dumps(record))
+                part.replace(entry)
+
+    def prune(self) -> None:
+        """Removes the entries that were not written for the longest time, where there are very many."""
+        try:
+            entries = list(self._folder.iterdir())
+            if len(entries) <= _MOST_ENTRIES:
+                return
+            for path in sorted(entries, key=lambda path: path.stat().st_mtime)[: len(entries) // 2]:
+                path.unlink()
+        except OSError:
+            pass  # another process removes them too
+
+
+def _settled_state(path: Path, started: int) -> State | None:
+    """The state of a file; None where it cannot tell of a later change, or the file changed since `started` [ns]."""
+    state = state_now(path)
+    return state if state is not None and max(state[3:]) < started - _SETTLED else None
+
+
+def _is_same(path: str, state: list[int] | None, content: str | None) -> bool:
+    now = state_now(path)
+    if state is not None and now is not None and list(now) == state:
+        return True
+    return _hash(path) == content
+
+
+def _hash(path: str | Path) -> str | None:
+    try:
+        with open_regular(path) as stream:
+            digest = sha256()
+            while block := stream.read(1 << 20):
+                digest.update(block)
+            return digest.hexdigest()
+    except OSError:
+        return None
+
+
+def _diagnostic(record: dict[str, Any]) -> Diagnostic:
+    fix = record["fix"] and Fix(Location(**record["fix"]["location"]), record["fix"]["text"])
+    related = tuple(Related(one["message"], Location(**one["location"])) for one in record["related"])
+    whole: dict[str, Any] = {**record, "location": Location(**record["location"]), "related": related, "fix": fix}
+    return Diagnostic(**whole)

@@ -1,0 +1,265 @@
+"""What a team wants to be told: `[tool.scenecc]` of the nearest pyproject.toml, and the options that go before it."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from importlib import import_module
+from os.path import relpath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from scenecc.cli.output import usage_error
+from scenecc.cli.paths import STDIN
+from scenecc.files import open_regular
+
+if TYPE_CHECKING:
+    from scenecc.checks.house_rules import Rule
+    from scenecc.diagnostics import Diagnostic, Severity
+
+
+ENTRY_POINTS: Final = "scenecc.rules"
+"""The group in which a package lists its rules, each by its id."""
+
+_MAX_BYTES = 2**20
+_PREFIX = re.compile(r"[A-Z]{2,3}[0-9]*|SC")
+RULE_PREFIX: Final = re.compile(r"(?!SC)[A-Z]{3}[0-9]*")
+_RULE_ID = re.compile(r"(?!SC)[A-Z]{3}[0-9]{1,4}")
+_SEVERITIES = ("error", "warning", "note")
+
+
+class SettingsError(Exception):
+    """What is wrong in a pyproject.toml.
+
+    Attributes:
+        words: of which the last that stands in the file marks the line.
+        hint: what to do.
+    """
+
+    def __init__(self, message: str, *words: str, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.words = words
+        self.hint = hint
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What one pyproject.toml says, with the options of the command line. Codes are whole or begin as given.
+
+    Attributes:
+        folder: to which patterns are relative.
+        select: codes that are reported; None: all.
+        ignore: codes that are not; of two that fit, the longer counts, and `ignore` of two that are equal.
+        severity: the severity of codes, where it is not their own.
+        per_file_ignores: pattern of a scene's path, or of the file of a finding → further codes to ignore.
+        strict: whether warnings count as errors.
+        rules: house rules, by id.
+    """
+
+    folder: Path
+    select: tuple[str, ...] | None = None
+    ignore: tuple[str, ...] = ()
+    severity: Mapping[str, Severity] | None = None
+    per_file_ignores: Mapping[str, tuple[str, ...]] | None = None
+    strict: bool = False
+    rules: Mapping[str, Rule] | None = None
+
+    def apply(self, diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
+        """The diagnostics of a scene that are wanted, with the severities that are. Errors stay what they are."""
+        return [self._graded(one) for one in diagnostics if one.severity == "error" or self._is_wanted(one, scene)]
+
+    def _is_wanted(self, found: Diagnostic, scene: str) -> bool:
+        selected = 0 if self.select is None else _longest(found.code, self.select)
+        ignored = _longest(found.code, self.ignore)
+        for pattern, codes in (self.per_file_ignores or {}).items():
+            if any(fnmatchcase(self._relative(file), pattern) for file in {scene, found.file or scene}):
+                ignored = max(ignored, _longest(found.code, codes))
+        return selected > ignored
+
+    def _relative(self, file: str) -> str:
+        return file if "://" in file else Path(relpath(file, self.folder)).as_posix()
+
+    def _graded(self, found: Diagnostic) -> Diagnostic:
+        fitting = [code for code in self.severity or {} if found.code.startswith(code)]
+        if found.severity == "error" or not fitting or self.severity is None:
+            return found
+        return replace(found, severity=self.severity[max(fitting, key=len)])
+
+
+def _longest(code: str, prefixes: tuple[str, ...]) -> int:
+    """The length of the longest prefix of a code; -1 where none fits."""
+    return max((len(prefix) for prefix in prefixes if code.startswith(prefix)), default=-1)
+
+
+class SettingsFinder:
+    """The settings of each file, of the command line and of the nearest pyproject.toml that has some.
+
+    Args:
+        select: of the command line: takes the place of `select` and `ignore` of the file.
+        ignore: of the command line: adds to that of the file.
+        strict: of the command line.
+
+    Attributes:
+        faults: what is wrong in these files.
+    """
+
+    def __init__(self, select: tuple[str, ...] | None, ignore: tuple[str, ...], *, strict: bool) -> None:
+        self.faults: list[Diagnostic] = []
+        self._select, self._ignore, self._strict = select, ignore, strict
+        self._by_folder: dict[Path, Settings | None] = {}
+
+    def of(self, scene: str) -> Settings:
+        """The settings of a scene's path; those of the current folder for standard input."""
+        folder = Path.cwd() if scene == STDIN else Path(scene).absolute().parent
+        found = self._nearest(folder) or Settings(Path.cwd())
+        if self._select is not None:
+            found = replace(found, select=self._select, ignore=())
+        return replace(found, ignore=(*found.ignore, *self._ignore), strict=found.strict or self._strict)
+
+    def _nearest(self, folder: Path) -> Settings | None:
+        for above in (folder, *folder.parents):
+            if above not in self._by_folder:
+                self._by_folder[above] = self._read(above / "pyproject.toml")
+            if (found := self._by_folder[above]) is not None:
+                return found
+        return None
+
+    def _read(self, file: Path) -> Settings | None:
+        try:
+            with open_regular(file) as stream:
+                text = stream.read(_MAX_BYTES).decode(errors="replace")
+        except OSError:
+            return None
+        if "tool.scenecc" not in text:
+            return None
+        try:
+            table = _table(text)
+            return None if table is None else _settings(table, file.parent)
+        except SettingsError as error:
+            self.faults.append(_fault(file, text, error))
+            return Settings(file.parent)
+
+
+def _table(text: str) -> dict[str, Any] | None:
+    """`[tool.scenecc]`, if there is one."""
+    try:
+        toml: Any = import_module("tomllib" if sys.version_info >= (3, 11) else "tomli")
+    except ImportError:
+        message = "reading it needs a TOML parser, which Python has from 3.11 on"
+        raise SettingsError(message, "tool.scenecc", hint="pip install tomli") from None
+    try:
+        data: Any = toml.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise SettingsError(f"this is not TOML: {error}") from None
+    tool = _mapping(data.get("tool", {}), "tool")
+    return _mapping(tool["scenecc"], "scenecc") if "scenecc" in tool else None
+
+
+def _settings(table: dict[str, Any], folder: Path) -> Settings:
+    from scenecc.diagnostics.messages import suggest
+
+    keys: dict[str, Callable[[Any], Any]] = {
+        "select": lambda given: _codes(given, "select", rules),
+        "ignore": lambda given: _codes(given, "ignore", rules, may_be_error=False),
+        "severity": lambda given: _severity(given, rules),
+        "per-file-ignores": lambda given: {
+            pattern: _codes(codes, pattern, rules, may_be_error=False)
+            for pattern, codes in _mapping(given, "per-file-ignores").items()
+        },
+        "strict": _flag,
+        "rules": lambda given: load_rules(_strings(given, "rules")),
+    }
+    rules: Mapping[str, Rule] = keys["rules"](table.get("rules", []))
+    for key in table:
+        if key not in keys:
+            raise SettingsError(f"unknown key `{key}` of [tool.scenecc]", key, hint=suggest(key, keys))
+    return Settings(folder, **{key.replace("-", "_"): keys[key](given) for key, given in table.items()})
+
+
+def _flag(given: object) -> bool:
+    if not isinstance(given, bool):
+        raise SettingsError("`strict` is true or false", "strict")
+    return given
+
+
+def _strings(given: object, key: str) -> tuple[str, ...]:
+    if not isinstance(given, list) or not all(isinstance(one, str) for one in cast("list[object]", given)):
+        raise SettingsError(f"`{key}` is a list of strings", key)
+    return tuple(cast("list[str]", given))
+
+
+def _mapping(given: object, key: str) -> dict[str, Any]:
+    if not isinstance(given, dict):
+        raise SettingsError(f"`{key}` is a table", key)
+    return cast("dict[str, Any]", given)
+
+
+def _codes(given: object, key: str, rules: Mapping[str, Rule], *, may_be_error: bool = True) -> tuple[str, ...]:
+    codes = _strings(given, key)
+    for code in codes:
+        if reason := code_fault(code, rules, may_be_error=may_be_error):
+            raise SettingsError(reason, key, code, hint="`scenecc explain` lists the codes")
+    return codes
+
+
+def code_fault(code: str, rules: Mapping[str, Rule] = {}, *, may_be_error: bool = True) -> str | None:
+    """Why something is neither a code nor the beginning of one; None if it is."""
+    from scenecc.diagnostics.codes import CODES
+
+    if not may_be_error and code in CODES and CODES[code].severity == "error":
+        return f"{code} is an error, and errors cannot be ignored"
+    is_one = _PREFIX.fullmatch(code) and any(known.startswith(code) for known in (*CODES, *rules))
+    return None if is_one else f"`{code}` is no code, and no code begins with it"
+
+
+def _severity(given: object, rules: Mapping[str, Rule]) -> dict[str, Any]:
+    table = _mapping(given, "severity")
+    for code, severity in table.items():
+        _codes([code], "severity", rules, may_be_error=False)
+        if severity not in _SEVERITIES:
+            raise SettingsError(f"the severity of {code} is error, warning or note", "severity", code)
+    return table
+
+
+def load_rules(wanted: tuple[str, ...]) -> dict[str, Rule]:
+    """The house rules of some ids, or of ids that begin so, as installed packages list them.
+
+    Raises:
+        SettingsError: there is none, or it cannot be loaded.
+    """
+    if not wanted:
+        return {}
+    from importlib.metadata import entry_points
+
+    found: dict[str, Rule] = {}
+    installed = sorted(entry_points(group=ENTRY_POINTS), key=lambda one: one.name)
+    for prefix in wanted:
+        fitting = {one.name: one for one in installed if _RULE_ID.fullmatch(one.name) and one.name.startswith(prefix)}
+        if not fitting:
+            hint = f"a package lists its rules as entry points of the group `{ENTRY_POINTS}`, such as ACM001"
+            raise SettingsError(f"no installed package has a rule `{prefix}`", "rules", prefix, hint=hint)
+        try:
+            found |= {name: one.load() for name, one in fitting.items()}
+        except Exception as error:  # noqa: BLE001 - code of somebody else
+            message = f"the rules `{prefix}` cannot be loaded: {type(error).__name__}: {error}"
+            raise SettingsError(message, "rules", prefix) from None
+    return found
+
+
+def _fault(file: Path, text: str, error: SettingsError) -> Diagnostic:
+    """The error, at the line that has the last of its words, after the header of the table."""
+    from scenecc.diagnostics.diagnostic import Location
+
+    lines = text.splitlines()
+    found = re.search(r"line (\d+)", str(error)) if not error.words else None
+    number = int(found[1]) - 1 if found else next((i for i, line in enumerate(lines) if "scenecc" in line), 0)
+    for word in error.words:
+        pattern = re.compile(rf"(?<![\w-]){re.escape(word)}(?![\w-])")
+        number = next((i for i in range(number, len(lines)) if pattern.search(lines[i])), number)
+    shown = relpath(file)
+    line = lines[number] if number < len(lines) else ""
+    made = usage_error("SC916", str(error), file=shown, hint=error.hint)
+    return replace(made, location=Location(shown, number + 1, 1, len(line) + 1, line))

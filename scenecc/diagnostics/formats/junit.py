@@ -1,0 +1,57 @@
+"""The `junit` format: XML that CI services show as a list of tests, one a file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import escape, quoteattr
+
+from scenecc.diagnostics.formats.style import encodable, relative_file, visible
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Diagnostic
+    from scenecc.diagnostics.formats.style import Style
+
+_NOT_XML = re.compile("[\ufffe\uffff]")
+
+
+def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
+    """One test case for each file that was checked or has a finding; file names relative to `style.root`.
+
+    A file with errors or warnings is a failure, whose text lists them; notes are its output.
+    """
+    by_file: dict[str, list[Diagnostic]] = {file: [] for file in style.files}
+    for diagnostic in diagnostics:
+        by_file.setdefault(diagnostic.file or "<dict>", []).append(diagnostic)
+    cases = [_case(relative_file(file, style.root)[0], found) for file, found in by_file.items()]
+    counts = f'tests="{len(cases)}" failures="{sum("<failure" in case for case in cases)}" errors="0"'
+    suite = f'  <testsuite name="scenecc" {counts}>\n{"".join(cases)}  </testsuite>\n'
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n{suite}</testsuites>\n'
+
+
+def _case(file: str, found: list[Diagnostic]) -> str:
+    faults = [one for one in found if one.severity != "note"]
+    parts = ""
+    if faults:
+        kind = "error" if any(one.severity == "error" for one in faults) else "warning"
+        count = f"{len(faults)} finding{'' if len(faults) == 1 else 's'}"
+        parts += f"      <failure message={_attribute(count)} type={_attribute(kind)}>{_lines(faults)}</failure>\n"
+    if notes := [one for one in found if one.severity == "note"]:
+        parts += f"      <system-out>{_lines(notes)}</system-out>\n"
+    head = f'    <testcase classname="scenecc" name={_attribute(file)}'
+    return f"{head}>\n{parts}    </testcase>\n" if parts else f"{head}/>\n"
+
+
+def _lines(found: list[Diagnostic]) -> str:
+    texts = (f"{one}; hint: {one.hint}" if one.hint else str(one) for one in found)
+    return escape("\n".join(map(_clean, texts)))
+
+
+def _attribute(text: str) -> str:
+    return quoteattr(_clean(text))
+
+
+def _clean(text: str) -> str:
+    """The text with what XML cannot hold spelled out."""
+    return _NOT_XML.sub("\ufffd", "\n".join(visible(line) for line in encodable(text).split("\n")))

@@ -1,0 +1,104 @@
+"""What the simulation moves: dynamic bodies, and articulations whose root is free, each in each of its scenes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.geometry.rotations import IDENTITY_POSE, rotate, to_pose
+from scenecc.plan import BodyStructure
+from scenecc.plan.geometry import Capsule, Cylinder, Sphere
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien import SceneBatch
+    from scenecc.plan import Entity
+    from scenecc.plan.articulation import ArticulationStructure
+
+    Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class MovingBody:
+    """A dynamic body, or the root of a free articulation, in one scene.
+
+    Attributes:
+        scene: index of the scene.
+        entity: its name.
+        obj: the engine's: a `sapien.Entity`.
+        component: the engine's: the body's component, or the root link.
+        moves_at_start: whether it has a velocity at the start.
+        axis: about which it is round, in its own frame (3,): a turn about it is not seen. Zero: about every axis, as a
+            ball; None: about none.
+    """
+
+    scene: int
+    entity: str
+    obj: Any
+    component: Any
+    moves_at_start: bool
+    axis: Floats | None
+
+
+def moving_bodies(batch: SceneBatch) -> list[MovingBody]:
+    """All of a batch, entity by entity in build order."""
+    there = set(batch.scene_idxs)
+    found = (
+        _moving_body(batch, entity, row, index)
+        for entity in batch.plan.entities
+        for row, index in enumerate(entity.scene_idxs)
+        if index in there
+    )
+    return [body for body in found if body is not None]
+
+
+def poses(bodies: list[MovingBody]) -> Floats:
+    """(N, 7) in the world of their scenes, p [m] then q (wxyz)."""
+    return np.array([body.obj.get_pose().__getstate__() for body in bodies], np.float64).reshape(-1, 7)
+
+
+def velocities(bodies: list[MovingBody]) -> Floats:
+    """(N, 6) in the world frame, linear [m/s] then angular [rad/s]."""
+    linear = np.array([body.component.get_linear_velocity() for body in bodies], np.float64).reshape(-1, 3)
+    angular = np.array([body.component.get_angular_velocity() for body in bodies], np.float64).reshape(-1, 3)
+    return np.hstack([linear, angular])
+
+
+def _moving_body(batch: SceneBatch, entity: Entity, row: int, index: int) -> MovingBody | None:
+    structure = entity.structure(row)
+    moves = any(_moves(structure, row))
+    if isinstance(structure, BodyStructure):
+        if structure.body_type != "dynamic":
+            return None
+        held = batch.entities[entity.name]
+        obj = held.objs[held.scene_idxs.index(index)]
+        component = next(each for each in obj.get_components() if hasattr(each, "get_cmass_local_pose"))
+        return MovingBody(index, entity.name, obj, component, moves, _round_axis(structure, row))
+    if structure.fix_root_link:
+        return None
+    held = batch.articulations[entity.name]
+    root = held.links[structure.links[0].name][held.scene_idxs.index(index)]
+    return MovingBody(index, entity.name, root.get_entity(), root, moves, None)
+
+
+def _moves(structure: BodyStructure | ArticulationStructure, row: int) -> Iterator[bool]:
+    for value in (structure.linear_velocity, structure.angular_velocity):
+        yield value is not None and bool(np.any(value.row(row)))
+
+
+def _round_axis(structure: BodyStructure, row: int) -> Floats | None:
+    """Of a body of one colliding shape; SAPIEN's cylinders and capsules are along their x axis."""
+    if len(structure.collisions) != 1:
+        return None
+    shape = structure.collisions[0]
+    if isinstance(shape.geometry, Sphere):
+        return np.zeros(3)
+    if not isinstance(shape.geometry, Cylinder | Capsule):
+        return None
+    pose = IDENTITY_POSE if shape.pose is None else to_pose(shape.pose.row(row))
+    return np.array(rotate(pose[3:], (1.0, 0.0, 0.0)))

@@ -1,0 +1,192 @@
+"""`check_scene`: all that `validate` finds, doubtful values, and what a build and a simulation of all scenes show."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from typing_extensions import Unpack
+
+from scenecc.checks.effects import check_effects
+from scenecc.checks.house_rules import run_rules
+from scenecc.checks.plausibility import check_values
+from scenecc.checks.views import check_views
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.codes import is_of_check
+from scenecc.diagnostics.silencing import Silencings, report_unused
+from scenecc.errors import SceneError
+from scenecc.options import CompileOptions, Options, integer
+from scenecc.pipeline import as_plan, build_batch, compile_source, read_input
+from scenecc.simulation.bodies import moving_bodies
+from scenecc.simulation.findings import report_findings
+from scenecc.simulation.loads import long_steps, mass_ratios, weak_drives
+from scenecc.simulation.settle import simulate
+from scenecc.simulation.start import overlaps, unsupported
+from scenecc.simulation.torn_constraints import torn_constraints
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from scenecc.backends.sapien import SceneBatch
+    from scenecc.checks.house_rules import Rule
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.pipeline import CompileResult, Source
+    from scenecc.plan import ScenePlan
+    from scenecc.simulation.findings import Finding
+    from scenecc.source.paths import PathCache
+
+SCENES_AT_ONCE = 64
+"""Scenes that are built and simulated together: with more the memory grows and nothing becomes faster."""
+
+
+def check_scene(
+    source: Source,
+    *,
+    settle: float = 1.0,
+    seeds: Sequence[int] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    rules: Mapping[str, Rule] | None = None,
+    **options: Unpack[CompileOptions],
+) -> list[Diagnostic]:
+    """Everything that `validate` finds, and what shows when all scenes are built and simulated; no mistake raises.
+
+    Args:
+        source: as for `validate`.
+        settle: how long it is simulated [s]; 0: the start alone is looked at.
+        seeds: each is checked; the file's own (or `seed` of the options) by default. A stream has one.
+        progress: called with (scenes done, scenes in all).
+        rules: as for `validate`.
+        options: those of `CompileOptions`.
+
+    Raises:
+        ValueError: an argument is out of its range.
+        TypeError: as of `validate`.
+    """
+    asked = Options.of_call(check_scene, options)
+    return check_source(source, asked, settle, seeds, rules=rules or {}, progress=progress)
+
+
+def check_source(
+    source: Source,
+    options: Options,
+    settle: float,
+    seeds: Sequence[int] | None,
+    *,
+    rules: Mapping[str, Rule],
+    progress: Callable[[int, int], None] | None = None,
+    memory: PathCache | None = None,
+) -> list[Diagnostic]:
+    """As `check_scene`. `memory`: takes what was looked up."""
+    if not 0 <= settle < math.inf:
+        raise ValueError(f"settle must be 0 or more and finite, not {settle!r}")
+    if seeds is not None and options.seed is not None:
+        raise ValueError("seed is not taken with seeds")
+    runs = [options] if seeds is None else [replace(options, seed=integer(seed, "seeds", 0)) for seed in seeds]
+    if len(runs) > 1 and hasattr(source, "read") and as_plan(source) is None:
+        # A stream can be read only once.
+        sink = Sink()
+        found = read_input(source, options.limits, sink)
+        if found is None or sink.failed:
+            return sink.diagnostics()
+        source = found.plan_text or found.document
+    check = _Check(settle, len(runs), rules, progress)
+    for number, run in enumerate(runs):
+        if not check.run(number, source, run, memory):
+            break
+    return check.diagnostics()
+
+
+class _Check:
+    """A scene that is checked with one seed after another. What several seeds show is told once.
+
+    Args:
+        settle: how long it is simulated [s].
+        seeds: how many there are.
+        rules: house rules, by id.
+        progress: called with (scenes done, scenes in all).
+    """
+
+    def __init__(
+        self, settle: float, seeds: int, rules: Mapping[str, Rule], progress: Callable[[int, int], None] | None
+    ) -> None:
+        self._settle = settle
+        self._seeds = seeds
+        self._rules = rules
+        self._progress = progress
+        self._told: dict[Diagnostic, None] = {}
+        self._findings: list[Finding] = []
+        self._silencings = Silencings()
+        self._first: tuple[CompileResult, Sink] | None = None
+
+    def run(self, number: int, source: Source, options: Options, memory: PathCache | None) -> bool:
+        """Checks it with the seed of the options; false where it cannot be compiled. `number`: of the seed."""
+        sink = Sink()
+        sink.silencings = self._silencings
+        result = compile_source(source, options, sink, memory=memory)
+        if self._rules and result is not None:
+            run_rules(result.plan, self._rules, result.document and result.document.name, sink)
+        self._tell(sink)
+        if result is None:
+            return False
+        self._first = self._first or (result, sink.another())
+        doubts = sink.another()
+        check_values(result.plan, result.material_origins or {}, doubts)
+        check_effects(result.plan, doubts)
+        check_views(result.plan, doubts)
+        if result.plan.files:
+            from scenecc.checks.mesh_quality import check_meshes  # noqa: PLC0415 - loaded where there is a mesh
+
+            check_meshes(result.plan, doubts)
+        self._tell(doubts)
+        self._simulate(number, result.plan, sink)
+        return True
+
+    def diagnostics(self) -> list[Diagnostic]:
+        """Everything that was found, in the order of the file."""
+        if self._first is not None:
+            (result, sink), document = self._first, self._first[0].document
+            file = document.name if document is not None and document.path is not None else None
+            report_findings(self._findings, _origins(result.plan), file, sink, several_seeds=self._seeds > 1)
+            self._tell(sink)
+            if self._silencings and self._settle and document is not None:
+                report_unused(sink, document.name, is_of_check)
+                self._tell(sink)
+        return sorted(self._told, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
+
+    def _tell(self, sink: Sink) -> None:
+        self._told |= dict.fromkeys(sink.diagnostics())
+
+    def _simulate(self, number: int, plan: ScenePlan, sink: Sink) -> None:
+        """Builds and simulates the scenes of a plan, some at a time."""
+        for first in range(0, plan.num_scenes, SCENES_AT_ONCE):
+            if self._progress is not None:
+                self._progress(number * plan.num_scenes + first, self._seeds * plan.num_scenes)
+            scene_idxs = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes))
+            try:
+                with build_batch(
+                    plan, sink.another(), backend="cpu", scene_idxs=scene_idxs, render=False, audit="fast"
+                ) as batch:
+                    self._findings += (replace(finding, seed=plan.seed) for finding in _findings(batch, self._settle))
+            except SceneError as error:
+                self._told |= dict.fromkeys(error.diagnostics)
+
+
+def _findings(batch: SceneBatch, settle: float) -> Iterator[Finding]:
+    moving = moving_bodies(batch)
+    yield from unsupported(batch, moving)
+    yield from torn_constraints(batch)
+    yield from weak_drives(batch)
+    yield from long_steps(batch, moving)
+    batch.step(1)
+    yield from overlaps(batch.contacts(), batch.plan)
+    yield from mass_ratios(batch, moving, batch.contacts())
+    if settle:
+        yield from simulate(batch, settle)
+
+
+def _origins(plan: ScenePlan) -> dict[str, Origin | None]:
+    """Where what findings name is written."""
+    constraints = {f"constraints/{constraint.name}": constraint.origin for constraint in plan.constraints}
+    return {entity.name: entity.origin for entity in plan.entities} | constraints

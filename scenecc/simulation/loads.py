@@ -1,0 +1,150 @@
+"""Findings about what a simulation can carry: weak drives, masses that differ too much, and steps that are too long."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.plan import ArticulationStructure
+from scenecc.simulation.findings import Finding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scenecc.backends.sapien import SceneBatch
+    from scenecc.backends.sapien.contacts import Contacts
+    from scenecc.plan import Entity
+    from scenecc.simulation.bodies import MovingBody
+
+MASS_RATIO: Final = 1e4
+"""Up to which PhysX's solver keeps two bodies apart or together."""
+
+_GRAVITY: Final = (0.0, 0.0, -9.81)
+_TIMESTEP: Final = 0.01
+
+
+def weak_drives(batch: SceneBatch) -> Iterator[Finding]:
+    """Drives of fixed robots that gravity is stronger than at the start, of a batch that was not stepped."""
+    held = {mount.entity for one in batch.plan.constraints for mount in (one.child, one.parent) if mount is not None}
+    there = set(batch.scene_idxs)
+    for entity in batch.plan.entities:
+        if not isinstance(entity.structures[0], ArticulationStructure) or entity.name in held:
+            continue
+        for row, index in enumerate(entity.scene_idxs):
+            if index in there:
+                yield from _weak_drives(batch, entity, row, index)
+
+
+def _weak_drives(batch: SceneBatch, entity: Entity, row: int, index: int) -> Iterator[Finding]:
+    structure = entity.structure(row)
+    assert isinstance(structure, ArticulationStructure)
+    if not structure.fix_root_link:
+        return  # it falls as a whole, or stands on its feet
+    built = batch.articulations[entity.name]
+    at = built.scene_idxs.index(index)
+    links = [built.links[link.name][at] for link in structure.links]
+    coupled = {name for mimic in structure.mimics for name in (mimic.joint, mimic.source)}
+    weights = np.array([link.mass * (not link.disable_gravity) for link in links])
+    centres = np.array([(link.entity_pose * link.cmass_local_pose).p for link in links], np.float64)
+    pull = np.array(batch.plan.physics.gravity or _GRAVITY)
+    carried = [{number} for number in range(len(links))]
+    for number in range(len(links) - 1, 0, -1):
+        parent = structure.links[number].parent
+        assert parent is not None
+        carried[parent] |= carried[number]
+    for number, link in enumerate(structure.links):
+        joint = link.joint
+        if joint is None or joint.type == "fixed" or joint.stiffness is None or joint.name in coupled:
+            continue
+        engine: Any = links[number].joint
+        if not engine.stiffness:
+            continue
+        frame = links[number].entity_pose * engine.pose_in_child
+        axis = frame.to_transformation_matrix()[:3, 0].astype(np.float64)
+        below = sorted(carried[number])
+        forces = weights[below, None] * pull
+        if joint.type != "prismatic":
+            forces = np.cross(centres[below] - frame.p, forces)
+        load, limit = abs(float((forces @ axis).sum())), float(engine.force_limit)
+        if 0 < limit < load:
+            unit = "N" if joint.type == "prismatic" else "N·m"
+            yield Finding(
+                "SC538", (f"{entity.name}/{link.name}",), index, load - limit,
+                f"the drive of joint `{joint.name}` of `{entity.name}` is too weak: gravity pulls with "
+                f"{load:.3g} {unit}, and its force limit is {limit:.3g} {unit}",
+                "raise `force_limit`, or write `gravity: false` for the links",
+            )  # fmt: skip
+
+
+def mass_ratios(batch: SceneBatch, moving: list[MovingBody], contacts: Contacts) -> Iterator[Finding]:
+    """Bodies that touch or are tied to each other, and whose masses differ by more than `MASS_RATIO`.
+
+    Args:
+        batch: after one step.
+        moving: its bodies. Links are left out: an articulation keeps its joints whatever its masses.
+        contacts: of the step.
+    """
+    masses = {(body.scene, body.entity): float(body.component.mass) for body in moving if body.entity in batch.entities}
+    near = contacts.separation <= 0
+    pairs = {*zip(contacts.scene[near].tolist(), contacts.a[near].tolist(), contacts.b[near].tolist(), strict=True)}
+    for one in batch.plan.constraints:
+        if one.parent is not None:
+            pairs |= {(index, one.parent.entity, one.child.entity) for index in one.scene_idxs}
+    for index, *names in sorted(pairs):
+        if not all((index, name) in masses for name in names):
+            continue
+        light, heavy = sorted(names, key=lambda name: masses[index, name])
+        ratio = masses[index, heavy] / masses[index, light]
+        if ratio > MASS_RATIO:
+            yield Finding(
+                "SC539", (light, heavy), index, ratio,
+                f"`{heavy}` has {ratio:.2g} times the mass of `{light}`, which it touches or is tied to",
+                "bring the masses nearer to each other, or make one of the two static or kinematic",
+            )  # fmt: skip
+
+
+def long_steps(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
+    """Bodies that fall so far in one step that they may pass through what is below them."""
+    physics = batch.plan.physics
+    gravity, step = -(physics.gravity or _GRAVITY)[2], physics.timestep or _TIMESTEP
+    if gravity <= 0 or physics.enable_ccd:
+        return
+    for scene in batch.scene_idxs:
+        bodies = [body for body in moving if body.scene == scene and body.entity in batch.entities]
+        system = batch.scenes[batch.scene_idxs.index(scene)].physx_system
+        fixed = [each for each in system.get_rigid_static_components() if each.collision_shapes and _is_thick(each)]
+        if not bodies or not fixed:
+            continue
+        boxes = np.array([each.get_global_aabb_fast() for each in fixed], np.float64)
+        for body in bodies:
+            if body.component.collision_shapes and not body.component.get_disable_gravity():
+                yield from _long_step(body, fixed, boxes, gravity, step)
+
+
+def _is_thick(component: Any) -> bool:
+    """Whether all of its shapes have an inside and an end."""
+    thin = {"PhysxCollisionShapePlane", "PhysxCollisionShapeTriangleMesh"}
+    return all(type(shape).__name__ not in thin for shape in component.collision_shapes)
+
+
+def _long_step(body: MovingBody, fixed: list[Any], boxes: Any, gravity: float, step: float) -> Iterator[Finding]:
+    low, high = np.array(body.component.get_global_aabb_fast(), np.float64)
+    below = (boxes[:, 0, :2] <= high[:2]).all(axis=1) & (boxes[:, 1, :2] >= low[:2]).all(axis=1)
+    below &= boxes[:, 1, 2] <= low[2]
+    if not below.any():
+        return
+    target = int(np.flatnonzero(below)[boxes[below, 1, 2].argmax()])
+    start = min(float(body.component.get_linear_velocity()[2]), 0.0)
+    speed = (start**2 + 2 * gravity * float(low[2] - boxes[target, 1, 2])) ** 0.5
+    offset = sum(each.collision_shapes[0].contact_offset for each in (body.component, fixed[target]))
+    thickness = float(np.ptp(boxes[target, :, 2]))
+    room = float(high[2] - low[2]) + thickness + offset
+    if speed * step > room:
+        name = fixed[target].entity.name
+        yield Finding(
+            "SC540", (body.entity,), body.scene, speed * step / room,
+            f"`{body.entity}` may fall through `{name}`, which is {thickness:.3g} m thick: it arrives at "
+            f"{speed:.3g} m/s, {speed * step:.3g} m a step",
+            "lower `timestep`, write `enable_ccd: true` under `physics`, or make the one below thicker",
+        )  # fmt: skip

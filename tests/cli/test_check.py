@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+OVERLAP = """\
+scenecc: 1
+entities:
+  ground: {body_type: static, shapes: [{type: plane}]}
+  a: {pose: [0, 0, 0.1], shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}
+  b: {pose: [0.1, 0, 0.1], shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}
+"""
+TOPPLES = """\
+scenecc: 1
+entities:
+  ground: {body_type: static, shapes: [{type: plane}]}
+  pole: {pose: {p: [0, 0, 0.201], rpy_deg: [4, 0, 0]}, shapes: [{type: box, half_size: [0.01, 0.01, 0.2]}]}
+"""
+
+
+def test_a_finding_is_at_its_line_and_says_how_to_see_it(run, tmp_path: Path) -> None:
+    (tmp_path / "scene.yaml").write_text(OVERLAP)
+    done = run("check", "scene.yaml", "--settle", "0")
+    assert done.returncode == 1
+    assert "scene.yaml:4:3: error SC850: `a` and `b` overlap by 100 mm at the start, in scene 0" in done.stdout
+    assert "`scenecc view scene.yaml --seed 0 --scene 0` shows it" in done.stdout
+    assert done.stderr == "1 file checked\n"
+
+
+def test_a_warning_fails_only_a_strict_check(run, tmp_path: Path) -> None:
+    (tmp_path / "scene.yaml").write_text(TOPPLES)
+    assert run("check", "scene.yaml").returncode == 0
+    assert run("check", "scene.yaml", "--strict").returncode == 1
+    assert run("check", "scene.yaml", "--strict", "--settle", "0").returncode == 0
+
+
+def test_files_of_a_folder_are_checked_with_each_seed(run, tmp_path: Path) -> None:
+    (tmp_path / "scenes").mkdir()
+    for name in ("a.yaml", "b.yaml"):
+        (tmp_path / "scenes" / name).write_text(OVERLAP)
+    done = run("check", "scenes", "--settle", "0", "--seeds", "3:5", "--format", "json")
+    found = json.loads(done.stdout)["diagnostics"]
+    assert [one["file"] for one in found] == ["scenes/a.yaml", "scenes/b.yaml"]
+    assert found[0]["message"].endswith("in 2 scenes; worst in scene 0 with seed 3")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [["--seeds", "5"], ["--seeds", "5:5"], ["--settle", "-1"], ["--settle", "nan"], ["--seeds", "0:2", "--seed", "1"]],
+)
+def test_wrong_options_are_2(run, tmp_path: Path, options: list[str]) -> None:
+    (tmp_path / "scene.yaml").write_text(OVERLAP)
+    assert run("check", "scene.yaml", *options).returncode == 2
+
+
+def test_a_scene_at_standard_input_is_checked(run) -> None:
+    done = run("check", "-", "--settle", "0", stdin=OVERLAP)
+    assert done.returncode == 1
+    assert "SC850" in done.stdout
+    assert "scenecc view" not in done.stdout

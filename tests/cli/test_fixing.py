@@ -1,0 +1,61 @@
+"""`--fix` and `--diff`: what is safe is corrected, and all else stays as it is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+BEFORE = """\
+# a door   with its own layout
+scenecc: 1
+entities:
+  door:   {pose: {p: [0,0,1], rpy: [0, 0, 90]},  # degrees
+    mass:  1, shapes: [{type: box, half_sizes: [0.1, 0.1, 1]}]}
+  cup: {pose: {q: [0.7, 0, 0, 0.72]}, mass: 1, shapes: [{type: sphere, radius: 0.1}]}
+"""
+
+
+def repeated(run, file: Path, *arguments: str) -> str:
+    """The file after as many runs as there are stages of mistakes."""
+    for _ in range(3):
+        run("validate", *arguments, file)
+    return file.read_text()
+
+
+def test_what_is_safe_is_corrected_and_all_else_stays(run, tmp_path: Path) -> None:
+    file = tmp_path / "s.yaml"
+    file.write_text(BEFORE)
+    after = repeated(run, file, "--fix")
+    lines = after.splitlines()
+    assert lines[3] == "  door:   {pose: {p: [0,0,1], rpy_deg: [0, 0, 90]},  # degrees"
+    assert lines[4] == "    mass:  1, shapes: [{type: box, half_size: [0.1, 0.1, 1]}]}"
+    assert lines[5].startswith("  cup: {pose: {q: [0.697")
+    assert [lines[i] for i in (0, 1, 2)] == BEFORE.splitlines()[:3]
+    assert run("validate", "--strict", "--fix", file).returncode == 0
+    assert file.read_text() == after
+
+
+def test_a_diff_changes_nothing(run, tmp_path: Path) -> None:
+    file = tmp_path / "s.yaml"
+    file.write_text(BEFORE)
+    done = run("validate", "--diff", file)
+    assert done.returncode == 1
+    assert "+    mass:  1, shapes: [{type: box, half_size: [0.1, 0.1, 1]}]}\n" in done.stderr
+    assert file.read_text() == BEFORE
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "a: {mass: 1, masss: 2, shapes: [{type: sphere, radius: 0.1}]}",  # would be a duplicate
+        "a: {quat: [1, 0, 0, 0], mass: 1, shapes: [{type: sphere, radius: 0.1}]}",
+        "a: {pose: {q: [1, 1, 0, 0]}, shapes: [{type: sphere, radius: 0.1}]}",
+    ],
+)
+def test_what_is_not_safe_stays(run, tmp_path: Path, line: str) -> None:
+    file = tmp_path / "s.yaml"
+    file.write_text(f"scenecc: 1\nentities:\n  {line}\n")
+    before = file.read_text()
+    assert run("validate", "--fix", file).returncode == 1
+    assert file.read_text() == before

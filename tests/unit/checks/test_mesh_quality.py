@@ -1,0 +1,139 @@
+"""Doubtful meshes: each rule on a mesh that breaks it, and on one that does not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from scenecc import check_scene, compile_scene
+from scenecc.checks import mesh_measures
+from scenecc.checks.mesh_measures import measure_mesh
+
+
+@pytest.fixture(autouse=True)
+def _empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    measure_mesh.cache_clear()
+
+
+def box(**changes: Any) -> trimesh.Trimesh:
+    """A cube of 0.2 m. `changes`: `faces`, what is done to its triangles; `move`, to its corners."""
+    mesh = trimesh.creation.box((0.2, 0.2, 0.2))
+    faces, vertices = np.array(mesh.faces), np.array(mesh.vertices)
+    faces = changes["faces"](faces) if "faces" in changes else faces
+    vertices = changes["move"](vertices) if "move" in changes else vertices
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+def cup() -> trimesh.Trimesh:
+    profile = [[0, 0], [0.05, 0], [0.05, 0.1], [0.048, 0.1], [0.048, 0.002], [0, 0.002]]
+    return trimesh.creation.revolve(np.array(profile), sections=32)
+
+
+def found(folder: Path, mesh: trimesh.Trimesh, shape: str, body: str = "body_type: static") -> list[tuple[str, int]]:
+    """Codes and lines of a scene with one shape of a mesh on line 6."""
+    mesh.export(folder / "mesh.ply")
+    lines = [
+        "scenecc: 1", "physics: {gravity: [0, 0, 0]}", "entities:", "  thing:", f"    {body}",
+        f"    {shape}",
+    ]  # fmt: skip
+    (folder / "scene.yaml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return [(d.code, d.line or 0) for d in check_scene(folder / "scene.yaml", settle=0) if d.code != "SC852"]
+
+
+COLLIDES = "collisions: [{{type: {}, file: mesh.ply{}}}]"
+TRIANGLES = COLLIDES.format("triangle_mesh", "")
+FIELD = COLLIDES.format("triangle_mesh", ", sdf: true")
+HULL = COLLIDES.format("convex_mesh", "")
+SEEN = "visuals: [{type: mesh, file: mesh.ply}]"
+
+FAULTS = {
+    "SC434": (box(faces=lambda faces: faces[1:]), FIELD, "body_type: static"),
+    "SC435": (box(faces=lambda faces: faces[:, ::-1]), TRIANGLES, "body_type: static"),
+    "SC436": (box(faces=lambda faces: np.vstack([faces, faces[:3, [0, 1, 1]]])), TRIANGLES, "body_type: static"),
+    "SC437": (box(move=lambda vertices: vertices * 400), HULL, "body_type: dynamic"),
+    "SC438": (box(move=lambda vertices: vertices + 9), HULL, "body_type: dynamic"),
+    "SC439": (cup(), HULL, "body_type: dynamic"),
+}
+
+
+@pytest.mark.parametrize("code", FAULTS)
+def test_a_fault_is_found_at_the_file_of_the_shape(code: str, tmp_path: Path) -> None:
+    assert found(tmp_path, *FAULTS[code]) == [(code, 6)]
+
+
+@pytest.mark.parametrize(
+    ("mesh", "shape", "body"),
+    [
+        (box(), FIELD, "body_type: static"),
+        (box(), HULL, "body_type: dynamic"),
+        (FAULTS["SC434"][0], TRIANGLES, "body_type: static"),
+        (FAULTS["SC434"][0], SEEN, "body_type: static"),
+        (FAULTS["SC435"][0], HULL, "body_type: dynamic"),
+        (FAULTS["SC435"][0], SEEN, "body_type: static"),
+        (FAULTS["SC437"][0], TRIANGLES, "body_type: static"),
+        (FAULTS["SC438"][0], TRIANGLES, "body_type: static"),
+        (cup(), TRIANGLES, "body_type: static"),
+    ],
+)
+def test_what_does_not_matter_for_a_use_is_not_found(
+    mesh: trimesh.Trimesh, shape: str, body: str, tmp_path: Path
+) -> None:
+    assert found(tmp_path, mesh, shape, body) == []
+
+
+def test_neighbours_that_face_opposite_sides_are_found(tmp_path: Path) -> None:
+    turned = box(faces=lambda faces: np.vstack([faces[:1, ::-1], faces[1:]]))
+    assert found(tmp_path, turned, TRIANGLES) == [("SC435", 6)]
+
+
+def test_a_mesh_of_micrometres_is_found(tmp_path: Path) -> None:
+    assert found(tmp_path, box(move=lambda vertices: vertices / 2500), SEEN) == [("SC437", 6)]
+
+
+def test_a_body_that_is_seen_elsewhere_is_found_in_each_scene(tmp_path: Path) -> None:
+    shape = "collisions: [{type: convex_mesh, file: mesh.ply}], visuals: [{type: mesh, file: mesh.ply, pose: %s}]"
+    for pose, expected in (
+        ("[0.3, 0, 0]", ["SC441"]),
+        ("{per_scene: [[0, 0, 0], [0, 0, 1]]}", ["SC441"]),
+        ("[0.1, 0, 0]", []),
+    ):
+        box().export(tmp_path / "mesh.ply")
+        scenes = 2 if "per_scene" in pose else 1
+        text = f"scenecc: 1\nnum_scenes: {scenes}\nentities:\n  thing: {{body_type: static, {shape % pose}}}\n"
+        (tmp_path / "scene.yaml").write_text(text, encoding="utf-8")
+        diagnostics = check_scene(tmp_path / "scene.yaml", settle=0)
+        assert [d.code for d in diagnostics] == expected
+        assert all((d.line, d.column) == (4, 3) for d in diagnostics)
+
+
+def test_file_names_that_differ_in_case_are_found(tmp_path: Path) -> None:
+    for name in ("mesh.ply", "Mesh.ply"):
+        box().export(tmp_path / name)
+    shapes = "collisions: [{type: convex_mesh, file: mesh.ply}, {type: convex_mesh, file: Mesh.ply}]"
+    (tmp_path / "scene.yaml").write_text(
+        f"scenecc: 1\nentities:\n  thing: {{body_type: static, {shapes}}}\n", encoding="utf-8"
+    )
+    assert [(d.code, d.line) for d in check_scene(tmp_path / "scene.yaml", settle=0)] == [("SC443", 3)]
+
+
+def test_measures_are_kept_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    box().export(tmp_path / "mesh.ply")
+    text = f"scenecc: 1\nentities:\n  thing: {{body_type: static, {HULL}}}\n"
+    (tmp_path / "scene.yaml").write_text(text, encoding="utf-8")
+    (file,) = compile_scene(tmp_path / "scene.yaml").files
+    first = measure_mesh(file)
+    assert first.volume == pytest.approx(0.008)
+    assert first.hull_volume == pytest.approx(0.008, rel=0.01)
+    measure_mesh.cache_clear()
+    with monkeypatch.context() as patched:
+        patched.setattr(mesh_measures, "_measure", None)
+        assert measure_mesh(file) == first
+    (kept,) = (tmp_path / "cache" / "scenecc" / "measures").iterdir()
+    kept.write_bytes(b"{}")
+    measure_mesh.cache_clear()
+    assert measure_mesh(file) == first

@@ -1,0 +1,167 @@
+"""`check_scene`: every kind of finding, at its place and with its scene, and scenes in which there is none."""
+
+from __future__ import annotations
+
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenecc import Diagnostic, check_scene
+
+GROUND = {"body_type": "static", "shapes": [{"type": "plane"}]}
+BOX = {"shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1]}]}
+
+
+def scene(entities: dict[str, Any], **other: Any) -> dict[str, Any]:
+    return {"scenecc": 1, "entities": {"ground": GROUND, **entities}, **other}
+
+
+def found(entities: dict[str, Any], settle: float = 1.0, **other: Any) -> list[Diagnostic]:
+    return check_scene(scene(entities, **other), settle=settle)
+
+
+def codes(diagnostics: list[Diagnostic]) -> list[str]:
+    return [one.code for one in diagnostics]
+
+
+def test_bodies_that_stand_and_that_fall_upright_are_fine() -> None:
+    stack = {f"box_{i}": {"pose": [0, 0, 0.1 + 0.2 * i], **BOX} for i in range(3)}
+    assert found({**stack, "falls": {"pose": [1, 0, 0.6], **BOX}}) == []
+
+
+@pytest.mark.parametrize(
+    ("shape", "depth"),
+    [
+        ({"type": "box", "half_size": [0.1, 0.1, 0.1]}, 0.02),
+        ({"type": "sphere", "radius": 0.1}, 0.02),
+        ({"type": "cylinder", "radius": 0.1, "half_length": 0.1}, 0.02),
+    ],
+)
+def test_an_overlap_has_its_depth(shape: dict[str, Any], depth: float) -> None:
+    bodies = {"a": {"pose": [0, 0, 0.5], **BOX}, "b": {"pose": [0.2 - depth, 0, 0.5], "shapes": [shape]}}
+    (one,) = found({name: {**body, "gravity": False} for name, body in bodies.items()}, settle=0)
+    assert one.code == "SC850"
+    assert one.message == "`a` and `b` overlap by 20 mm at the start, in scene 0"
+    assert one.path == "entities.a"
+    assert [related.message for related in one.related] == ["`b` is here"]
+
+
+@pytest.mark.parametrize("gap", [-0.0004, 0, 0.001])
+def test_what_touches_does_not_overlap(gap: float) -> None:
+    assert found({"a": {"pose": [0, 0, 0.1 + gap], **BOX}}, settle=0) == []
+
+
+def test_what_never_collides_does_not_overlap() -> None:
+    a, b = ({"pose": [0, 0, 0.5], **BOX, "gravity": False, "collision_bits": [1, 1, bit, 7]} for bit in (4, 4))
+    assert found({"a": a, "b": b}, settle=0) == []
+    assert codes(found({"a": a, "b": {**b, "collision_bits": [1, 1, 2, 7]}}, settle=0)) == ["SC850"]
+
+
+def test_the_scenes_of_an_overlap_are_told_and_the_worst_is_shown(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(
+        "scenecc: 1\nnum_scenes: 4\nentities:\n"
+        "  ground: {body_type: static, shapes: [{type: plane}]}\n"
+        "  a: {pose: [0, 0, 0.1], shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}\n"
+        "  b:\n    pose: {per_scene: [[1, 0, 0.1], [0.19, 0, 0.1], [0.15, 0, 0.1], [0.5, 0, 0.1]]}\n"
+        "    shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]\n"
+    )
+    (one,) = check_scene(file, settle=0)
+    assert one.message == "`a` and `b` overlap by 50 mm at the start, in scenes 1, 2; worst in scene 2"
+    assert one.line == 5
+    assert one.hint == f"`scenecc view {file} --seed 0 --scene 2` shows it"
+
+
+def test_seeds_are_checked_each_and_told() -> None:
+    moving = {"pose": {"p": [{"uniform": [0.1, 0.4]}, 0, 0.1]}, **BOX}
+    document = scene({"a": {"pose": [0, 0, 0.1], **BOX}, "b": moving}, num_scenes=5)
+    (one,) = check_scene(document, settle=0, seeds=range(4))
+    text = one.message
+    depths = {
+        (seed, int(k)): 0.2 - abs(float(x)) for seed in range(4) for k, x in enumerate(_positions(document, seed))
+    }
+    deep = {key: depth for key, depth in depths.items() if depth > 0.0005}
+    seed, index = max(deep, key=lambda key: deep[key])
+    assert f"overlap by {deep[seed, index] * 1000:.3g} mm" in text
+    assert text.endswith(f"in {len(deep)} scenes; worst in scene {index} with seed {seed}")
+
+
+def _positions(document: dict[str, Any], seed: int) -> np.ndarray:
+    from scenecc import compile_scene
+
+    plan = compile_scene(document, seed=seed)
+    return next(entity for entity in plan.entities if entity.name == "b").pose.data[:, 0]
+
+
+def test_a_stream_is_checked_with_several_seeds() -> None:
+    text = "scenecc: 1\nentities:\n  a: {shapes: [{type: sphere, radius: 0.1}]}\n"
+    assert codes(check_scene(StringIO(text), settle=0, seeds=[0, 1])) == ["SC852"]
+
+
+def test_a_body_over_nothing_falls_for_ever() -> None:
+    shapes = [{"type": "sphere", "radius": 0.1}]
+    table = {"body_type": "static", "pose": [0, 0, -1], "shapes": [{"type": "box", "half_size": [0.5, 0.5, 0.1]}]}
+    document = {
+        "scenecc": 1,
+        "entities": {"table": table, "on": {"shapes": shapes}, "beside": {"pose": [2, 0, 0], "shapes": shapes}},
+    }
+    (one,) = check_scene(document, settle=0)
+    assert (one.code, one.path) == ("SC852", "entities.beside")
+    document["entities"]["beside"]["gravity"] = False
+    assert check_scene(document, settle=0) == []
+
+
+def test_the_links_of_a_robot_hold_it_not() -> None:
+    link = {"type": "box", "half_size": [0.1, 0.1, 0.1]}
+    joint = {"type": "fixed", "origin": [0, 0, -0.5]}
+    root = {"name": "top", "shapes": [link], "children": [{"name": "low", "joint": joint, "shapes": [link]}]}
+    document = {"scenecc": 1, "entities": {"robot": {"root": root, "fix_root_link": False}}}
+    assert codes(check_scene(document, settle=0)) == ["SC852"]
+    document["entities"]["robot"]["fix_root_link"] = True
+    assert check_scene(document, settle=0) == []
+
+
+@pytest.mark.parametrize(
+    ("constraint", "text"),
+    [
+        ({"type": "weld", "pose_in_child": [0, 0, 0], "pose_in_parent": [0, 0, 0.25]}, "its frames are 50 mm apart"),
+        ({"type": "connection", "pose_in_child": [0, 0, 0], "pose_in_parent": [0, 0, 0.25]}, "50 mm apart"),
+        ({"type": "distance", "limits": [0, 0.1], "pose_in_child": [0, 0, 0], "pose_in_parent": [0, 0, 0]}, "200 mm"),
+        ({"type": "weld", "pose_in_child": {"rpy_deg": [0, 0, 30]}, "pose_in_parent": [0, 0, 0.3]}, "turned by 30°"),
+    ],
+)
+def test_a_constraint_that_the_start_breaks_is_torn(constraint: dict[str, Any], text: str) -> None:
+    entities = {"a": {"pose": [0, 0, 0.1], **BOX}, "b": {"pose": [0, 0, 0.4], **BOX}}
+    tie = {"parent": "a", "child": "b", **constraint}
+    diagnostics = found(entities, settle=0, constraints={"tie": tie})
+    assert [(one.code, one.path) for one in diagnostics] == [("SC853", "constraints.tie")]
+    assert text in diagnostics[0].message
+    assert found(entities, settle=0, constraints={"tie": {"type": "weld", "parent": "a", "child": "b"}}) == []
+
+
+def test_a_pole_that_stands_askew_topples_and_a_lying_one_may_roll() -> None:
+    pole = {"shapes": [{"type": "box", "half_size": [0.01, 0.01, 0.2]}]}
+    roller = {"type": "cylinder", "radius": 0.1, "half_length": 0.2}
+    tilted = {"pose": {"p": [0, 0, 0.201], "rpy_deg": [4, 0, 0]}, **pole}
+    assert codes(found({"pole": tilted})) == ["SC854"]
+    assert found({"roller": {"pose": [0, 0, 0.1], "linear_velocity": [0, 1, 0], "shapes": [roller]}}) == []
+
+
+def test_what_is_pushed_out_of_another_is_thrown() -> None:
+    light = {"pose": [0, 0, 0.15], "shapes": [{"type": "sphere", "radius": 0.1}], "mass": 0.01}
+    heavy = {"pose": [0, 0, 0.1], **BOX, "mass": 100, "locked_axes": ["x", "y", "z", "rx", "ry", "rz"]}
+    assert "SC850" in codes(found({"light": light, "heavy": heavy}))
+
+
+def test_the_mistakes_of_a_scene_are_those_of_validate() -> None:
+    assert codes(check_scene({"scenecc": 1, "entities": {"a": {"shape": []}}})) == ["SC101"]
+
+
+def test_arguments_out_of_range_are_refused() -> None:
+    with pytest.raises(ValueError, match="settle must be 0 or more"):
+        check_scene(scene({}), settle=-1)
+    with pytest.raises(ValueError, match="seed is not taken with seeds"):
+        check_scene(scene({}), seed=1, seeds=[2])

@@ -1,0 +1,115 @@
+"""`# scenecc: ignore`: where it holds, and where it is only text."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+
+from scenecc import open_scene, validate
+from scenecc.source.comments import find_xml_silencings, find_yaml_silencings
+from scenecc.source.text import TextLines
+
+SCENE = """scenecc: 1
+entities:
+  door:
+    mass: 1
+    {above}
+    pose: {{p: [0, 0, 1], rpy: [0, 0, 90]}} {beside}
+    shapes: [{{type: box, half_size: [0.1, 0.1, 1]}}]
+"""
+ROBOT = """<robot name="r">
+  <link name="a"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
+  {above}
+  <link name="b" colour="red"/> {beside}
+  <joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>
+</robot>
+"""
+
+
+def found_in(above: str = "", beside: str = "") -> list[str]:
+    text = SCENE.format(above=above, beside=beside)
+    return [found.code for found in validate(io.StringIO(text))]
+
+
+@pytest.mark.parametrize(
+    ("above", "beside", "codes"),
+    [
+        ("", "", ["SC526"]),
+        ("", "# scenecc: ignore SC526", []),
+        ("", "#scenecc: ignore SC526 -- two, on purpose", []),
+        ("# scenecc: ignore SC526 -- on purpose", "", []),
+        ("", "# see below # scenecc: ignore SC526", []),
+        ("", "# scenecc: ignore SC101", ["SC526", "SC018"]),
+        ("", "# scenecc: ignore SC313, SC526", ["SC018"]),
+        ("", "# scenecc: ignore SC998", ["SC526", "SC018"]),
+        ("", "# scenecc: ignore", ["SC526", "SC018"]),
+        ("# scenecc: ignore SC313\n    # scenecc: ignore SC526", "", ["SC018"]),
+        ("body_type: dynamic  # scenecc: ignore SC526", "", ["SC018", "SC526"]),
+    ],
+)
+def test_a_comment_silences_its_own_line_or_alone_the_next(above: str, beside: str, codes: list[str]) -> None:
+    assert sorted(found_in(above, beside)) == sorted(codes)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a: '# scenecc: ignore SC526'",
+        'a: "x\n  # scenecc: ignore SC526\n  y"',
+        "a: |\n  # scenecc: ignore SC526\n\n  # scenecc: ignore SC526\n",
+        "a: >-\n   x\n   # scenecc: ignore SC526\n",
+        "a: x#scenecc: ignore SC526",
+    ],
+)
+def test_in_strings_it_is_text(text: str) -> None:
+    assert find_yaml_silencings(TextLines("a", text)) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("a: |  # scenecc: ignore SC526\n  x\n", 1),
+        ("a: |\n  x\n\n# scenecc: ignore SC526\nb: 1\n", 5),
+        ("a: >\n  x\n# scenecc: ignore SC526\nb: 1\n", 4),
+        ("a: '#'  # scenecc: ignore SC526\n", 1),
+        ("a: [1,   # scenecc: ignore SC526\r\n  2]", 1),
+        ("a: '# scenecc: ignore SC1'  # scenecc: ignore SC526", 1),
+    ],
+)
+def test_beside_strings_it_is_a_comment(text: str, line: int) -> None:
+    (found,) = find_yaml_silencings(TextLines("a", text))
+    assert (found.codes, found.line) == (("SC526",), line)
+
+
+def test_in_xml_a_reason_follows_one_hyphen() -> None:
+    text = "<a>\n<!-- scenecc: ignore SC454, SC526 - a reason -->\n<b/> <!-- scenecc: ignore SC454 -->\n</a>"
+    found = find_xml_silencings(TextLines("a", text))
+    assert [(one.codes, one.line) for one in found] == [(("SC454", "SC526"), 3), (("SC454",), 3)]
+
+
+@pytest.mark.parametrize(
+    ("above", "beside", "codes"),
+    [
+        ("", "", ["SC454"]),
+        ("<!-- scenecc: ignore SC454 - a note for people -->", "", []),
+        ("", "<!-- scenecc: ignore SC454 -->", []),
+        ("<!-- scenecc: ignore SC468 -->", "", ["SC454"]),  # a robot's file is not the one that is checked
+    ],
+)
+def test_a_robots_file_silences_what_is_found_in_it(tmp_path: Path, above: str, beside: str, codes: list[str]) -> None:
+    (tmp_path / "r.urdf").write_text(ROBOT.format(above=above, beside=beside))
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities:\n  r: {urdf: r.urdf, fix_root_link: true}\n")
+    assert [found.code for found in validate(scene)] == codes
+    assert [found.code for found in open_scene(scene).diagnostics] == codes
+
+
+def test_an_included_file_silences_what_is_found_in_it(tmp_path: Path) -> None:
+    part = tmp_path / "part.yaml"
+    part.write_text(SCENE.format(above="", beside="# scenecc: ignore SC526, SC313"))
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\ninclude: [part.yaml]\n")
+    assert validate(scene) == []
+    assert [found.code for found in validate(part)] == ["SC018"]
