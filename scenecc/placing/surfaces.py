@@ -122,6 +122,8 @@ def _level_polygons(points: Floats, triangles: Any) -> list[tuple[float, Floats]
         order = hull_order(top[:, :2])
         return [(float(top[:, 2].max()), top[order][:, :2])] if len(order) > 2 else []
     level = _level_of(points, triangles)
+    if not len(level):
+        return []
     found: list[tuple[float, Floats]] = []
     heights: Floats = np.round(np.asarray(level[:, :, 2].max(axis=1), np.float64) / _SAME_HEIGHT)
     distinct: list[float] = np.unique(heights).tolist()

@@ -156,6 +156,10 @@ def _typed(constraint: Node, random: Random) -> None:
                     sides = constraint[key]
                     near = [min(max(side, -3), 3) for side in sides] if constraint["type"] == "hinge" else sides
                     constraint[key] = ascending(near, random)
+            drive = constraint.get("drive") or {}
+            for aim, strength in (("target", "stiffness"), ("velocity_target", "damping")):
+                if aim in drive:
+                    drive.setdefault(strength, 1.0)
         case "drive":
             _drive(constraint, random)
 
