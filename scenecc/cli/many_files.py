@@ -52,6 +52,7 @@ def choose_files(found: Found, choices: FileChoices, cache: FindingsCache) -> li
     if choices.changed_since is not None:
         changed = _changed_files(choices.changed_since)
         if isinstance(changed, str):
+            found.files = []
             return [usage_error("SC918", changed, file="--changed-since")]
         found.files = [file for file in found.files if _may_differ(file, cache, changed)]
     if choices.shard is not None:

@@ -37,6 +37,11 @@ class Finding:
     seed: int = 0
 
 
+def length_text(length: float) -> str:
+    """A length [m] as people say it: `4.8 mm`, `1.2 m`."""
+    return f"{length:.3g} m" if length >= 1 else f"{length * 1000:.3g} mm"
+
+
 def report_findings(
     findings: list[Finding], origins: Mapping[str, Origin | None], file: str | None, sink: Sink, *, several_seeds: bool
 ) -> None:

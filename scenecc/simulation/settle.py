@@ -8,7 +8,7 @@ import numpy as np
 
 from scenecc.geometry.rotation_arrays import rotate
 from scenecc.simulation.bodies import moving_bodies, poses, velocities
-from scenecc.simulation.findings import Finding
+from scenecc.simulation.findings import Finding, length_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -122,5 +122,5 @@ def _sunk(batch: SceneBatch) -> Iterator[Finding]:
             (a, b),
             int(contacts.scene[number]),
             depth,
-            f"`{a}` and `{b}` penetrate each other by {depth * 1000:.3g} mm after the simulation",
+            f"`{a}` and `{b}` penetrate each other by {length_text(depth)} after the simulation",
         )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.plan import BodyStructure
-from scenecc.simulation.findings import Finding
+from scenecc.simulation.findings import Finding, length_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,7 +41,7 @@ def overlaps(contacts: Contacts, plan: ScenePlan) -> Iterator[Finding]:
         key = int(contacts.scene[number]), *((a, b) if owners[0] == owners[1] else owners)
         deepest[key] = max(deepest.get(key, (0.0, "", "")), (-float(contacts.separation[number]), a, b))
     for (scene, *names), (depth, a, b) in deepest.items():
-        by = f"by {depth * 1000:.3g} mm at the start"
+        by = f"by {length_text(depth)} at the start"
         if _owner(a, articulations) == _owner(b, articulations):
             yield Finding("SC851", tuple(names), scene, depth, f"the links `{a}` and `{b}` overlap {by}")
         else:

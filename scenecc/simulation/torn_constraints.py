@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.plan.constraint import Connection, Distance, Drive, Weld
-from scenecc.simulation.findings import Finding
+from scenecc.simulation.findings import Finding, length_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -73,5 +73,5 @@ def _errors(constraint: Constraint, row: int, component: Any) -> Iterator[tuple[
 def _beyond(value: float, low: float, high: float, tolerance: float, text: str) -> Iterator[tuple[float, str]]:
     excess = max(low - value, value - high)
     if excess > tolerance:
-        shown = f"{math.degrees(excess):.3g}°" if tolerance == TORN_TURN else f"{excess * 1000:.3g} mm"
+        shown = f"{math.degrees(excess):.3g}°" if tolerance == TORN_TURN else length_text(excess)
         yield excess / tolerance, text.format(shown)
