@@ -9,25 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.checking import (
-    IgnoreOption,
-    SelectOption,
-    StatisticsOption,
-    StrictOption,
-    run_checks,
-    settings_finder,
-)
-from scenecc.cli.many_files import FileChoices
-from scenecc.cli.options import (
-    ChangedSince,
-    Format,
-    FormatOption,
-    Jobs,
-    Shard,
-    UseCache,
-    shown,
-    takes_compile_options,
-)
+from scenecc.cli.checking import CHECK_OPTIONS, run_checks
+from scenecc.cli.options import Format, FormatOption, shown, takes_compile_options
 from scenecc.cli.output import of_settings, progress
 from scenecc.cli.paths import find, source_of
 
@@ -53,7 +36,7 @@ def _parse_seconds(text: str | float) -> float:
     return float(text)
 
 
-@partial(takes_compile_options, names=("num_scenes", "seed", "params", "asset_roots", "allow_outside_assets", "limits"))
+@partial(takes_compile_options, others=CHECK_OPTIONS)
 def check(
     paths: Annotated[
         list[str], typer.Argument(metavar="PATH...", help="Scene files, folders of them, or - for standard input.")
@@ -66,16 +49,9 @@ def check(
     seeds: Annotated[
         Any, typer.Option("--seeds", metavar="A:B", parser=_parse_seeds, help="Check each seed from A to B-1.")
     ] = None,
-    jobs: Jobs = None,
-    shard: Shard = None,
-    changed_since: ChangedSince = None,
-    cache: UseCache = True,
-    strict: StrictOption = False,
-    select: SelectOption = None,
-    ignore: IgnoreOption = None,
-    statistics: StatisticsOption = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
+    others: dict[str, Any],
 ) -> None:
     """Check scene files, then build and simulate all of their scenes.
 
@@ -95,14 +71,13 @@ def check(
     if seeds is not None and options["seed"] is not None:
         raise typer.BadParameter("it cannot be given together with --seed", param_hint="'--seeds'")
     asked = Options.of(**options)
-    finder = settings_finder(select, ignore, strict=strict)
     found = find(paths)
     # A process of its own for many files: SAPIEN keeps some memory of every scene, and can end the process it is in.
-    choices = FileChoices(jobs or int(len(found.files) > 1), shard, changed_since, cache)
+    others["jobs"] = others["jobs"] or int(len(found.files) > 1)
 
     def check_file(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
-        with progress("check", where=choices.jobs == 0) as show:
+        with progress("check", where=others["jobs"] == 0) as show:
             here = check_source(source_of(file), asked, settle, seeds, rules=rules, progress=show, memory=memory)
         return of_settings(here, asked.params)
 
-    run_checks("check", found, choices, (asked, settle, seeds), check_file, finder, form=form, statistics=statistics)
+    run_checks("check", found, others, (asked, settle, seeds), check_file, form=form)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -24,39 +23,25 @@ _STAGES: Final = ("scenecc.pipeline", "scenecc.expand.expand", "scenecc.lower", 
 """Modules that every file needs."""
 
 
-@dataclass(frozen=True, slots=True)
-class FileChoices:
-    """Which of the files that are found a command takes, and how.
-
-    Attributes:
-        jobs: processes; 0: this one alone.
-        shard: which part of how many.
-        changed_since: a revision of git.
-        cache: whether what was found before in files that did not change is taken over.
-    """
-
-    jobs: int = 0
-    shard: tuple[int, int] | None = None
-    changed_since: str | None = None
-    cache: bool = True
-
-
-def choose_files(found: Found, choices: FileChoices, cache: FindingsCache) -> list[Diagnostic]:
+def choose_files(
+    found: Found, changed_since: str | None, shard: tuple[int, int] | None, cache: FindingsCache
+) -> list[Diagnostic]:
     """Narrows the files to those that are asked for; what is wrong with that.
 
     Args:
         found: its files are narrowed.
-        choices: what the caller asked for.
+        changed_since: to those that differ from this revision of git.
+        shard: to this part of so many.
         cache: knows what scenes use.
     """
-    if choices.changed_since is not None:
-        changed = _changed_files(choices.changed_since)
+    if changed_since is not None:
+        changed = _changed_files(changed_since)
         if isinstance(changed, str):
             found.files = []
             return [usage_error("SC918", changed, file="--changed-since")]
         found.files = [file for file in found.files if _may_differ(file, cache, changed)]
-    if choices.shard is not None:
-        part, parts = choices.shard
+    if shard is not None:
+        part, parts = shard
         found.files = found.files[part - 1 :: parts]
     return []
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Mapping
 from enum import Enum
 from functools import wraps
 from inspect import Parameter, Signature, signature
@@ -15,8 +15,6 @@ import typer
 _INTEGER: Final = re.compile(r"[0-9]{1,18}|[0-9]{1,3}(?:_[0-9]{3}){1,5}")
 
 _SHOWN: Final = 40
-
-_SHARD: Final = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
 
 
 class Format(str, Enum):
@@ -128,14 +126,6 @@ def _in_brackets(hint: str | None) -> str:
     return f" ({hint})" if hint else ""
 
 
-def parse_shard(text: str | tuple[int, int]) -> tuple[int, int]:
-    """`2/5` as (2, 5): the second of five parts."""
-    found = _SHARD.fullmatch(str(text))
-    if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise typer.BadParameter(f"{shown(str(text))} is not I/N with I from 1 to N, as in 2/5")
-    return int(found[1]), int(found[2])
-
-
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="A scene file, or - for standard input.", show_default=False)
 ]
@@ -166,20 +156,6 @@ Limits = Annotated[
 ]
 TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="Format of the result.")]
 FormatOption = Annotated[Format, typer.Option("--format", help="Format of the diagnostics.")]
-Jobs = Annotated[
-    int | None,
-    typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.", show_default="one"),
-]
-Shard = Annotated[
-    Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Take only part I of N of the files.")
-]
-ChangedSince = Annotated[
-    str | None,
-    typer.Option("--changed-since", metavar="REV", help="Take only scenes that changed since a revision of git."),
-]
-UseCache = Annotated[
-    bool, typer.Option("--cache/--no-cache", help="Take over what was found before in files that did not change.")
-]
 
 _COMPILE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "num_scenes": (NumScenes, None),
@@ -193,10 +169,19 @@ _COMPILE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
 
 
 def takes_compile_options(
-    command: Callable[..., None], names: Container[str] = _COMPILE_OPTIONS
+    command: Callable[..., None],
+    names: Container[str] = _COMPILE_OPTIONS,
+    others: Mapping[str, tuple[Any, Any]] | None = None,
 ) -> Callable[..., None]:
-    """Gives a command these options, ahead of its own `--format`. It gets them read, as the keyword `options`."""
+    """Gives a command these options, ahead of its own `--format`. It gets them read, as the keyword `options`.
+
+    Args:
+        command: the command.
+        names: of the options of compiling that it takes.
+        others: further options, as `_COMPILE_OPTIONS` has them, which it gets as the keyword `others`.
+    """
     taken = {name: row for name, row in _COMPILE_OPTIONS.items() if name in names}
+    more = others or {}
     hints = get_type_hints(command, include_extras=True)
 
     @wraps(command)
@@ -206,14 +191,16 @@ def takes_compile_options(
         if "params" in taken:
             options["params"] = parse_params(options["params"])
         options["asset_roots"] = options["asset_roots"] or ()
+        if more:
+            given["others"] = {name: given.pop(name, default) for name, (_, default) in more.items()}
         command(*arguments, options=options, **given)
 
     own = [each.replace(annotation=hints[each.name]) for each in signature(command).parameters.values()]
     last = [each for each in own if each.name == "form"]
-    own = [each for each in own if each.name not in {"form", "options"}]
+    own = [each for each in own if each.name not in {"form", "options", "others"}]
     shared = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=option)
-        for name, (option, default) in taken.items()
+        for name, (option, default) in {**more, **taken}.items()
     ]
     # Typer reads these, and not what they are wrapped around.
     vars(run)["__signature__"] = Signature([*own, *shared, *last])

@@ -9,17 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenecc.cli.checking import (
-    IgnoreOption,
-    SelectOption,
-    StatisticsOption,
-    StrictOption,
-    run_checks,
-    settings_finder,
-)
+from scenecc.cli.checking import CHECK_OPTIONS, run_checks
 from scenecc.cli.fixing import corrected, unified_diff, write_corrected
-from scenecc.cli.many_files import FileChoices
-from scenecc.cli.options import ChangedSince, Format, FormatOption, Jobs, Shard, UseCache, takes_compile_options
+from scenecc.cli.options import Format, FormatOption, takes_compile_options
 from scenecc.cli.output import of_settings, print_err
 from scenecc.cli.paths import STDIN, find, source_of
 
@@ -30,27 +22,24 @@ if TYPE_CHECKING:
     from scenecc.source.paths import PathCache
 
 
-@partial(takes_compile_options, names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"))
+@partial(
+    takes_compile_options,
+    names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"),
+    others=CHECK_OPTIONS,
+)
 def validate(
     paths: Annotated[
         list[str], typer.Argument(metavar="PATH...", help="Scene files, folders of them, or - for standard input.")
     ],
     *,
     form: FormatOption = Format.text,
-    jobs: Jobs = None,
-    shard: Shard = None,
-    changed_since: ChangedSince = None,
-    cache: UseCache = True,
-    strict: StrictOption = False,
-    select: SelectOption = None,
-    ignore: IgnoreOption = None,
-    statistics: StatisticsOption = False,
     fix: Annotated[bool, typer.Option("--fix", help="Correct what is safe to correct, in the files.")] = False,
     diff: Annotated[bool, typer.Option("--diff", help="Show what --fix would change, on standard error.")] = False,
     scenes_only: Annotated[
         bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
     ] = False,
     options: dict[str, Any],
+    others: dict[str, Any],
 ) -> None:
     """Check scene files without building them.
 
@@ -73,7 +62,6 @@ def validate(
 
     asked = Options.of(**options)
 
-    finder = settings_finder(select, ignore, strict=strict)
     found = find(paths, scenes_only=scenes_only)
 
     def check(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
@@ -93,11 +81,11 @@ def validate(
         here = check(file, rules, memory)
         return here if fault is None else [fault, *here]
 
-    if (fix or diff) and jobs is not None:
-        raise typer.BadParameter("files are corrected one after the other", param_hint="'--jobs'")
-    choices = FileChoices(jobs or 0, shard, changed_since, cache and not (fix or diff))
-    work = correct if fix or diff else check
-    run_checks("validate", found, choices, asked, work, finder, form=form, statistics=statistics)
+    if fix or diff:
+        if others["jobs"] is not None:
+            raise typer.BadParameter("files are corrected one after the other", param_hint="'--jobs'")
+        others["cache"] = False
+    run_checks("validate", found, others, asked, correct if fix or diff else check, form=form)
 
 
 def _check_text(file: str, options: Options, text: str) -> list[Diagnostic]:
