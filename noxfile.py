@@ -49,6 +49,12 @@ def browser(session: nox.Session) -> None:
 
 
 @nox.session
+def docs(session: nox.Session) -> None:
+    """The site of the documentation, in build/site: `nox -s docs -- serve` shows it while you write."""
+    session.run("mkdocs", *(session.posargs or ("build", "--strict")), env={"NO_MKDOCS_2_WARNING": "1"})
+
+
+@nox.session
 def fuzz(session: nox.Session) -> None:
     """Mutated files, for a minute: `nox -s fuzz -- --seconds 600 --target mesh`."""
     session.run("python", "-m", "tests.fuzz", *(session.posargs or ("--seconds", "60")))
@@ -65,11 +71,13 @@ def snapshots(session: nox.Session) -> None:
     """Writes anew what tests compare with: golden files, frozen outputs, the schema, and pages of the documentation."""
     session.run("pytest", "tests/unit", "-n", "auto", "-q", env={"SCENECC_UPDATE_GOLDEN": "1"})
     session.run("python", "-m", "tests.frozen", "--update")
-    session.run("python", "-m", "scenecc.diagnostics.reference", "docs/diagnostics.md")
-    prefabs = session.run("python", "tests/plugins/prefab_page.py", silent=True)
-    Path("docs/prefabs.md").write_text(str(prefabs), encoding="utf-8")
+    session.run("python", "-m", "scenecc.diagnostics.reference", "docs/reference/diagnostics")
+    for page in ("prefabs", "cli"):
+        text = session.run("python", f"tests/plugins/{page.removesuffix('s')}_page.py", silent=True)
+        Path(f"docs/reference/{page}.md").write_text(str(text), encoding="utf-8")
     schema = session.run("python", "-m", "scenecc", "schema", silent=True)
     Path("schemas/scene.v1.schema.json").write_text(str(schema), encoding="utf-8")
+    session.run("python", "assets/walkthrough.py", "--update")
 
 
 @nox.session

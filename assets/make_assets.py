@@ -1,4 +1,4 @@
-"""Makes the meshes and textures of this folder, and the copies that the example scenes and the prefabs use.
+"""Makes the meshes and textures of the example scenes (`scenes/assets`) and of the prefabs.
 
     python assets/make_assets.py [FOLDER]
 
@@ -22,15 +22,6 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-SCENE_COPIES = (
-    *("bowl.glb", "bowl.obj", "bowl.mtl", "checker.png", "bumps.png", "wear.png", "gem.stl", "mug.obj"),
-    "terrain.png",
-)
-"""A scene file reads only below its own folder, so the examples have these beside them."""
-
-PREFAB_COPIES = ("tiles.png",)
-"""What the prefabs in the package show."""
 
 
 @dataclass(frozen=True)
@@ -256,7 +247,7 @@ def terrain(size: int = 65) -> NDArray[np.uint16]:
 
 
 def make() -> dict[str, bytes]:
-    """Every file of the folder, by name."""
+    """Every file, by its path from the root: a scene reads only below its own folder, a prefab in the package."""
     dish, stone, cup = bowl(), gem(), mug()
     for name, surface in (("bowl", dish), ("gem", stone)):
         solid = trimesh.Trimesh(surface.vertices, surface.faces)
@@ -266,11 +257,10 @@ def make() -> dict[str, bytes]:
         if not part.is_watertight or part.volume <= 0:
             raise ValueError(f"{name} of the mug is not a closed solid")
     image = write_png(checker())
-    return {
+    scenes = {
         "checker.png": image,
         "bumps.png": write_png(bumps()),
         "wear.png": write_png(wear()),
-        "tiles.png": write_png(tiles()),
         "terrain.png": write_png(terrain()),
         "bowl.obj": write_obj(dish, "bowl", "glaze"),
         "bowl.mtl": b"newmtl glaze\nKd 0.9 0.85 0.78\nKs 0.2 0.2 0.2\nNs 60\nmap_Kd checker.png\n",
@@ -278,16 +268,18 @@ def make() -> dict[str, bytes]:
         "mug.obj": write_obj_parts(cup),
         "gem.stl": write_stl(stone),
     }
+    return {
+        "scenecc/prefabs/tiles.png": write_png(tiles()),
+        **{f"scenes/assets/{name}": scenes[name] for name in scenes},
+    }
 
 
 def main(root: Path) -> None:
-    """Writes `root/assets`, `root/scenes/assets` and the textures of the prefabs."""
-    files = make()
-    copies = {"assets": tuple(files), "scenes/assets": SCENE_COPIES, "scenecc/prefabs": PREFAB_COPIES}
-    for folder, names in ((root / where, names) for where, names in copies.items()):
-        folder.mkdir(parents=True, exist_ok=True)
-        for name in names:
-            (folder / name).write_bytes(files[name])
+    """Writes all files below a folder."""
+    for name, data in make().items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
 
 
 if __name__ == "__main__":

@@ -4,12 +4,13 @@
 
 Needs the extra `test`, ManiSkill for some of them, and a device that SAPIEN renders with; Mesa's lavapipe is one. Pages
 need Chromium and its driver, too.
-The scenes in `docs/pictures/` give examples of `scenes/` light and a camera. Another driver shades a little otherwise.
+The scenes in `docs/pictures/` give examples of `scenes/` a camera. Another driver shades a little otherwise.
 """
 
 from __future__ import annotations
 
 import io
+import os
 import shlex
 import shutil
 import signal
@@ -22,6 +23,8 @@ from typing import Any, Final
 
 import numpy as np
 from PIL import Image, ImageDraw
+from walkthrough import PAGES as TUTORIAL
+from walkthrough import Walk, make_clone, pictures
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 FOLDER: Final = ROOT / "docs/pictures"
@@ -29,10 +32,12 @@ FOLDER: Final = ROOT / "docs/pictures"
 LARGEST: Final = 200_000
 """Bytes of a picture in the repository."""
 
-_SHOWN: Final = "--allow-outside-assets --camera view"
+_SHOWN: Final = "--allow-outside-assets --camera view --samples 8"
+_STACK: Final = "scenes/stack.yaml --samples 8"
 _PANDA: Final = "scenes/maniskill/PickCube-v1.yaml --camera render_camera"
 
 PICTURES: Final = {
+    "stack.png": f"{_STACK} --size 640x420",
     "tabletop.png": f"docs/pictures/tabletop.yaml {_SHOWN}",
     "clutter.png": f"docs/pictures/clutter.yaml {_SHOWN} --grid --steps 250",
     "variants.png": f"docs/pictures/variants.yaml {_SHOWN} --grid",
@@ -42,6 +47,17 @@ PICTURES: Final = {
 """The arguments of `scenecc render` for each picture, run in the root of the repository."""
 
 SHEETS: Final = {
+    "presets.png": {preset: f"{_STACK} --size 300x225 --preset {preset}" for preset in ("studio", "plain", "dark")},
+    "overlays.png": {
+        "--labels": f"{_STACK} --size 300x225 --labels",
+        "--ground": f"{_STACK} --size 300x225 --ground",
+        "--frames": f"{_STACK} --size 300x225 --frames",
+        "--contacts --steps 100": f"{_STACK} --size 300x225 --steps 100 --contacts",
+    },
+    "legends.png": {
+        "--what depth --legend": "scenes/clutter.yaml --size 320x240 --what depth --legend",
+        "--what segmentation --legend": "scenes/clutter.yaml --size 320x240 --what segmentation --legend",
+    },
     "what.png": {
         "color": f"{_PANDA} --size 240x240",
         "depth": f"{_PANDA} --size 240x240 --what depth",
@@ -52,7 +68,10 @@ SHEETS: Final = {
 }
 """Pictures side by side, under a word each."""
 
-PAGES: Final = {"view.png": ("scenes/clutter.yaml --port 0", ["things/object_0"])}
+WALKED: Final = pictures()
+"""What the commands of the tutorial write: the name of the picture, and the reader's file."""
+
+PAGES: Final = {"view.png": ("scenes/clutter.yaml --port 0", ["object_0"])}
 """Pages in the browser: the arguments of `scenecc view`, and what is clicked on."""
 
 _TITLE: Final = 20
@@ -64,8 +83,12 @@ _DRAWN: Final = 15
 
 def main(names: list[str]) -> None:
     """Makes the pictures of these names, or all."""
-    for name in names or [*PICTURES, *SHEETS, *PAGES]:
-        if name in PICTURES:
+    asked = names or [*PICTURES, *SHEETS, *PAGES, *WALKED]
+    walked = walk() if WALKED.keys() & {*asked} else {}
+    for name in asked:
+        if name in walked:
+            picture = walked[name]
+        elif name in PICTURES:
             picture = render(PICTURES[name])
         elif name in PAGES:
             picture = page(*PAGES[name])
@@ -83,6 +106,20 @@ def render(arguments: str) -> Image.Image:
         subprocess.run(command, cwd=ROOT, check=True)  # noqa: S603 - our own command
         with Image.open(path) as picture:
             return seen(picture)
+
+
+def walk() -> dict[str, Image.Image]:
+    """What a reader of the tutorial sees."""
+    with tempfile.TemporaryDirectory() as folder:
+        reader = Walk(
+            make_clone(Path(folder)),
+            {**os.environ, "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])},
+            wanted=lambda step: step.mark == "render",
+            seen=lambda _, block: sys.stdout.writelines(each.printed for each in block),
+        )
+        for each in TUTORIAL:
+            reader.read(each)
+        return {name: Image.open(reader.folder / file).convert("RGB") for name, file in WALKED.items()}
 
 
 def page(arguments: str, clicked: list[str]) -> Image.Image:
@@ -113,8 +150,10 @@ def _browser() -> Any:
     for flag in ("headless=new", "no-sandbox", "window-size=1280,840", "use-angle=swiftshader"):
         options.add_argument(f"--{flag}")
     options.add_argument("--enable-unsafe-swiftshader")
-    options.binary_location = shutil.which("chromium") or ""
-    return webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
+    # As `.ci/chromium` names them, or those of the machine.
+    options.binary_location = os.environ.get("SCENECC_TEST_CHROMIUM") or shutil.which("chromium") or ""
+    driver = os.environ.get("SCENECC_TEST_CHROMEDRIVER") or shutil.which("chromedriver")
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
 
 
 def seen(picture: Image.Image) -> Image.Image:
@@ -129,13 +168,15 @@ def seen(picture: Image.Image) -> Image.Image:
 
 
 def side_by_side(pictures: dict[str, Image.Image]) -> Image.Image:
-    """Pictures of one size in a row, each under its word."""
-    width, height = next(iter(pictures.values())).size
-    sheet = Image.new("RGB", (width * len(pictures), height + _TITLE), "white")
+    """Pictures of one height in a row, each under its word."""
+    width = sum(picture.width for picture in pictures.values())
+    sheet = Image.new("RGB", (width, next(iter(pictures.values())).height + _TITLE), "white")
     draw = ImageDraw.Draw(sheet)
-    for number, (word, picture) in enumerate(pictures.items()):
-        draw.text((number * width + 4, 3), word, fill="black", font_size=13)
-        sheet.paste(picture, (number * width, _TITLE))
+    left = 0
+    for word, picture in pictures.items():
+        draw.text((left + 4, 3), word, fill="black", font_size=13)
+        sheet.paste(picture, (left, _TITLE))
+        left += picture.width
     return sheet
 
 

@@ -25,8 +25,12 @@ BENCHMARKS = {
     "render": "benchmarks.render",
     "reset": "benchmarks.reset",
     "view": "benchmarks.view",
+    "lsp": "benchmarks.lsp",
     "conversion": "benchmarks.conversion",
     "process": "benchmarks.process",
+    "folder": "benchmarks.folder",
+    "overlap": "benchmarks.overlap",
+    "sweep": "benchmarks.sweep",
 }
 """Name → module with a function `run`."""
 

@@ -1,4 +1,4 @@
-"""`scenecc view`: from a save to the page, against a start of the process. The page is any client of its WebSocket."""
+"""`scenecc view`: a save, and many copies, against a start of the process. The page is any client of its WebSocket."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import tempfile
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
+from functools import partial
 from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
@@ -18,13 +19,16 @@ from benchmarks.paired import Row, alternating, best, ratios
 
 OBJECTS = 200
 WHAT = f"view: from a save to the page with {OBJECTS} objects / from the start of the process"
+COPIES = 5000, 50
+MANY = f"view: from the start of the process to the page with {COPIES[0]} bodies / with {COPIES[1]}"
 _TIMEOUT = 20
 
 
 def run(repetitions: int) -> list[Row]:
     """A cold start and a reload in turn, each of a file that nobody has seen before."""
     if lacking := [name for name in ("viser", "watchfiles") if find_spec(name) is None]:
-        return [Row("view", WHAT, (), 0.3, note=f"not installed: {', '.join(lacking)}")]
+        note = f"not installed: {', '.join(lacking)}"
+        return [Row("view", WHAT, (), 0.3, note=note), Row("view", MANY, (), 5.0, note=note)]
     numbers = count()
     with tempfile.TemporaryDirectory() as folder:
         saved, fresh = Path(folder, "saved.yaml"), Path(folder, "fresh.yaml")
@@ -48,7 +52,25 @@ def run(repetitions: int) -> list[Row]:
                     return time.perf_counter() - started
 
             rounds = alternating([reload, start], repetitions)
-    return [Row("view", WHAT, ratios(rounds, 0, 1), 0.3, note=f"{best(rounds, 0)}, {best(rounds, 1)} from the start")]
+        crowds = alternating([partial(_start_crowd, fresh, count) for count in COPIES], repetitions)
+    return [
+        Row("view", WHAT, ratios(rounds, 0, 1), 0.3, note=f"{best(rounds, 0)}, {best(rounds, 1)} from the start"),
+        Row("view", MANY, ratios(crowds, 0, 1), 5.0, note=f"{best(crowds, 0)} / {best(crowds, 1)}"),
+    ]
+
+
+def _start_crowd(scene: Path, count: int) -> float:
+    """From the start of the process until its page has all of so many equal boxes, and one more."""
+    scene.write_text(
+        "scenecc: 1\nentities:\n  box:\n"
+        f"    repeat: {{i: {{count: {count}}}}}\n    pose: ['${{i % 71 * 0.3}}', '${{i // 71 * 0.3}}', 0.1]\n"
+        "    shapes: [{type: box, half_size: [0.05, 0.05, 0.05]}]\n"
+        "  last_0: {pose: [0, 0, 2], shapes: [{type: sphere, radius: 0.1}]}\n"
+    )
+    started = time.perf_counter()
+    with _page(scene) as cold:
+        _wait_for(cold, 0, "/copies/")
+        return time.perf_counter() - started
 
 
 def _text(number: int) -> str:
@@ -82,14 +104,16 @@ def _page(scene: Path) -> Generator[Any]:
             process.send_signal(signal.SIGINT)
 
 
-def _wait_for(page: Any, number: int) -> None:
-    """Reads until the last object of a file is shown."""
+def _wait_for(page: Any, number: int, *others: str) -> None:
+    """Reads until the last object of a file is shown, and other nodes are, by the beginnings of their paths."""
     import zstandard
 
-    wanted = f"/scene 0/last_{number}/visual 0".encode()
+    wanted = {f"/scene 0/last_{number}/visual 0".encode(), *(path.encode() for path in others)}
     while True:
         message = page.recv(_TIMEOUT)
         # viser's messages: two lengths of 8 bytes, then what is compressed, then arrays.
         length = int.from_bytes(message[8:16], "little")
-        if wanted in zstandard.ZstdDecompressor().decompress(message[16 : 16 + length]):
+        content = zstandard.ZstdDecompressor().decompress(message[16 : 16 + length])
+        wanted -= {path for path in wanted if path in content}
+        if not wanted:
             return

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from scenecc.inspect.entities import SummaryRow as SummaryRow
     from scenecc.inspect.inspection import Inspection as Inspection
     from scenecc.options import CompileOptions as CompileOptions
+    from scenecc.pack import Packed as Packed
+    from scenecc.pack import pack_scene as pack_scene
+    from scenecc.passports import replay as replay
     from scenecc.plan import ScenePlan as ScenePlan
     from scenecc.plan.diff import Difference as Difference
     from scenecc.render import render_scene as render_scene
@@ -55,6 +58,8 @@ if TYPE_CHECKING:
     from scenecc.scene import plan_text as plan_text
     from scenecc.scene import validate as validate
     from scenecc.simulation.check import check_scene as check_scene
+    from scenecc.sweeps.sweep import Sweep as Sweep
+    from scenecc.sweeps.sweep import sweep as sweep
     from scenecc.viewer import PageAddress as PageAddress
     from scenecc.viewer import ScenePage as ScenePage
     from scenecc.viewer import ViewOptions as ViewOptions
@@ -77,9 +82,11 @@ _MODULES = {
     "export": ("Emitted",),
     "importers.import_scene": ("Imported", "import_scene"),
     "options": ("CompileOptions",),
+    "pack": ("Packed", "pack_scene"),
     "plan": ("ScenePlan",),
     "plan.diff": ("Difference",),
     "render": ("LegendRow", "Picture", "Rendering", "render_scene"),
+    "passports": ("replay",),
     "scene": (
         "Build",
         "Comparison",
@@ -100,6 +107,7 @@ _MODULES = {
         "validate",
     ),
     "simulation.check": ("check_scene",),
+    "sweeps.sweep": ("Sweep", "sweep"),
     "inspect": ("Item", "SummaryRow"),
     "inspect.inspection": ("Inspection",),
     "viewer": ("PageAddress", "ScenePage", "ViewOptions", "view_scene"),

@@ -6,29 +6,27 @@ Where numbers are needed that only an engine knows, the scene is built without a
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
 from typing_extensions import TypedDict, Unpack
 
-from scenecc.diagnostics import Sink
+from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
 from scenecc.emit import EMITTERS, EXPORTS, ExportOptions, emit, export
 from scenecc.errors import SceneError
+from scenecc.extras import install_hint
 from scenecc.files import replace_set
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Source, build_batch, compile_or_raise, select_scenes
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
     from pathlib import Path
 
-    from scenecc.diagnostics import Diagnostic
     from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import EngineSnapshot
-
 
 _LONGEST_NAME = 60
 """Characters: no file system takes less of them, with a suffix and however they are encoded."""
@@ -145,6 +143,11 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
     if target in EXPORTS:
         _need(target, sink)
     plan = compile_or_raise(source, options, sink).plan
+    if plan.expectations and target != "json":
+        place = plan.expectations[0].origin or Location(None)
+        sink.report(
+            "SC721", "what must hold (`expect`) is left out: only scene files and plans have it", place, at="key"
+        )
     stem = _file_name(given.get("name") or plan.name)
     if target in EMITTERS:
         text = emit(plan, target, sink, base=base)
@@ -194,7 +197,7 @@ def _need(target: str, sink: Sink) -> None:
         import_module(module)
     except ImportError as error:
         message = f"`{target}` is written by {package}: {error}"
-        sink.report("SC813", message, Location("scenecc"), hint='run `pip install "scenecc[export]"`')
+        sink.report("SC813", message, Location("scenecc"), hint=install_hint("export"))
         raise SceneError(sink.diagnostics()) from error
 
 

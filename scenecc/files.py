@@ -6,14 +6,18 @@ import errno
 import os
 import stat
 import threading
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO, Final
 
 from scenecc.interrupt import interrupts_wait, undoing
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+PACK_SUFFIX: Final = ".scn"
+"""Of a file that holds a scene with all that it uses; see `scenecc.source.pack`."""
+
+ARCHIVE: Final = b"PK"
+"""What it begins with, as every ZIP archive does."""
 
 
 def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> None:

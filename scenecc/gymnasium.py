@@ -11,7 +11,9 @@ try:
     from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space, iterate
 except ImportError as missing:
-    message = f"scenecc.gymnasium needs Gymnasium 1.1 or newer: pip install 'scenecc[gymnasium]' ({missing})"
+    from scenecc.extras import install_hint
+
+    message = f"scenecc.gymnasium needs Gymnasium 1.1 or newer: {install_hint('gymnasium')} ({missing})"
     raise ImportError(message) from missing
 import numpy as np
 
@@ -38,6 +40,9 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
     observation of its next episode, and `infos["final_obs"]` has the last one of the episode that ended. Rows are
     `batch.scene_idxs`. An episode of seed s is what `batch.reset(seed=s)` draws in this scene. Where `reset` gets no
     seed, and after an end, a generator of the environment draws the next one.
+
+    Where episodes begin, `infos["passport"]` has their passports: `str` of one gives the text from which `scenecc
+    replay` builds the start. It is computed only when it is taken.
 
     Attributes:
         batch: the scenes; `close` closes them.
@@ -138,8 +143,8 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
         for row in np.flatnonzero(mask).tolist():
             if seed is not None and seed[row] is not None:
                 self._generators[row] = seeding.np_random(seed[row])[0]
-        self._begin(mask, seed)
-        return self._observe(), self._inform()
+        begun = self._begin(mask, seed)
+        return self._observe(), begun | self._inform()
 
     def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Applies actions, steps the batch, and resets what ended.
@@ -183,24 +188,32 @@ class SceneVectorEnv(VectorEnv[Any, Any, Any]):
                 if ended[row]:
                     told = {name: values[row] for name, values in infos.items() if name[0] != "_"}
                     finals = self._add_info(finals, {"final_obs": final, "final_info": told}, row)
-            self._begin(ended, None)
-            observed, infos = self._observe(), self._inform() | finals
+            begun = self._begin(ended, None)
+            observed, infos = self._observe(), begun | self._inform() | finals
         return observed, rewards, terminated, truncated, infos
 
     def close_extras(self) -> None:
         """Closes the batch."""
         self.batch.close()
 
-    def _begin(self, mask: NDArray[np.bool_], seeds: Sequence[int | None] | None) -> None:
-        """Resets the environments of a mask, with their own seeds or, where there is none, the next of a generator."""
+    def _begin(self, mask: NDArray[np.bool_], seeds: Sequence[int | None] | None) -> dict[str, Any]:
+        """Resets the environments of a mask, with their own seeds or, where there is none, the next of a generator.
+
+        Returns:
+            The infos that belong to a start.
+        """
         rows: list[int] = np.flatnonzero(mask).tolist()
         chosen = [None if seeds is None else seeds[row] for row in rows]
         drawn = [
             int(self._generators[row].integers(_SEEDS)) if seed is None else seed
             for row, seed in zip(rows, chosen, strict=True)
         ]
-        self.batch.reset(seed=drawn, scene_idxs=[self.batch.scene_idxs[row] for row in rows])
+        scene_idxs = [self.batch.scene_idxs[row] for row in rows]
+        self.batch.reset(seed=drawn, scene_idxs=scene_idxs)
         self._elapsed[mask] = 0
+        passports = np.full(self.num_envs, None, object)
+        passports[rows] = self.batch.passports(scene_idxs)
+        return {"passport": passports, "_passport": mask.copy()}
 
     def _observe(self) -> Any:
         found = self._observation(self.batch)

@@ -65,6 +65,19 @@ def undoing() -> Generator[ExitStack]:
 
 
 @contextmanager
+def temporary_folder(prefix: str | None = None, above: str | os.PathLike[str] | None = None) -> Generator[str]:
+    """A folder that is gone when the block ends, or this process by a signal. `above`: the folder to make it in."""
+    import shutil  # noqa: PLC0415 - few need them
+    import tempfile  # noqa: PLC0415
+
+    with undoing() as undo:
+        with interrupts_wait():
+            folder = tempfile.mkdtemp(prefix=prefix, dir=above and os.fspath(above))
+            undo.callback(shutil.rmtree, folder, ignore_errors=True)
+        yield folder
+
+
+@contextmanager
 def child(command: list[str], **options: Any) -> Generator[subprocess.Popen[bytes]]:
     """A process that is gone when the block ends, or this process by a signal. `options`: of `subprocess.Popen`."""
     import subprocess  # noqa: PLC0415 - few need it
@@ -143,3 +156,16 @@ def interrupts_wait() -> Generator[None]:
             signal.signal(number, handler)
         for number, _ in waiting:
             signal.raise_signal(number)
+
+
+_PR_SET_PDEATHSIG = 1
+
+
+def exit_with_parent(parent: int) -> None:
+    """Has Linux end this process as soon as the one that asked for it ends, however that ends."""
+    import ctypes  # noqa: PLC0415 - of workers alone
+    import sys  # noqa: PLC0415
+
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        sys.exit()

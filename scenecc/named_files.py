@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.expansion import Expansion, MeshMeasurer
-    from scenecc.lower.references import FileResolver, MeshReader, RobotReader, RobotRequest
+    from scenecc.lower.references import FileResolver, MeshReader, RobotRequest
     from scenecc.robots.description import RobotDescription
     from scenecc.robots.files import ReadBudget
     from scenecc.source import Limits
@@ -36,8 +36,6 @@ def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) 
         sink: takes what is wrong.
         expansion: knows which document a path is written in; None: all is written in the top one.
     """
-    from scenecc.plan.body import AssetFile
-
     top = scope.root or Path.cwd()
 
     def find(uri: str, origin: Origin) -> AssetFile | None:
@@ -119,8 +117,8 @@ def mesh_measurer(scope: AssetScope, limits: Limits, sink: Sink) -> MeshMeasurer
 Srdf = ResolvedFile | Literal["sibling"] | None
 
 
-def robot_reader(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion | None = None) -> RobotReader:
-    """Reads what a scene names.
+class RobotReads:
+    """The robots of one compilation, each read once.
 
     Args:
         scope: what may be read.
@@ -128,11 +126,6 @@ def robot_reader(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expan
         sink: takes what is wrong.
         expansion: knows which document a path is written in; None: all is written in the top one.
     """
-    return _Robots(scope, limits, sink, expansion).read
-
-
-class _Robots:
-    """The robots of one compilation."""
 
     def __init__(self, scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion | None) -> None:
         self._scope = scope

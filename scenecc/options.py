@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from operator import index
 from os import PathLike, fspath
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Any, Literal, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 from typing_extensions import TypedDict
 
 from scenecc.source import Limits, make_limits
 from scenecc.source.paths import asset_roots as search_path
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 class CompileOptions(TypedDict, total=False):
@@ -30,7 +27,7 @@ class CompileOptions(TypedDict, total=False):
         draws: values of the file's shared draws, one row a scene.
         asset_roots: folders in which `asset://` is looked up, before those of `SCENECC_ASSET_PATH`.
         allow_outside_assets: let paths leave the scene's folder and the asset roots.
-        limits: limits to raise or lower, by name; see `docs/language.md`.
+        limits: limits to raise or lower, by name; see `docs/reference/language.md`.
     """
 
     num_scenes: int | None
@@ -171,6 +168,7 @@ _TYPE_WORDS: Mapping[Any, str] = {
     Callable: "a function",
     Mapping: "a mapping from names to values",
     tuple[int, int]: "two integers",
+    tuple[float, float, float]: "three numbers",
     Iterable[int]: "integers, as in [0, 2] or range(4)",
     Iterable[str]: 'names, as in ["a", "b"]',
     Iterable: "folders, as paths",
@@ -216,6 +214,7 @@ _TYPE_CHECKS: Mapping[Any, Callable[[Any, tuple[Any, ...]], bool]] = {
     Literal: lambda value, parts: isinstance(value, str) and value in parts,
     bool: lambda value, _parts: _is_flag(value),
     int: lambda value, _parts: _integer(value) is not None,
+    float: lambda value, _parts: isinstance(value, float | int) and not _is_flag(value),
     tuple: _is_row,
     Iterable: _is_several,
 }

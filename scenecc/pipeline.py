@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from os import PathLike, fspath
@@ -15,19 +15,19 @@ from typing import IO, TYPE_CHECKING, Any, Literal, TypeGuard, Union
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES, is_of_check
 from scenecc.diagnostics.collector import collector_paused
-from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.diagnostics.diagnostic import Location, Origin, report_invalid, report_unused
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.silencing import report_invalid, report_unused
 from scenecc.errors import SceneError
-from scenecc.named_files import mesh_measurer, mesh_reader, named_resolver, resolver
+from scenecc.files import PACK_SUFFIX
+from scenecc.named_files import RobotReads, mesh_measurer, mesh_reader, named_resolver, resolver
 from scenecc.source import Document, Limits, read_dict, read_text
 from scenecc.source.paths import AssetScope, PathCache, ResolvedFile
+from scenecc.source.provenance import Provenance, portable_path
 from scenecc.source.text import TextLines, decode_text, read_bytes, read_from_stream
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from scenecc.backends.sapien import SceneBatch
+    from scenecc.backends.sapien.passport import Start
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.expansion import Expansion
     from scenecc.expand.listing import ParamRow
@@ -37,11 +37,12 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan
     from scenecc.plan.body import AssetFile
     from scenecc.robots.description import RobotDescription
+    from scenecc.source.pack import Pack
     from scenecc.spec.document import SceneFile
 
-
 Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], Document, "ScenePlan", "CompiledSource"]
-"""A path, an open stream, a mapping, a document that was read, a plan, or a plan's JSON; or one that was compiled."""
+"""A path (also of a pack), an open stream, a mapping, a document that was read, a plan, or a plan's JSON; or one that
+was compiled."""
 
 _PLAN_KEY = "scenecc_plan"
 _PLAN_TEXT = re.compile(r'\s*\{\s*"scenecc_plan"\s*:')
@@ -49,10 +50,25 @@ _PLAN_TEXT = re.compile(r'\s*\{\s*"scenecc_plan"\s*:')
 
 @frozen
 class Input:
-    """What was read. `plan_text`: the text of a plan, where it is one and no scene."""
+    """What was read.
+
+    Attributes:
+        document: the scene.
+        plan_text: the text of a plan, where it is one and no scene.
+        pack: that it is in; None: it is in none.
+    """
 
     document: Document
     plan_text: str | None = None
+    pack: Pack | None = None
+
+    def scope(self, options: Options, memory: PathCache | None = None) -> AssetScope:
+        """What the scene may read. `memory`: takes what is looked up."""
+        memory = memory or PathCache()
+        if self.pack is not None:
+            return self.pack.scope(memory)
+        root = self.document.path.parent if self.document.path else None
+        return AssetScope(root, options.asset_roots, options.allow_outside_assets, memory)
 
 
 def as_plan(source: Source) -> ScenePlan | None:
@@ -70,17 +86,25 @@ def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
     Raises:
         TypeError: the source is nothing that can hold a scene.
     """
-    path: Path | None = None
+    path, pack = None, None
     if isinstance(source, Document):
         return Input(source)
     if isinstance(source, Mapping):
         document = read_dict(source, sink, limits)
-        return document and _input(document)
+        return document and _input(document, None)
     if isinstance(source, str) and _is_plan_json(source):
         name, content = "<plan>", source
     elif isinstance(source, str | PathLike):
         name, path = fspath(source), Path(source).absolute()
-        content = read_bytes(name, sink, limits)
+        if path.suffix.lower() == PACK_SUFFIX:
+            from scenecc.source.pack import is_pack, open_pack
+
+            if is_pack(name):
+                pack = open_pack(name, sink, limits)
+                if pack is None:
+                    return None
+                name, path = f"{name}!/{pack.manifest.entry}", pack.entry
+        content = read_bytes(name if pack is None else str(path), sink, limits)
     elif _is_stream(source):
         name = getattr(source, "name", None)
         name = name if isinstance(name, str) else "<stream>"
@@ -91,19 +115,19 @@ def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
     if text is None:
         return None
     if _is_plan_json(text):
-        return Input(Document(name, path, {}, TextLines(name, text)), text)
+        return Input(Document(name, path, {}, TextLines(name, text)), text, pack)
     document = read_text(text, name, sink, limits, path)
-    return document and _input(document)
+    return document and _input(document, pack)
 
 
 def _is_stream(source: Source) -> TypeGuard[IO[str] | IO[bytes]]:
     return hasattr(source, "read")
 
 
-def _input(document: Document) -> Input:
+def _input(document: Document, pack: Pack | None) -> Input:
     """A plan may have become YAML or Python data on its way."""
     is_plan = _PLAN_KEY in document.data
-    return Input(document, json.dumps(document.data, ensure_ascii=False) if is_plan else None)
+    return Input(document, json.dumps(document.data, ensure_ascii=False) if is_plan else None, pack)
 
 
 def _is_plan_json(text: str) -> bool:
@@ -154,6 +178,9 @@ class CompileResult:
         scope: what was read on the way.
         document: what the source held, without data where that is a plan; None where it is a plan as an object.
         material_origins: for each physical material, where it is written; None of a plan.
+        provenance: for passports; None of a plan as an object.
+        replayed: the scene of a passport, and the reset that it had; None where it had none.
+        expansion: what the names of the source mean; None where it uses nothing that is expanded.
     """
 
     plan: ScenePlan
@@ -161,6 +188,25 @@ class CompileResult:
     scope: AssetScope
     document: Document | None = None
     material_origins: Mapping[int, Origin] | None = None
+    provenance: Provenance | None = None
+    replayed: tuple[int, Start] | None = None
+    expansion: Expansion | None = None
+
+    def reset_replayed(self, batch: SceneBatch, sink: Sink) -> None:
+        """Puts the scene that is `replayed` to its start, right after the build.
+
+        Raises:
+            SceneError: what it draws has no value (SC817), or the engine does not hold it.
+        """
+        if self.replayed is None or self.replayed[0] not in batch.scene_idxs:
+            return
+        index, start = self.replayed
+        draws = {name: [row] for name, row in start.draws.items()}
+        try:
+            batch.reset(start.seed, [index], draws=draws, exact=True)
+        except ValueError as error:
+            sink.report("SC817", str(error), self.plan.origin or Location(None))
+            raise SceneError(sink.diagnostics()) from None
 
 
 class CompiledSource:
@@ -169,6 +215,7 @@ class CompiledSource:
     Args:
         source: whatever holds a scene.
         options: what overrides it, and what it may use.
+        memory: takes what is looked up.
 
     Attributes:
         result: the plan, and how it came about; None where the scene is at fault.
@@ -178,9 +225,9 @@ class CompiledSource:
         TypeError: the source is nothing that can hold a scene.
     """
 
-    def __init__(self, source: Source, options: Options) -> None:
+    def __init__(self, source: Source, options: Options, memory: PathCache | None = None) -> None:
         self.sink = Sink()
-        self.result = compile_source(source, options, self.sink)
+        self.result = compile_source(source, options, self.sink, memory=memory)
 
 
 class _Clock:
@@ -238,12 +285,12 @@ def _run_stages(
     sink.locate = found.document.locate
     if sink.silencings:
         report_invalid(sink.silencings, found.document.name, sink)
-    root = found.document.path.parent if found.document.path else None
-    scope = AssetScope(root, options.asset_roots, options.allow_outside_assets, memory)
+    scope = found.scope(options, memory)
     if found.plan_text is not None:
         plan = _decode_plan(found, scope, options.limits, sink)
         clock.lap("decode")
-        return plan and _check_given_plan(plan, options, scope, sink, clock, found.document)
+        result = plan and _check_given_plan(plan, options, scope, sink, clock, found.document)
+        return result and replace(result, provenance=_provenance(source, found.document, scope))
     whole = _parse_and_expand(found.document, options, scope, sink, clock)
     lowered = whole and _lower(found.document, *whole, options, scope, sink)
     clock.lap("lower")
@@ -264,7 +311,31 @@ def _run_stages(
         clock.lap("draw")
     if sink.silencings and plan is not None and (drawn or not lowered.sampling.deferred):
         report_unused(sink, found.document.name, _is_of_compilation)
-    return plan and CompileResult(plan, clock.timings, scope, found.document, lowered.material_origins)
+    provenance = _provenance(source, found.document, scope, whole and whole[1], options.draws)
+    return plan and CompileResult(
+        plan,
+        clock.timings,
+        scope,
+        found.document,
+        lowered.material_origins,
+        provenance,
+        expansion=whole and whole[1],
+    )
+
+
+def _provenance(
+    source: Source,
+    document: Document,
+    scope: AssetScope,
+    expansion: Expansion | None = None,
+    draws: Mapping[str, Any] | None = None,
+) -> Provenance:
+    path = document.path
+    if path is not None and isinstance(source, str | PathLike):
+        path = Path(source)
+    params: Mapping[str, Any] = {} if expansion is None else expansion.params
+    defaults: Mapping[str, Any] = {} if expansion is None else expansion.defaults
+    return Provenance(path and portable_path(path), document, scope, params, defaults, draws or {})
 
 
 def _is_of_compilation(code: str) -> bool:
@@ -373,9 +444,7 @@ def _robots(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion 
     def read(request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, RobotDescription] | None:
         nonlocal reader
         if reader is None:
-            from scenecc.named_files import robot_reader
-
-            reader = robot_reader(scope, limits, sink, expansion)
+            reader = RobotReads(scope, limits, sink, expansion).read
         return reader(request, places)
 
     return read

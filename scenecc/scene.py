@@ -6,7 +6,7 @@ Stages below report into a sink and stop; here, and where a simulation diverges,
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -36,8 +36,6 @@ from scenecc.pipeline import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from scenecc.backends.maniskill import ManiSkillScene
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
     from scenecc.backends.sapien import SceneBatch
@@ -70,7 +68,7 @@ def validate(
     Args:
         source: a path, an open text or binary stream, a mapping (tuples, numpy values and paths accepted), a
             `ScenePlan`, or a plan's JSON (a path, a stream, or the text).
-        rules: of your own, by id (`ACM001`); they get the plan with its draws. See `docs/checking.md`.
+        rules: of your own, by id (`ACM001`); they get the plan with its draws. See `docs/how-to/checking.md`.
         options: those of `CompileOptions`.
 
     Raises:
@@ -169,17 +167,20 @@ def load_scene(
     chosen = {"scene_idxs": scene_idxs, "backend": backend, "render": render, "audit": audit}
     check_types(load_scene, chosen, BUILD_TYPES)
     scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
-    plan = compile_or_raise(source, asked, sink).plan
+    found = compile_or_raise(source, asked, sink)
     if scene is not None:
-        return _into(scene, plan, sink)
-    return build_batch(plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
+        return _into(scene, found, sink)
+    batch = build_batch(found.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
+    batch.attach_provenance(found.provenance)
+    return batch
 
 
-def _into(scene: ManiSkillScene, plan: ScenePlan, sink: Sink) -> LoadedScene:
+def _into(scene: ManiSkillScene, found: CompileResult, sink: Sink) -> LoadedScene:
     from scenecc.backends.maniskill import instantiate
 
-    if (loaded := instantiate(plan, scene, sink)) is None:
+    if (loaded := instantiate(found.plan, scene, sink)) is None:
         raise SceneError(sink.diagnostics())
+    loaded.attach_provenance(found.provenance)
     return loaded
 
 
@@ -255,6 +256,7 @@ def build_scene(
         batch = build_batch(
             found.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
         )
+        batch.attach_provenance(found.provenance)
         timings["build"] = time.perf_counter() - started
     built = tuple(range(found.plan.num_scenes)) if scene_idxs is None else scene_idxs
     rows = summarize(found.plan, batch, scene_idxs)
@@ -308,8 +310,6 @@ def list_params(
     Raises:
         SceneError: one of these files is at fault.
     """
-    from scenecc.source.paths import AssetScope
-
     if as_plan(source) is not None:
         return []
     sink = Sink()
@@ -320,10 +320,7 @@ def list_params(
         return []
     params: list[ParamRow] | None = None
     if found is not None and not sink.failed:
-        document = found.document
-        root = document.path.parent if document.path else None
-        scope = AssetScope(root, options.asset_roots, options.allow_outside_assets)
-        params = list_document_params(document, scope, options.limits, sink)
+        params = list_document_params(found.document, found.scope(options), options.limits, sink)
     if params is None:
         raise SceneError(sink.diagnostics())
     return params

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -15,18 +15,23 @@ from scenecc.checks.physics import (
     structure_origin,
 )
 from scenecc.checks.plausibility import scene_bodies
+from scenecc.checks.value_queries import alternatives
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, index_ranges
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import ArticulationStructure, BodyStructure, Drive
 from scenecc.plan.body import DEFAULT_COLLISION_GROUPS
+from scenecc.spec.nodes import is_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
-    from scenecc.plan import Entity, ScenePlan, Value
+    from scenecc.plan import CollisionShape, Entity, ScenePlan, Value, VisualMaterial, VisualShape
     from scenecc.plan.articulation import Joint
     from scenecc.plan.constraint import AxisDrive
+    from scenecc.source import Document
 
 
 def check_effects(plan: ScenePlan, sink: Sink) -> None:
@@ -49,20 +54,53 @@ def _check_empty_scenes(plan: ScenePlan, sink: Sink) -> None:
         sink.report("SC543", message, place, at="key", hint="write `entities`, or give an entity these `scene_idxs`")
 
 
+def check_declared_names(document: Document, sink: Sink) -> None:
+    """Reports names of a file's own sections that differ in case alone; a plan does not hold these.
+
+    Args:
+        document: the scene file, as written.
+        sink: takes the findings.
+    """
+    for section in ("params", "draws", "materials", "collision_groups", "frames"):
+        declared = document.data.get(section)
+        if is_mapping(declared):
+            _report_alike([(str(name), Origin(document.name, (section, name))) for name in declared], sink)
+
+
 def _check_names(plan: ScenePlan, sink: Sink) -> None:
-    first: dict[str, Entity] = {}
+    """Names of one kind that differ in case alone. Entities and cameras share their names."""
+    around = plan_origin(plan)
+    sections: dict[str, tuple[Any, ...]] = {
+        "cameras": plan.cameras, "lights": plan.lights, "constraints": plan.constraints
+    }  # fmt: skip
+    kinds = {
+        section: [(one.name, one.origin or around.child(section, one.name)) for one in each]
+        for section, each in sections.items()
+    }
+    kinds["cameras"] += [(one.name, structure_origin(one.structures[0], one, plan)) for one in plan.entities]
+    for kind in kinds.values():
+        _report_alike(kind, sink)
     for entity in plan.entities:
-        other = first.setdefault(entity.name.casefold(), entity)
-        if other is not entity:
-            places = [structure_origin(one.structures[0], one, plan) for one in (entity, other)]
-            sink.report(
-                "SC547",
-                f"`{cut(entity.name)}` and `{cut(other.name)}` differ in case alone",
-                places[0],
-                at="key",
-                hint="give one of them another name",
-                related=[(f"`{cut(other.name)}` is here", places[1], "key")],
-            )
+        for structure in entity.structures:
+            if isinstance(structure, ArticulationStructure) and structure.file is None:
+                own = [link for link in structure.links if link.file is None]
+                places = [structure_origin(link.body, entity, plan) for link in own]
+                _report_alike([(link.name, place) for link, place in zip(own, places, strict=True)], sink)
+                joints = zip((link.joint for link in own), places, strict=True)
+                _report_alike(
+                    [(joint.name, place.child("joint")) for joint, place in joints if joint is not None], sink
+                )
+
+
+def _report_alike(named: Iterable[tuple[str, Origin]], sink: Sink) -> None:
+    """Reports names, each with its place, that differ from an earlier one in case alone."""
+    first: dict[str, tuple[str, Origin]] = {}
+    for name, place in named:
+        other, there = first.setdefault(name.casefold(), (name, place))
+        if other != name:
+            message = f"`{cut(name)}` and `{cut(other)}` differ in case alone"
+            here: list[RelatedPlace] = [(f"`{cut(other)}` is here", there, "key")]
+            sink.report("SC547", message, place, at="key", hint="give one of them another name", related=here)
 
 
 def _check_drives(plan: ScenePlan, sink: Sink) -> None:
@@ -103,11 +141,24 @@ def _any(value: Value | None) -> bool:
 
 
 def _check_locks(plan: ScenePlan, sink: Sink) -> None:
+    """Dynamic bodies that cannot move, and joints whose limits leave no room."""
     for name, body, origin, _ in scene_bodies(plan):
         if body.locked_motion_axes is not None and bool(body.locked_motion_axes.data.all()):
             message = f"all six axes of `{cut(name)}` are locked: it is dynamic and never moves"
             hint = "use `body_type: static` or `kinematic`"
             sink.report("SC545", message, origin.child("locked_axes"), at="key", hint=hint)
+    for entity in plan.entities:
+        for structure in entity.structures:
+            # Whoever writes the scene cannot change the limits of a robot's file.
+            if not isinstance(structure, ArticulationStructure) or structure.file is not None:
+                continue
+            for link in structure.links:
+                joint = link.joint if link.file is None else None
+                limits = None if joint is None else joint.limits
+                if joint is not None and limits is not None and (limits.data[:, 0] == limits.data[:, 1]).all():
+                    message = f"joint `{cut(joint.name)}` never moves: both of its limits are {limits.data[0, 0]:g}"
+                    place = structure_origin(link.body, entity, plan).child("joint")
+                    sink.report("SC545", message, place, at="key", hint="use `type: fixed`, or widen the limits")
 
 
 def _check_collision_bits(plan: ScenePlan, sink: Sink) -> None:
@@ -140,12 +191,15 @@ def _collision_bits(bodies: Iterable[BodyStructure]) -> tuple[int, int]:
 
 
 def _check_copies(plan: ScenePlan, sink: Sink) -> None:
-    """Static bodies of one kind in one place. Others are moved, or their overlap is found."""
+    """Bodies of one kind in one place that nothing moves apart; the overlap of dynamic ones is found."""
     kinds: dict[object, list[Entity]] = {}
     for entity in plan.entities:
         structure = entity.structures[0]
-        if isinstance(structure, BodyStructure) and structure.body_type == "static" and entity.pick is None:
-            kinds.setdefault(structure, []).append(entity)
+        if not isinstance(structure, BodyStructure) or entity.pick is not None:
+            continue
+        solid = tuple(map(_solid, structure.collisions))
+        if structure.body_type == "static" or (structure.body_type == "kinematic" and solid):
+            kinds.setdefault((structure.body_type, solid or structure), []).append(entity)
     for alike in kinds.values():
         if len(alike) < 2:
             continue
@@ -162,23 +216,73 @@ def _check_copies(plan: ScenePlan, sink: Sink) -> None:
             sink.report("SC546", message, places[0], at="key", hint="move one of them, or remove it", related=related)
 
 
+def _check_shape_copies(plan: ScenePlan, sink: Sink) -> None:
+    """Colliding shapes that a body has twice in one place: they weigh twice."""
+    for name, body, origin, _ in scene_bodies(plan):
+        seen: set[object] = set()
+        for shape in body.collisions:
+            if _solid(shape) in seen:
+                message = f"`{cut(name)}` has this colliding shape twice in the same place"
+                hint = "`shapes` collide too: move one of them, or remove it"
+                sink.report("SC546", message, shape.origin or origin, hint=hint)
+            seen.add(_solid(shape))
+
+
+def _solid(shape: CollisionShape) -> object:
+    """What two colliding shapes have in common that fill the same room of their bodies."""
+    pose = shape.pose
+    return shape.geometry, None if pose is None or (pose.data == IDENTITY_POSE).all() else pose
+
+
 def _check_visible(plan: ScenePlan, sink: Sink) -> None:
-    """Bodies that move and that no camera can show, in a scene that has cameras."""
-    for name, body, origin, entity in scene_bodies(plan) if plan.cameras else ():
-        if body.body_type == "dynamic" and body.collisions and not body.visuals and not entity.hidden:
+    """Bodies that move and that nothing can show."""
+    for name, body, origin, entity in scene_bodies(plan):
+        if body.body_type != "dynamic" or not body.collisions or entity.hidden:
+            continue
+        if not body.visuals:
             hint = "use `shapes` instead of `collisions`, or add `visuals`"
             sink.report("SC542", f"no camera shows `{cut(name)}`: it has nothing visible", origin, at="key", hint=hint)
+        elif body.visibility is not None and not body.visibility.data.any():
+            message = f"no camera shows `{cut(name)}`: its `visibility` is 0"
+            sink.report("SC542", message, origin.child("visibility"), hint="1 is fully visible")
+        elif all(_is_clear(shape, plan) for shape in body.visuals):
+            message = f"no camera shows `{cut(name)}`: the fourth number of its colour is 0"
+            sink.report("SC542", message, origin, at="key", hint="it is the opacity: 1 is opaque")
 
 
-def _check_spacing(plan: ScenePlan, sink: Sink) -> None:
-    spacing = plan.physics.scene_spacing
-    if spacing is None or plan.num_scenes < 2:
-        return
-    far, name = max(((float(np.abs(one.pose.data[:, :2]).max()), one.name) for one in plan.entities), default=(0.0, ""))
-    if far > spacing / 2:
-        place = (plan.physics.origin or plan_origin(plan).child("physics")).child("scene_spacing")
-        message = f"scenes stand {spacing:g} m apart, and `{cut(name)}` is {far:.3g} m from the middle of its own"
-        sink.report("SC541", message, place, hint=f"make it {2 * far:.2g} or more: neighbours on a GPU cost time")
+def _is_clear(shape: VisualShape, plan: ScenePlan) -> bool:
+    """Whether the colour of a visual shape is fully transparent in each scene."""
+    if shape.material is None:
+        return False
+    for index in shape.material.data.ravel():
+        material: VisualMaterial = plan.visual_materials[int(index)]
+        color = material.base_color if material.base_color_texture is None else None
+        if color is None or color.data[:, 3].any():
+            return False
+    return True
+
+
+def _check_variants(plan: ScenePlan, sink: Sink) -> None:
+    """Variants that no scene has, whatever is drawn, in no copy of where they are written."""
+    used: set[object] = set()
+    unused: dict[object, tuple[str, Origin]] = {}
+    for entity in plan.entities:
+        possible = None if entity.pick is None else alternatives(entity.pick)
+        if possible is None:
+            continue
+        picked = {int(number) for (number,) in possible}
+        for number, structure in enumerate(entity.structures):
+            place = structure_origin(structure, entity, plan)
+            written = place if sink.trace is None else sink.trace(place)
+            # A `pick` that is one number may be a parameter's.
+            if number in picked or len(picked) == 1:
+                used.add((written.file, written.path))
+            else:
+                message = f"no scene has variant {number} of `{cut(entity.name)}`"
+                unused.setdefault((written.file, written.path), (message, place))
+    for written, (message, place) in unused.items():
+        if written not in used:
+            sink.report("SC571", message, place, hint="give `pick` its number, too, or remove it")
 
 
 PLAN_RULES: Final[tuple[Callable[[ScenePlan, Sink], None], ...]] = (
@@ -188,6 +292,7 @@ PLAN_RULES: Final[tuple[Callable[[ScenePlan, Sink], None], ...]] = (
     _check_locks,
     _check_collision_bits,
     _check_copies,
+    _check_shape_copies,
     _check_visible,
-    _check_spacing,
+    _check_variants,
 )

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
-from scenecc.diagnostics.diagnostic import Location, Origin
-from scenecc.diagnostics.silencing import report_unused
+from scenecc.diagnostics.diagnostic import Location, Origin, report_unused
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink

@@ -194,7 +194,12 @@ def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool
     far = next((side for pair in pairs for side in pair if turns and isfinite(side) and abs(side) > pi), None)
     if far is not None:
         message = f"PhysX knows the twist from -π to π only, so that a limit of {far:g} is never reached"
-        sink.report("SC561", message, place, hint="write a limit within -π and π [rad], or ±.inf for none")
+        sink.report(
+            "SC561",
+            message,
+            place,
+            hint="`limits_deg` takes degrees" if abs(far) > 2 * pi else "write one within -π and π, or ±.inf for none",
+        )
 
 
 def _check_ratio(ratio: Value, place: Origin, sink: Sink, *, drawn: bool) -> None:

@@ -239,14 +239,14 @@ def principal_extents(vertices: NDArray[np.float32]) -> tuple[float, float]:
     return float(size.min()), float(size.max())
 
 
-def surface_area(mesh: MeshFilePart) -> float:
-    """Area of the triangles [m²]."""
-    total = 0.0
+def is_degenerate(mesh: MeshFilePart) -> bool:
+    """Whether PhysX leaves out all triangles: the square of a normal's length is 0 in single precision."""
     for start in range(0, len(mesh.faces), _CHUNK_SIZE):
-        corners = mesh.vertices[mesh.faces[start : start + _CHUNK_SIZE]].astype(np.float64)
+        corners = mesh.vertices[mesh.faces[start : start + _CHUNK_SIZE]].astype(np.float32)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        total += float(np.linalg.norm(normals, axis=1).sum() / 2)
-    return total
+        if (normals * normals).sum(axis=1).any():
+            return False
+    return True
 
 
 def connected_parts(mesh: MeshFilePart) -> tuple[MeshFilePart, ...]:

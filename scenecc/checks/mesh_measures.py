@@ -12,12 +12,12 @@ import numpy as np
 
 from scenecc.files import cache_folder, replace_all
 from scenecc.geometry.hulls import hull_volume
-from scenecc.placing.meshes import mesh_of
+from scenecc.placing.bodies import mesh_of
 
 if TYPE_CHECKING:
     from scenecc.plan import AssetFile
 
-_VERSION = 1
+_VERSION = 2
 """Of these measures: others are not read."""
 
 
@@ -34,6 +34,8 @@ class MeshMeasures:
         consistent: whether neighbours wind the same way.
         volume: signed [m³]; below 0 its triangles face inwards. It has a meaning where there are no open edges.
         hull_volume: of its convex hull [m³]; 0: it is flat.
+        unused: how many vertices no triangle uses.
+        beyond: how far these lie outside of the box [m]; 0: all are in it.
     """
 
     low: tuple[float, float, float]
@@ -45,6 +47,8 @@ class MeshMeasures:
     consistent: bool
     volume: float
     hull_volume: float
+    unused: int
+    beyond: float
 
     @property
     def is_watertight(self) -> bool:
@@ -86,6 +90,7 @@ def _measure(file: AssetFile) -> MeshMeasures:
     edges = dict(zip(*(each.tolist() for each in uses), strict=True))
     used = vertices[np.unique(mesh.faces)]
     low, high = used.min(axis=0), used.max(axis=0)
+    unused = np.delete(vertices, np.unique(faces), axis=0)
     flat = len(used) < 4 or np.linalg.matrix_rank(used - used[0], tol=1e-9 * float(np.ptp(used))) < 3
     return MeshMeasures(
         tuple(low.tolist()),
@@ -97,4 +102,6 @@ def _measure(file: AssetFile) -> MeshMeasures:
         bool(mesh.is_winding_consistent),
         float(mesh.volume),
         0.0 if flat else hull_volume(used),
+        len(unused),
+        float(np.maximum(low - unused, unused - high).max(initial=0.0)),
     )

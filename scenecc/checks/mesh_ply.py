@@ -62,6 +62,7 @@ _COUNTING_COMMENT = re.compile(
     rb"(?:(?![ \t]*(?:element|comment[ \t]+\S))[^\n]*\n)*[ \t]*comment[ \t]+[0-9]"
 )
 """SAPIEN's reader leaves out as many rows of a text as its first comment says, if that begins with a number."""
+_TWO_BLANKS = re.compile(r"(?:format|property[ \t]+list)[ \t]* {2}")
 _TRIANGLES = line_run_pattern(b"3", INDEX_PATTERN, INDEX_PATTERN, INDEX_PATTERN)
 
 
@@ -133,6 +134,8 @@ def _read_header(data: bytes) -> tuple[str, list[_PlyElement], int]:
     order: str | None = None
     elements: list[_PlyElement] = []
     for line in decode_text(data[:end]).split("\n")[1:-1]:
+        if _TWO_BLANKS.match(line):
+            raise ValueError(f"its header has two blanks in `{line[:60]}`, where SAPIEN's reader takes one")
         match split_words(line.removesuffix("\r")):
             case ["format", kind, "1.0"] if kind in _ORDERS and order is None:
                 order = _ORDERS[kind]

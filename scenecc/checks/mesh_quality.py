@@ -18,7 +18,8 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.meshes.surface import MeshError
 from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
-from scenecc.plan.geometry import Primitive
+from scenecc.plan.geometry import Primitive, Solid
+from scenecc.plan.properties import DEFAULT_DENSITY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,6 +42,13 @@ FAR: Final = 10.0
 HULL_RATIO: Final = 2.5
 """Volume of a hull, in that of its mesh: a mug has 3 and more, a chair 5."""
 
+LEAST_MOMENT: Final = 1e-6
+"""[kg·m²] SAPIEN gives no smaller moment of inertia to what it weighs by densities, as was measured. Reported is ten
+times as much as can be: cubes of 15 mm in ManiSkill's tasks have four times their moment."""
+
+BARE: Final = 0.1
+"""How large a part that is seen and does not collide is at least, and how far from the rest, in sizes of its body."""
+
 DEGENERATE: Final = 0.1
 """Share of triangles without area from which on it is told."""
 
@@ -53,15 +61,14 @@ def check_meshes(plan: ScenePlan, sink: Sink) -> None:
         sink: takes the findings.
     """
     _check_file_names(plan, sink)
-    for body in scene_bodies(plan) if plan.files else ():
+    for body in scene_bodies(plan):
         shapes = [*body.structure.collisions, *body.structure.visuals]
-        if not any(isinstance(shape.geometry, MeshGeometry) for shape in shapes):
-            continue
         try:
             for shape in shapes:
                 if isinstance(shape.geometry, MeshGeometry):
                     _check_mesh(body, shape, plan, sink)
             _check_overlap(body, plan, sink)
+            _check_least_moment(body, plan, sink)
         except MeshError:
             continue  # trimesh does not read what the engine reads
 
@@ -93,19 +100,20 @@ def _check_mesh(body: Body, shape: CollisionShape | VisualShape, plan: ScenePlan
     geometry: Any = shape.geometry
     place = (shape.origin or body.origin).child("file")
     for index in np.unique(geometry.file.data):
-        measures = measure_mesh(plan.files[int(index)])
+        file = plan.files[int(index)]
+        measures = measure_mesh(file)
         for code, message, hint in (
-            *_surface_faults(geometry, measures, body),
+            *_surface_faults(geometry, file.path.suffix.lower(), measures, body),
             *_size_faults(shape, measures, body),
         ):
-            sink.report(code, f"{cut(plan.files[int(index)].uri)} {message}", place, hint=hint)
+            sink.report(code, f"{cut(file.uri)} {message}", place, hint=hint)
 
 
 _Fault = tuple[str, str, str]
 """Code, message without the file, and hint."""
 
 
-def _surface_faults(geometry: MeshGeometry, measures: MeshMeasures, body: Body) -> Iterator[_Fault]:
+def _surface_faults(geometry: MeshGeometry, suffix: str, measures: MeshMeasures, body: Body) -> Iterator[_Fault]:
     solid = isinstance(geometry, TriangleMesh) and geometry.sdf
     raw = isinstance(geometry, ConvexParts) and geometry.coacd is not None and geometry.coacd.preprocess_mode == "off"
     if (solid or raw) and not measures.is_watertight:
@@ -122,6 +130,10 @@ def _surface_faults(geometry: MeshGeometry, measures: MeshMeasures, body: Body) 
     if isinstance(geometry, TriangleMesh) and measures.degenerate > DEGENERATE * measures.faces:
         message = f"has {measures.degenerate} triangles without area, of {measures.faces}"
         yield "SC436", message, "merge its vertices by distance, and remove what is degenerate"
+    if isinstance(geometry, ConvexMesh | ConvexParts) and suffix == ".ply" and measures.beyond > 0:
+        # SAPIEN keeps them of a PLY alone, as was measured with one file in each format.
+        message = f"has {measures.unused} vertices that no triangle uses, up to {measures.beyond:.3g} m outside of it"
+        yield "SC440", f"{message}, and the hull goes around them", "remove loose vertices in the program that made it"
     if isinstance(geometry, ConvexMesh) and measures.is_watertight and measures.volume > 0:
         ratio = measures.hull_volume / measures.volume
         if ratio > HULL_RATIO:
@@ -155,18 +167,75 @@ def _check_overlap(body: Body, plan: ScenePlan, sink: Sink) -> None:
     if not (structure.collisions and structure.visuals):
         return
     shapes = [*structure.collisions, *structure.visuals]
+    has_mesh = any(isinstance(shape.geometry, MeshGeometry) for shape in shapes)
+    written = {shape.origin for shape in structure.collisions} - {None}
+    if not has_mesh and {shape.origin for shape in structure.visuals} <= written:
+        return  # each stands under `shapes`, which does both
     varies = any(value.varies for shape in shapes for value in _values(shape))
     for row in range(len(body.entity.scene_idxs) if varies else 1):
         boxes = [[_box(shape, row, plan) for shape in group] for group in (structure.collisions, structure.visuals)]
         if any(box is None for group in boxes for box in group):
             return  # terrain and planes reach far
-        (low, high), (seen_low, seen_high) = (_around([box for box in group if box is not None]) for group in boxes)
-        gap = float(np.maximum(low - seen_high, seen_low - high).max())
+        solid, seen = ([box for box in group if box is not None] for group in boxes)
+        gap = _gap(_around(solid), _around(seen))
         if gap > 0:
             message = f"what is seen of `{cut(body.name)}` is {gap:.3g} m away from what collides"
             hint = "see whether both have the same `scale` and `pose`"
             sink.report("SC441", message, body.origin, at="key", hint=hint)
             return
+        if not has_mesh:
+            continue  # what is put together of boxes and balls is decorated by some
+        size = np.linalg.norm(np.ptp(_around([*solid, *seen]), axis=0))
+        for shape, box in zip(structure.visuals, seen, strict=True):
+            apart = min(_gap(one, box) for one in solid)
+            if apart > BARE * size and np.linalg.norm(np.ptp(box, axis=0)) > BARE * size:
+                message = f"what is seen here of `{cut(body.name)}` is {apart:.3g} m from all that collides"
+                hint = "give it a collision shape, too, if things may touch it"
+                sink.report("SC442", message, shape.origin or body.origin, hint=hint)
+                return
+
+
+def _check_least_moment(body: Body, plan: ScenePlan, sink: Sink) -> None:
+    """Finds bodies so small or thin that the engine's least moment of inertia is more than all of their mass allows.
+
+    A pin of steel, 100 mm long and 1 mm thick, would turn about its axis 10 000 times as slowly as it does.
+    """
+    structure = body.structure
+    if structure.body_type not in DYNAMIC_TYPES or structure.inertial is not None or not structure.collisions:
+        return
+    boxes = [_box(shape, 0, plan) for shape in structure.collisions]
+    volumes = [_volume(shape, plan) for shape in structure.collisions]
+    solid = [box for box in boxes if box is not None]
+    if len(solid) < len(boxes) or None in volumes:
+        return
+    weights = [
+        (volume or 0.0) * (DEFAULT_DENSITY if shape.density is None else float(shape.density.row(0)))
+        for shape, volume in zip(structure.collisions, volumes, strict=True)
+    ]
+    mass, half = sum(weights), np.ptp(_around(solid), axis=0) / 2
+    # At most all mass is at the corners of the box around it.
+    least = mass * float((half @ half - half**2).min())
+    if 0 < least < LEAST_MOMENT / 10:
+        message = (
+            f"`{cut(body.name)}` weighs {mass * 1000:.3g} g by its shapes, and SAPIEN gives it moments of inertia of "
+            f"1e-06 kg·m² at least: at most {least:.2g} is possible about one of its axes"
+        )
+        hint = "write its moments under `inertial`, which are taken as they are"
+        sink.report("SC572", message, body.origin, at="key", hint=hint)
+
+
+def _volume(shape: CollisionShape, plan: ScenePlan) -> float | None:
+    """Of a shape in its first scene [m³]; None: it is not known."""
+    geometry: Any = shape.geometry
+    if isinstance(geometry, ConvexMesh):
+        file = plan.files[int(geometry.file.row(0))]
+        return measure_mesh(file).hull_volume * float(np.abs(geometry.scale.row(0)).prod())
+    return float(geometry.volume(*geometry.sizes(0))) if isinstance(geometry, Solid) else None
+
+
+def _gap(one: Box, other: Box) -> float:
+    """How far apart two boxes are along the axis on which they are farthest apart [m]; negative where they overlap."""
+    return float(np.maximum(one[0] - other[1], other[0] - one[1]).max())
 
 
 def _values(shape: CollisionShape | VisualShape) -> Iterator[Any]:

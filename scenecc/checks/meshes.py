@@ -25,19 +25,19 @@ from scenecc.checks.mesh_data import (
     MeshTextReader,
     Precision,
     connected_parts,
+    is_degenerate,
     line_pattern,
     line_run_pattern,
     make_part,
     parse_coordinate,
     parse_floats,
     principal_extents,
-    surface_area,
 )
 from scenecc.checks.mesh_gltf import read_gltf
 from scenecc.checks.mesh_obj import read_obj
 from scenecc.checks.mesh_ply import read_ply
 from scenecc.geometry.hulls import MAX_CORNERS, PLANE_TOLERANCE, cooked_volume_ratio, plane_tolerance
-from scenecc.plan.properties import MAX_COORDINATE
+from scenecc.geometry.rotations import MAX_COORDINATE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -221,7 +221,7 @@ def check_mesh_use(mesh: MeshData, use: str, suffix: str, total: AssetBudget) ->
             "an STL has no parts: SAPIEN guesses them from its triangles",
             "export the parts as objects of an OBJ",
         )
-    if use in {"triangles", "decomposed"} and all(surface_area(one) == 0 for one in mesh.parts):
+    if use in {"triangles", "decomposed"} and all(map(is_degenerate, mesh.parts)):
         yield AssetError("SC415", "all triangles of the mesh are degenerate", "export the mesh again")
     if use == "hull":
         yield from _hull_faults([vertices], "", total)

@@ -19,16 +19,10 @@ from scenecc.checks.value_queries import (
     wrong_pair,
 )
 from scenecc.diagnostics.diagnostic import Origin
+from scenecc.geometry.rotations import MAX_COORDINATE
 from scenecc.plan import BodyStructure, Heightfield, Mesh, Plane, Ring, TriangleMesh, literal
 from scenecc.plan.body import COLLISION_ID_BITS, DEFAULT_COLLISION_GROUPS, PhysicalMaterial, groups_collide
-from scenecc.plan.properties import (
-    CONTACT_OFFSET,
-    MAX_COORDINATE,
-    PROPERTIES,
-    REST_OFFSET,
-    property_fields,
-    round_to_float32,
-)
+from scenecc.plan.properties import CONTACT_OFFSET, PROPERTIES, REST_OFFSET, property_fields, round_to_float32
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

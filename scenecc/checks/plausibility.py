@@ -14,7 +14,9 @@ from scenecc.checks.mass import DYNAMIC_TYPES
 from scenecc.checks.physics import named_bodies, plan_origin, structure_origin
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import rotate
+from scenecc.plan import ArticulationStructure
 from scenecc.plan.geometry import Solid
+from scenecc.plan.properties import DEFAULT_DENSITY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -34,14 +36,26 @@ MAX_TIMESTEP: Final = 0.1
 MIN_TIMESTEP: Final = 1e-6
 """[s]"""
 
-DENSITIES: Final = (5.0, 25_000.0)
-"""[kg/m³] Foam has 10 and more, osmium 22 600."""
+DENSITIES: Final = (12.0, 25_000.0)
+"""[kg/m³] Packing foam has 15 and more, osmium 22 600. In g/cm³ steel has 7.8 and lead 11.3."""
 
 MEAN_DENSITIES: Final = (0.5, 50_000.0)
 """[kg/m³] Of a body whose mass is given: it may be hollow, and larger than what collides."""
 
 MAX_SIZE: Final = 20.0
 """[m] Length of a shape that a simulation moves. Those that are too small weigh less than a milligram, an error."""
+
+THIN: Final = 2.0
+"""[m] A shape that nothing moves may be longer than `MAX_SIZE` if it is as thin: a wall or a floor."""
+
+MAX_WEIGHT: Final = 50_000.0
+"""[kg] Of a body that moves and whose mass follows from its sizes: a loaded lorry has 40 000."""
+
+MAX_SPEED: Final = 100.0
+"""[m/s] An arrow has 90."""
+
+MAX_TURNING: Final = 100.0
+"""[rad/s] PhysX turns no body faster, unless `max_angular_velocity` says so."""
 
 MAX_DISTANCE: Final = 5000.0
 """[m] From there on single precision resolves half a millimetre."""
@@ -51,6 +65,9 @@ MAX_FRICTION: Final = 20.0
 
 MAX_MOMENT: Final = 4.0
 """Largest moment of inertia, in that of all mass at the farthest point: not all parts of a body need to collide."""
+
+MIN_MOMENT: Final = 1e-3
+"""Likewise, the smallest that the largest moment of a body can be: a rod has 0.3."""
 
 MIN_TURN: Final = 0.02
 """Smallest component of a quaternion that is not 0 by intent."""
@@ -89,6 +106,10 @@ def check_values(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: 
     for entity in plan.entities:
         _check_position(entity, plan, sink)
         _check_quaternion(entity, plan, sink)
+        for structure in entity.structures:
+            _check_speeds(entity, structure, plan, sink)
+            if isinstance(structure, ArticulationStructure):
+                _check_joints(entity, structure, plan, sink)
     for body in scene_bodies(plan):
         for rule in BODY_RULES:
             rule(body, sink)
@@ -161,6 +182,50 @@ def _check_quaternion(entity: Entity, plan: ScenePlan, sink: Sink) -> None:
     sink.report("SC549", message, place, hint=hint)
 
 
+def _check_speeds(
+    entity: Entity, structure: BodyStructure | ArticulationStructure, plan: ScenePlan, sink: Sink
+) -> None:
+    """Velocities at the start in millimetres or degrees."""
+    place = structure_origin(structure, entity, plan)
+    speed, turning = (
+        0.0 if value is None else float(np.linalg.norm(value.data, axis=1).max())
+        for value in (structure.linear_velocity, structure.angular_velocity)
+    )
+    if speed > MAX_SPEED:
+        message = f"`{cut(entity.name)}` starts at {speed:.4g} m/s, faster than an arrow"
+        hint = f"velocities are in m/s: for {speed:.4g} mm/s write {speed / 1000:.4g}"
+        sink.report("SC534", message, place.child("linear_velocity"), hint=hint)
+    if turning > MAX_TURNING and getattr(structure, "max_angular_velocity", None) is None:
+        message = f"`{cut(entity.name)}` starts with {turning:.4g} rad/s, and PhysX turns no body faster than 100 rad/s"
+        hint = f"it is in rad/s: for {turning:.4g}°/s write {np.radians(turning):.4g}; or raise `max_angular_velocity`"
+        sink.report("SC534", message, place.child("angular_velocity"), hint=hint)
+
+
+def _check_joints(entity: Entity, structure: ArticulationStructure, plan: ScenePlan, sink: Sink) -> None:
+    """Numbers of joints that the scene itself describes."""
+    place = structure_origin(structure, entity, plan)
+    for link in structure.links:
+        joint = link.joint
+        if joint is None or joint.type == "fixed":
+            continue
+        around = structure_origin(link.body, entity, plan).child("joint")
+        if joint.type != "prismatic":
+            for key, value in (("qvel", joint.qvel), ("drives", joint.drive_velocity_target)):
+                fastest = 0.0 if value is None else float(np.abs(value.data).max())
+                if fastest > MAX_TURNING:
+                    message = f"joint `{cut(joint.name)}` turns at {fastest:.4g} rad/s, {fastest / np.pi * 30:.3g} rpm"
+                    hint = f"it is in rad/s: for {fastest:.4g}°/s write {np.radians(fastest):.4g}"
+                    sink.report("SC534", message, place.child(key), at="key", hint=hint)
+        if not (structure.file is link.file is None):
+            continue  # whoever writes the scene cannot change it
+        if joint.type == "prismatic" and joint.limits is not None:
+            ends = np.where(np.isfinite(joint.limits.data), np.abs(joint.limits.data), 0.0)
+            if ends.max() > MAX_SIZE:
+                message = f"joint `{cut(joint.name)}` slides as far as {float(ends.max()):.4g} m"
+                hint = "lengths are in metres, not in millimetres or centimetres"
+                sink.report("SC534", message, joint.limits_origin or around.child("limits"), hint=hint)
+
+
 def _check_densities(body: Body, sink: Sink) -> None:
     structure = body.structure
     if structure.body_type not in DYNAMIC_TYPES or structure.inertial is not None or structure.mass is not None:
@@ -188,7 +253,7 @@ def _check_mass(body: Body, sink: Sink) -> None:
         return
     if len(solids) < len(structure.collisions):
         return  # a mesh has its own volume
-    volume: Any = sum(solid.volume(*_sizes(solid)) for solid in solids)
+    volume: Any = sum(solid.volume(*solid_sizes(solid)) for solid in solids)
     density = mass.data / volume
     low, high = MEAN_DENSITIES
     odd = np.flatnonzero((density < low) | (density > high))
@@ -206,20 +271,37 @@ def _check_mass(body: Body, sink: Sink) -> None:
 
 
 def _check_sizes(body: Body, sink: Sink) -> None:
-    if body.structure.body_type not in DYNAMIC_TYPES:
-        return
+    moves = body.structure.body_type in DYNAMIC_TYPES
+    weight = 0.0
+    place = body.origin
     for shape in body.structure.collisions:
         if not isinstance(shape.geometry, Solid):
             continue
-        sizes = (float(column.max()) for column in _sizes(shape.geometry))
-        length = 2 * float(shape.geometry.extent(np.eye(3), *sizes).max())
-        if length > MAX_SIZE:
-            place = (shape.origin or body.origin).child(_size_key(shape.geometry))
+        sizes = [float(column.max()) for column in solid_sizes(shape.geometry)]
+        half = shape.geometry.extent(np.eye(3), *sizes)
+        length, place = 2 * float(half.max()), (shape.origin or body.origin).child(_size_key(shape.geometry))
+        top = _top(body, half)
+        # A ground is as large and flat, or its top is where the world's is. Of a table top, below is room.
+        is_table = half.argmin() == 2 and top - 2 * half[2] > MAX_SIZE
+        if length > MAX_SIZE and (moves or is_table or (half.min() > THIN / 2 and top > 0)):
             message = f"a shape of `{cut(body.name)}` is {length:.4g} m long"
             sink.report("SC534", message, place, hint="lengths are in metres, not in millimetres or centimetres")
+            return
+        density = DEFAULT_DENSITY if shape.density is None else float(shape.density.data.max())
+        weight += float(shape.geometry.volume(*sizes)) * density
+    given = body.structure.mass is not None or body.structure.inertial is not None
+    if moves and not given and weight > MAX_WEIGHT:
+        message = f"the shapes of `{cut(body.name)}` weigh {weight / 1000:.4g} t, and the body moves"
+        hint = "lengths are in metres, not in centimetres; if it is as large, give it a `mass`"
+        sink.report("SC534", message, place, hint=hint)
 
 
-def _sizes(solid: Solid) -> tuple[NDArray[Any], ...]:
+def _top(body: Body, half: Any) -> float:
+    """How high a body's shape reaches in the world at most [m], its turns left out."""
+    return float(body.entity.pose.data[:, 2].max() + half[2])
+
+
+def solid_sizes(solid: Solid) -> tuple[NDArray[Any], ...]:
     """The numbers of a solid, each an array with a row a scene or one row."""
     return tuple(column for value in solid.values for column in value.data.reshape(len(value.data), -1).T)
 
@@ -239,7 +321,7 @@ def _check_inertial(body: Body, sink: Sink) -> None:
     reach = outside = np.zeros(())
     for shape in solids:
         assert isinstance(shape.geometry, Solid)
-        half = shape.geometry.extent(np.eye(3), *(float(column.max()) for column in _sizes(shape.geometry)))
+        half = shape.geometry.extent(np.eye(3), *(float(column.max()) for column in solid_sizes(shape.geometry)))
         pose = np.array([[0.0, 0, 0, 1, 0, 0, 0]]) if shape.pose is None else shape.pose.data
         rows = max(len(com), len(pose))
         offset = np.broadcast_to(com - pose[:, :3], (rows, 3))
@@ -258,6 +340,11 @@ def _check_inertial(body: Body, sink: Sink) -> None:
     if (moment > most).any():
         found, limit = float(moment.max()), float(most.max())
         message = f"`{name}` has a moment of inertia of {found:.3g} kg·m²; its shapes and mass allow {limit:.2g}"
+        hint = "moments are in kg·m², about the centre of mass"
+        sink.report("SC536", message, body.origin.child("inertial", "inertia"), hint=hint)
+    elif (moment < most * (MIN_MOMENT / MAX_MOMENT)).all():
+        found, least = float(moment.max()), float(most.min()) * MIN_MOMENT / MAX_MOMENT
+        message = f"`{name}` has moments of inertia of {found:.3g} kg·m² at most; its shapes and mass give {least:.2g}"
         hint = "moments are in kg·m², about the centre of mass"
         sink.report("SC536", message, body.origin.child("inertial", "inertia"), hint=hint)
 

@@ -1,10 +1,11 @@
-"""Cameras that stand in a body, and cameras that see nothing.
+"""Cameras that stand in a body or see nothing, and lights and shadows without effect.
 
-`scenecc check` asks these rules; `validate` does not. Cameras that are mounted on a body are not judged: they move.
+`scenecc check` asks these rules; `validate` does not. What is mounted on a body is not judged: it moves.
 """
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -13,8 +14,17 @@ from scenecc.checks.physics import plan_origin
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import compose, invert, rotate
 from scenecc.plan import BodyStructure
-from scenecc.plan.geometry import Box, Capsule, Cylinder, Primitive, Sphere
-from scenecc.plan.rendering import Perspective
+from scenecc.plan.geometry import Box, Capsule, Cylinder, Heightfield, Plane, Primitive, Sphere, VisualPlane
+from scenecc.plan.rendering import (
+    DirectionalLight,
+    Intrinsic,
+    Orthographic,
+    Perspective,
+    PointLight,
+    SpotLight,
+    TexturedLight,
+    shadow_parameters,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,8 +32,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
-    from scenecc.plan import ScenePlan, VisualShape
-    from scenecc.plan.rendering import Camera
+    from scenecc.plan import ScenePlan, Value, VisualShape
+    from scenecc.plan.rendering import Camera, Light
 
     Floats = NDArray[np.float64]
 
@@ -32,6 +42,12 @@ UNKNOWN_RADIUS: Final = 5.0
 
 MAX_HALF_FOV: Final = 1.5
 """[rad] Of a camera whose field of view is given as a matrix."""
+
+FLOOR: Final = 0.7
+"""z of the normal of a plane that is a floor."""
+
+FAINT: Final = 1e-4
+"""How bright the nearest thing is at most that a light does not show on. One level of a picture is 0.004."""
 
 
 class _Seen(NamedTuple):
@@ -54,18 +70,25 @@ class _Seen(NamedTuple):
 
 
 def check_views(plan: ScenePlan, sink: Sink) -> None:
-    """Applies both rules to each camera that stands in the world.
+    """Applies the rules to each camera and light that stands in the world.
 
     Args:
         plan: with its draws made.
         sink: takes the warnings.
     """
     cameras = [camera for camera in plan.cameras if camera.mount is None]
-    if not cameras or (plan.environment is not None and plan.environment.map is not None):
-        return  # the sky is seen everywhere
+    if plan.environment is not None and plan.environment.map is not None:
+        cameras = []  # the sky is seen everywhere
+    lights = [light for light in plan.lights if light.mount is None]
+    if not cameras and not lights:
+        return
     seen = [each for entity in plan.entities for each in _visible(plan, entity)]
     for camera in cameras:
         _check_camera(camera, seen, plan, sink)
+    for light in lights:
+        for message, hint in islice(_why_no_effect(light, seen, plan), 1):
+            place = light.origin or plan_origin(plan).child("lights", light.name)
+            sink.report("SC570", f"the light `{cut(light.name)}` {message}", place, at="key", hint=hint)
 
 
 def _check_camera(camera: Camera, seen: list[_Seen], plan: ScenePlan, sink: Sink) -> None:
@@ -76,10 +99,12 @@ def _check_camera(camera: Camera, seen: list[_Seen], plan: ScenePlan, sink: Sink
     empty = np.any([each.there[scenes] for each in seen], axis=0) & np.ones(len(scenes), bool)
     for each in seen:
         there = each.there[scenes]
-        empty &= ~(there & _may_see(camera, pose, each.pose[scenes, :3], each.radius[scenes]))
+        empty &= ~(there & _may_show(camera, pose, each.pose[scenes, :3], each.radius[scenes]))
         inside = np.flatnonzero(there & _is_inside(each, scenes, pose))
         if inside.size:
-            message = f"camera `{cut(camera.name)}` stands inside `{cut(each.entity)}` in scene {scenes[inside[0]]}"
+            is_plane = each.shape is not None and isinstance(each.shape.geometry, VisualPlane)
+            where = f"{'below' if is_plane else 'inside'} `{cut(each.entity)}` in scene {scenes[inside[0]]}"
+            message = f"camera `{cut(camera.name)}` stands {where}"
             sink.report("SC548", message, place.child("pose"), hint="move the camera out of what is seen")
             return
     if empty.any():
@@ -106,6 +131,8 @@ def _visible(plan: ScenePlan, entity: Any) -> Iterator[_Seen]:
             sizes = _sizes(shape.geometry, np.arange(len(entity.scene_idxs)))
             largest = shape.geometry.extent(np.eye(3), *sizes.max(axis=1).tolist())
             radius = np.full(len(row), float(np.linalg.norm(largest)))
+        elif isinstance(shape.geometry, Heightfield):
+            radius = np.full(len(row), float(np.linalg.norm(shape.geometry.size.data, axis=-1).max()))
         yield _Seen(entity.name, there, pose, radius, shape, row)
 
 
@@ -115,38 +142,111 @@ def _sizes(geometry: Primitive, rows: NDArray[np.int64]) -> Floats:
     return np.concatenate([data[rows if len(data) > 1 else rows * 0].T for data in each])
 
 
-def _may_see(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> Any:
-    """Whether a ball may be in a cone around all that a camera shows."""
+def _why_no_effect(light: Light, seen: list[_Seen], plan: ScenePlan) -> Iterator[tuple[str, str]]:
+    """Why a light, or its shadow, has no effect in any scene, and a hint."""
+    if not light.color.data.any():
+        yield "is black", "give it a `color` above 0, or remove it"
+    scenes, kind = np.array(light.scene_idxs), light.light
+    pose = np.broadcast_to(light.pose.data, (len(scenes), 7))
+    if isinstance(kind, DirectionalLight) and _has_ground(plan) and (_along_x(pose)[:, 2] > 0).all():
+        yield "shines upwards, and there is a ground", "`direction` is where it shines to, as in [0, 0, -1]"
+    near = [each for each in seen if each.there[scenes].any()]
+    if isinstance(kind, SpotLight | TexturedLight):
+        half = float(kind.outer_fov.data.max()) / 2
+        if near and not any(
+            (each.there[scenes] & _is_in_cone(half, pose, *_balls(each, scenes))).any() for each in near
+        ):
+            yield "shines on nothing", "turn it towards what it lights, or widen `outer_fov`"
+    if near and isinstance(kind, SpotLight | PointLight):
+        brightness = max(_brightness(light, each.pose[scenes, :3] - pose[:, :3], each.radius[scenes]) for each in near)
+        if brightness < FAINT:
+            yield "is too far away to be seen on anything", "move it nearer, or make its `color` brighter"
+    numbers = shadow_parameters(light)
+    if not near or not numbers or not numbers["shadow"].data.any():
+        return
+    for each in near if isinstance(kind, PointLight | SpotLight | TexturedLight) else ():
+        if (_is_inside(each, scenes, pose) & each.there[scenes]).all():
+            yield f"stands in or below `{cut(each.entity)}`, which shadows it", "move it out, or leave `shadow` out"
+    if not any((each.there[scenes] & _is_shadowed(numbers, pose, *_balls(each, scenes))).any() for each in near):
+        keys = "`shadow_near`, `shadow_far`" + (" and `shadow_scale`" if isinstance(kind, DirectionalLight) else "")
+        yield "throws no shadow: nothing is within the range of its shadow map", f"move it, or set {keys}"
+
+
+def _has_ground(plan: ScenePlan) -> bool:
+    bodies = (body for entity in plan.entities for body in entity.bodies)
+    return any(isinstance(shape.geometry, Plane) for body in bodies for shape in body.collisions)
+
+
+def _balls(seen: _Seen, scenes: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    return seen.pose[scenes, :3], seen.radius[scenes]
+
+
+def _brightness(light: Light, way: Floats, radius: Floats) -> float:
+    """How bright a light is at most where a ball may be: its colour falls off with the square of the distance."""
+    distance = np.maximum(np.linalg.norm(way, axis=1) - radius, 1e-3)
+    return float((light.color.data.max(axis=1) / distance**2).max())
+
+
+def _along_x(pose: Floats) -> Floats:
+    return np.asarray(rotate(pose[:, 3:], np.broadcast_to((1.0, 0.0, 0.0), (len(pose), 3))))
+
+
+def _is_shadowed(numbers: dict[str, Value], pose: Floats, centre: Floats, radius: Floats) -> Any:
+    """Whether a ball may be where a shadow is computed; the cone of a spot is left out."""
+    local = rotate(pose[:, 3:] * (1, -1, -1, -1), centre - pose[:, :3])
+    depth = np.linalg.norm(local, axis=1)
+    inside = np.ones(len(pose), np.bool_)
+    if "shadow_half_size" in numbers:
+        depth, half = local[:, 0], numbers["shadow_half_size"].data
+        inside = (np.abs(local[:, 1:]).max(axis=1) - radius) < half
+    return inside & (depth + radius > numbers["shadow_near"].data) & (depth - radius < numbers["shadow_far"].data)
+
+
+def _is_in_cone(half: float, pose: Floats, centre: Floats, radius: Floats) -> Any:
+    """Whether a ball may be in a cone of this half angle [rad] around the x axis of a pose."""
     local = rotate(pose[:, 3:] * (1, -1, -1, -1), centre - pose[:, :3])
     distance = np.linalg.norm(local, axis=1)
-    half = _half_fov(camera)
     angle = np.arccos(np.clip(local[:, 0] / np.maximum(distance, 1e-9), -1, 1))
     return (distance <= radius) | (angle - np.arcsin(np.clip(radius / np.maximum(distance, 1e-9), 0, 1)) <= half)
 
 
-def _half_fov(camera: Camera) -> float:
+def _may_show(camera: Camera, pose: Floats, centre: Floats, radius: Floats) -> Any:
+    """Whether a ball may be in what a camera shows: between its near and far planes, and within its sides."""
+    local = rotate(pose[:, 3:] * (1, -1, -1, -1), centre - pose[:, :3])
+    between = (local[:, 0] + radius > camera.near.data) & (local[:, 0] - radius < camera.far.data)
+    if isinstance(camera.lens, Orthographic):
+        top = camera.lens.top.data
+        beyond = np.abs(local[:, 1]) - radius, np.abs(local[:, 2]) - radius
+        return between & (beyond[0] < top * camera.width / camera.height) & (beyond[1] < top)
+    return between & _is_in_cone(_half_fov(camera.lens, camera.width, camera.height), pose, centre, radius)
+
+
+def _half_fov(lens: Perspective | Intrinsic, width: int, height: int) -> float:
     """Half of the largest angle between two pixels [rad], at least."""
-    lens = camera.lens
     if not isinstance(lens, Perspective):
-        return MAX_HALF_FOV if not hasattr(lens, "top") else np.pi
+        return MAX_HALF_FOV
     given = lens.fovy or lens.fovx
     assert given is not None
-    side = camera.height if lens.fovy is not None else camera.width
-    return float(np.arctan(np.tan(given.data.max() / 2) * np.hypot(camera.width, camera.height) / side))
+    side = height if lens.fovy is not None else width
+    return float(np.arctan(np.tan(given.data.max() / 2) * np.hypot(width, height) / side))
 
 
 def _is_inside(seen: _Seen, scenes: NDArray[np.int64], pose: Floats) -> Any:
-    """Whether a camera is inside of a solid. One whose faces are turned is meant to be seen from inside."""
+    """Whether a camera is inside of a solid or below a floor. One whose faces are turned is meant for that."""
     shape = seen.shape
     if (
         shape is None
         or shape.front_face is not None
-        or not isinstance(shape.geometry, Box | Sphere | Capsule | Cylinder)
+        or not isinstance(shape.geometry, Box | Sphere | Capsule | Cylinder | VisualPlane)
     ):
         return np.zeros(len(scenes), bool)
     frame = seen.pose[scenes]
-    local = np.abs(compose(invert(frame), pose)[:, :3])
+    local = compose(invert(frame), pose)[:, :3]
     sizes = _sizes(shape.geometry, seen.row[scenes])
+    if isinstance(shape.geometry, VisualPlane):
+        is_floor = _along_x(frame)[:, 2] > FLOOR
+        return is_floor & (local[:, 0] < 0) & (np.abs(local[:, 1:]) < sizes.T).all(axis=1)
+    local = np.abs(local)
     if isinstance(shape.geometry, Box):
         return (local < sizes.T).all(axis=1)
     if isinstance(shape.geometry, Sphere):

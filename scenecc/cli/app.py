@@ -15,23 +15,30 @@ from typing import Annotated, Any, Final
 
 import typer
 
+from scenecc.cli.completion import words
 from scenecc.cli.output import Status, print_err
 
 COMMANDS: Final = (
+    "init",
     "build",
     "validate",
     "check",
+    "sweep",
     "inspect",
     "render",
     "view",
+    "replay",
     "emit",
     "import",
     "decompile",
     "diff",
+    "pack",
     "params",
     "prefabs",
     "schema",
     "explain",
+    "lsp",
+    "doctor",
 )
 """Every command, as `scenecc --help` lists them: a function in the module of its name."""
 
@@ -53,7 +60,7 @@ def main() -> None:
             # A name that the terminal cannot show is shown escaped.
             stream.reconfigure(errors="backslashreplace")
     try:
-        _application()(prog_name="scenecc")
+        application()(prog_name="scenecc")
     except MemoryError:
         sys.exit(_fault("out of memory"))
     except Exception as error:  # noqa: BLE001 - the process's edge: its status must not blame the scene
@@ -100,12 +107,14 @@ class _LazyMetadata(ModuleType):
         return import_module(self.__name__)
 
 
-def _application() -> typer.Typer:
+def application() -> typer.Typer:
+    """The commands; only the one that this process's arguments name, if they name one."""
     # Plain help: nothing to import, and the same wherever it is read.
     app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.callback(epilog=_EPILOG)(_scenecc)
-    # Who names a command pays for no other.
-    asked = sys.argv[1:2]
+    # Who names a command pays for no other; nor does a shell that completes what is behind it.
+    completed = words()
+    asked = completed[1:2] if "_SCENECC_COMPLETE" in os.environ and len(completed) > 2 else sys.argv[1:2]
     for name in asked if asked and asked[0] in COMMANDS else COMMANDS:
         # `import` is a word of Python: its module and function end in `_`.
         named = f"{name}_" if iskeyword(name) else name

@@ -77,12 +77,14 @@ def build(
     audit: Annotated[
         Audit, typer.Option("--audit", help="How much of the engine's state to compare with the plan.")
     ] = Audit.fast,
+    every: Annotated[bool, typer.Option("--all", help="Print all rows of long tables.")] = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
 ) -> None:
     """Build a scene as parallel SAPIEN scenes.
 
-    Prints a table of the entities and their scenes, and the time of each stage.
+    Prints a table of the entities and their scenes, and the time of each stage. Of more than 30 entities, copies that
+    are the same share a row.
 
     \b
     Examples:
@@ -105,10 +107,10 @@ def build(
             audit=audit.value,
             progress=show,
         )
-    _conclude(result, steps, output, form)
+    _conclude(result, steps, output, form, whole=every)
 
 
-def _conclude(result: Build, steps: int, output: str | None, form: Format) -> NoReturn:
+def _conclude(result: Build, steps: int, output: str | None, form: Format, *, whole: bool) -> NoReturn:
     """Simulates, writes the plan and prints the result."""
     import scenecc
 
@@ -124,7 +126,7 @@ def _conclude(result: Build, steps: int, output: str | None, form: Format) -> No
         if reason is not None:
             diagnostics.append(usage_error(*reason, file=output))
     if form is Format.text:
-        (print_err if output == STDOUT else print_out)(_summary(result, timings))
+        (print_err if output == STDOUT else print_out)(_summary(result, timings, whole=whole))
     end(diagnostics, form)
 
 
@@ -141,11 +143,11 @@ def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
     return {"step": time.perf_counter() - started}
 
 
-def _summary(result: Build, timings: dict[str, float]) -> str:
+def _summary(result: Build, timings: dict[str, float], *, whole: bool) -> str:
     from scenecc.diagnostics.formats import wants_color
 
     show, done = (planned, "planned") if result.batch is None else (built, "built")
-    rows = show(result.summary, color=wants_color(sys.stdout))
+    rows = show(result.summary, color=wants_color(sys.stdout), whole=whole)
     return f"{rows}\n{plain(result.plan.name)}: {done} {_totals(result)}\n{stage_times(timings)}\n"
 
 
@@ -157,8 +159,8 @@ def _totals(result: Build) -> str:
     fields = [field for row in result.summary for field in row.varying]
     at_reset = sum(field.at_reset for field in fields)
     differing = f"; {_count(len(fields), 'field')} {'differs' if len(fields) == 1 else 'differ'}" if fields else ""
-    anew = f", {at_reset} drawn anew at a reset" if at_reset else ""
-    return f"{scenes}, {_count(objects, 'object')} in all{differing}{anew}"
+    again = f", {at_reset} drawn again at a reset" if at_reset else ""
+    return f"{scenes}, {_count(objects, 'object')} in all{differing}{again}"
 
 
 def _count(count: int, what: str) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from scenecc.cli.checking import CHECK_OPTIONS, run_checks
+from scenecc.cli.completion import complete_scene
 from scenecc.cli.options import Format, FormatOption, shown, takes_compile_options
 from scenecc.cli.output import of_settings, progress
 from scenecc.cli.paths import find, source_of
@@ -23,14 +24,16 @@ _SEEDS: Final = re.compile(r"([0-9]{1,18}):([0-9]{1,18})")
 _SECONDS: Final = re.compile(r"[0-9]{1,4}(\.[0-9]{1,9})?")
 
 
-def _parse_seeds(text: str | range) -> range:
+def parse_seeds(text: str | range) -> range:
+    """`0:20`. Raises typer.BadParameter for anything else."""
     found = _SEEDS.fullmatch(str(text))
     if found is None or int(found[1]) >= int(found[2]):
         raise typer.BadParameter(f"{shown(str(text))} is not FIRST:END with FIRST below END, as in 0:20")
     return range(int(found[1]), int(found[2]))
 
 
-def _parse_seconds(text: str | float) -> float:
+def parse_seconds(text: str | float) -> float:
+    """`2.5`. Raises typer.BadParameter for anything else."""
     if not _SECONDS.fullmatch(str(text)):
         raise typer.BadParameter(f"{shown(str(text))} is not a time in seconds below 10 000, as in 2.5")
     return float(text)
@@ -39,15 +42,25 @@ def _parse_seconds(text: str | float) -> float:
 @partial(takes_compile_options, others=CHECK_OPTIONS)
 def check(
     paths: Annotated[
-        list[str], typer.Argument(metavar="PATH...", help="Scene files, folders of them, or - for standard input.")
+        list[str],
+        typer.Argument(
+            metavar="PATH...",
+            help="Scene files, folders of them, or - for standard input.",
+            autocompletion=complete_scene,
+        ),
     ],
     *,
     settle: Annotated[
         float,
-        typer.Option("--settle", metavar="SECONDS", parser=_parse_seconds, help="Simulated time; 0: no simulation."),
+        typer.Option(
+            "--settle",
+            metavar="SECONDS",
+            parser=parse_seconds,
+            help="Simulated time; `expect` may need more. 0: only that.",
+        ),
     ] = 1.0,
     seeds: Annotated[
-        Any, typer.Option("--seeds", metavar="A:B", parser=_parse_seeds, help="Check each seed from A to B-1.")
+        Any, typer.Option("--seeds", metavar="A:B", parser=parse_seeds, help="Check each seed from A to B-1.")
     ] = None,
     form: FormatOption = Format.text,
     options: dict[str, Any],

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.findings_cache import FindingsCache
-from scenecc.cli.many_files import choose_files, find_in_each
-from scenecc.cli.options import Format, at_least, shown
+from scenecc.cli.completion import complete_code
+from scenecc.cli.many_files import Jobs, choose_files, find_in_each
+from scenecc.cli.options import Format, shown
 from scenecc.cli.output import Status, print_err, print_findings, print_json, print_out, status
-from scenecc.cli.paths import STDIN
+from scenecc.cli.paths import STDIN, Found
 from scenecc.cli.settings import RULE_PREFIX, SettingsFinder, code_fault
+from scenecc.files import open_regular
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
-    from scenecc.cli.paths import Found
     from scenecc.diagnostics import Diagnostic
     from scenecc.source.paths import PathCache
 
@@ -28,7 +31,7 @@ Check = Callable[[str, "Mapping[str, Rule]", "PathCache | None"], "list[Diagnost
 _SHARD: Final = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
 
 
-def _parse_shard(text: str | tuple[int, int]) -> tuple[int, int]:
+def parse_shard(text: str | tuple[int, int]) -> tuple[int, int]:
     """`2/5` as (2, 5): the second of five parts."""
     found = _SHARD.fullmatch(str(text))
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
@@ -36,12 +39,8 @@ def _parse_shard(text: str | tuple[int, int]) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-_Jobs = Annotated[
-    int | None,
-    typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.", show_default="one"),
-]
 _Shard = Annotated[
-    Any, typer.Option("--shard", metavar="I/N", parser=_parse_shard, help="Take only part I of N of the files.")
+    Any, typer.Option("--shard", metavar="I/N", parser=parse_shard, help="Take only part I of N of the files.")
 ]
 _ChangedSince = Annotated[
     str | None,
@@ -53,15 +52,23 @@ _Cache = Annotated[
 _Strict = Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")]
 _Select = Annotated[
     list[str] | None,
-    typer.Option("--select", metavar="CODES", help="Report only these warnings and notes, such as SC4,SC526."),
+    typer.Option(
+        "--select",
+        metavar="CODES",
+        help="Report only these warnings and notes, such as SC4,SC526.",
+        autocompletion=complete_code,
+    ),
 ]
 _Ignore = Annotated[
-    list[str] | None, typer.Option("--ignore", metavar="CODES", help="Do not report these warnings and notes.")
+    list[str] | None,
+    typer.Option(
+        "--ignore", metavar="CODES", help="Do not report these warnings and notes.", autocompletion=complete_code
+    ),
 ]
 _Statistics = Annotated[bool, typer.Option("--statistics", help="Print how often each code is found.")]
 
 CHECK_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
-    "jobs": (_Jobs, None),
+    "jobs": (Jobs, None),
     "shard": (_Shard, None),
     "changed_since": (_ChangedSince, None),
     "cache": (_Cache, True),
@@ -117,7 +124,10 @@ def run_checks(
     if asked["statistics"] and form not in _STATISTICS_FORMATS:
         raise typer.BadParameter("counts are printed as text or json", param_hint="'--statistics'")
     finder = _settings_finder(asked["select"], asked["ignore"], strict=asked["strict"])
+    from scenecc.cli.findings_cache import FindingsCache
+
     cache = FindingsCache(command, options)
+    parts = Parts(found.files)
     diagnostics = [*found.faults(), *choose_files(found, asked["changed_since"], asked["shard"], cache)]
     settings = {file: finder.of(file) for file in found.files}
 
@@ -130,14 +140,14 @@ def run_checks(
 
     worst = status(diagnostics)
     for file, here in find_in_each(found.files, asked["jobs"] or 0, command, find):
-        wanted = settings[file].apply(here, file)
+        wanted = settings[file].apply(parts.without_lacks(file, here), file)
         worst = max(worst, status(wanted, strict=settings[file].strict))
         diagnostics += wanted
     cache.prune()
     worst = max(worst, status(finder.faults), Status.fine)
     diagnostics = [*finder.faults, *diagnostics]
     if asked["statistics"]:
-        _print_statistics(diagnostics, form)
+        print_statistics(Counter((one.code, one.severity) for one in diagnostics), form)
     else:
         print_findings(diagnostics, form, files=found.files)
     if form is Format.text:
@@ -145,17 +155,67 @@ def run_checks(
     raise typer.Exit(worst)
 
 
-def _print_statistics(diagnostics: list[Diagnostic], form: Format) -> None:
-    """How often each code is found, the most frequent first."""
-    from scenecc.diagnostics.codes import CODES
-
-    counts = Counter((one.code, one.severity) for one in diagnostics)
-    rows = [
-        {"count": count, "code": code, "severity": severity, "title": CODES[code].title if code in CODES else ""}
-        for (code, severity), count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))
-    ]
+def print_statistics(counts: Counter[tuple[str, str]], form: Format) -> None:
+    """How often each code is found, the most frequent first. `counts`: by code and severity."""
+    rows = statistics(counts)
     if form is Format.json:
         print_json({"statistics": rows})
         return
     width = max((len(str(row["count"])) for row in rows), default=0)
     print_out("".join("{count:>{w}}  {code}  {severity:<7}  {title}\n".format(w=width, **row) for row in rows))
+
+
+def statistics(counts: Mapping[tuple[str, str], int]) -> list[dict[str, Any]]:
+    """The same as rows with their titles."""
+    from scenecc.diagnostics.codes import CODES
+
+    return [
+        {"count": count, "code": code, "severity": severity, "title": CODES[code].title if code in CODES else ""}
+        for (code, severity), count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))
+    ]
+
+
+_OF_SCENES: Final = frozenset({"SC543", "SC852"})
+"""What a part lacks and its users have: bodies, and something below them."""
+
+_NAME: Final = re.compile(r"[^\s\"'\[\]{},:#]+\.ya?ml\b")
+_COMMENT: Final = re.compile(r"(?:^|\s)#.*")
+
+
+class Parts:
+    """Tells which of several files are parts of others.
+
+    Args:
+        files: all that the command takes.
+    """
+
+    def __init__(self, files: Sequence[str]) -> None:
+        self._files = tuple(files)
+
+    def without_lacks(self, file: str, found: list[Diagnostic]) -> list[Diagnostic]:
+        """The findings of a file; if it is a part, without those that it gives only because it is checked by itself."""
+        if _OF_SCENES.isdisjoint(one.code for one in found) or file not in self:
+            return found
+        return without_lacks(found)
+
+    def __contains__(self, file: str) -> bool:
+        return Path(file).resolve() in self._used
+
+    @cached_property
+    def _used(self) -> frozenset[Path]:
+        """Every file that a text names. What only an expression gives is not known."""
+        used: set[Path] = set()
+        for file in self._files:
+            with suppress(OSError), open_regular(file) as stream:
+                data = stream.read()
+                if b"\0" in data:
+                    continue  # a pack, which uses nothing outside
+                text = _COMMENT.sub("", data.decode(errors="replace"))
+                named = {Path(file).parent.joinpath(name).resolve() for name in _NAME.findall(text)}
+                used |= named - {Path(file).resolve()}
+        return frozenset(used)
+
+
+def without_lacks(found: list[Diagnostic]) -> list[Diagnostic]:
+    """The findings of a part, without those that it gives only because it is checked by itself."""
+    return [one for one in found if one.code not in _OF_SCENES]

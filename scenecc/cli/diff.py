@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from scenecc.cli.completion import complete_scene
 from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
 from scenecc.cli.output import Status, end, print_asides, print_json, print_out, scene_errors
 from scenecc.cli.paths import STDIN, path_faults, source_of
@@ -69,8 +70,15 @@ def _values(one: Difference) -> str:
 
 @takes_compile_options
 def diff(
-    first: Annotated[str, typer.Argument(metavar="A", help="A scene file or a plan, or - for standard input.")],
-    second: Annotated[str, typer.Argument(metavar="B", help="The other scene file or plan.")],
+    first: Annotated[
+        str,
+        typer.Argument(
+            metavar="A", help="A scene file or a plan, or - for standard input.", autocompletion=complete_scene
+        ),
+    ],
+    second: Annotated[
+        str, typer.Argument(metavar="B", help="The other scene file or plan.", autocompletion=complete_scene)
+    ],
     *,
     form: TableFormatOption = TableFormat.text,
     options: dict[str, Any],

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from scenecc.cli.completion import complete_entity
 from scenecc.cli.options import (
     SceneArgument,
     Show,
@@ -53,7 +54,10 @@ SceneIndex = Annotated[
 ]
 Grid = Annotated[bool, typer.Option("--grid", help="Export all scenes side by side (glb).")]
 Shown = Annotated[Show, typer.Option("--show", help="Export visual or collision shapes (glb, usd).")]
-EntityName = Annotated[str | None, typer.Option("--entity", metavar="NAME", help="Export only this entity (urdf).")]
+EntityName = Annotated[
+    str | None,
+    typer.Option("--entity", metavar="NAME", help="Export only this entity (urdf).", autocompletion=complete_entity),
+]
 
 
 @takes_compile_options

@@ -6,11 +6,14 @@ from typing import Annotated
 
 import typer
 
+from scenecc.cli.completion import complete_code
 from scenecc.cli.output import end, print_out, usage_error
 
 
 def explain(
-    code: Annotated[str | None, typer.Argument(metavar="[CODE]", help="A code, as in SC101.")] = None,
+    code: Annotated[
+        str | None, typer.Argument(metavar="[CODE]", help="A code, as in SC101.", autocompletion=complete_code)
+    ] = None,
 ) -> None:
     """Explain a diagnostic code.
 

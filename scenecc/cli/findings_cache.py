@@ -6,24 +6,21 @@ import json
 import os
 import sys
 import time
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from scenecc.diagnostics import Diagnostic
 from scenecc.diagnostics.diagnostic import Fix, Location, Related
-from scenecc.files import cache_folder, open_regular, state_now
+from scenecc.files import State, cache_folder, state_now
 from scenecc.interrupt import undoing
 from scenecc.source.paths import PathCache
+from scenecc.source.provenance import content_hash
 from scenecc.version import VERSION
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
-    from scenecc.files import State
 
 _KIND: Final = "findings"
 
@@ -69,16 +66,16 @@ class FindingsCache:
             return None
 
     def _entry(self, file: str) -> Path:
-        key = repr((self._surroundings, self.command, self.options, file, os.path.abspath(file)))  # noqa: PTH100 - as it is named
+        key = f"{self._basis}{(file, os.path.abspath(file))!r}"  # noqa: PTH100 - as it is named
         return self._folder / sha256(key.encode()).hexdigest()
 
     @cached_property
-    def _surroundings(self) -> tuple[Any, ...]:
-        """What findings follow from beside files and options: this package and those that are installed."""
+    def _basis(self) -> str:
+        """A hash of what findings follow from beside files: the options, this package and those that are installed."""
         files = (path for path in _PACKAGE.rglob("*") if path.suffix in {".py", ".yaml"})
         own = sorted((str(path), path.stat().st_mtime_ns) for path in files)
         installed = [(path, state_now(path)) for path in sys.path if path.endswith("-packages")]
-        return VERSION, sys.version, own, installed
+        return sha256(repr((VERSION, sys.version, own, installed, self.command, self.options)).encode()).hexdigest()
 
     def _kept(self, entry: Path) -> list[Diagnostic] | None:
         try:
@@ -93,7 +90,7 @@ class FindingsCache:
         self, entry: Path, started: int, files: Iterable[Path], missing: Iterable[Path], found: list[Diagnostic]
     ) -> None:
         record = {
-            "files": [[str(path), _settled_state(path, started), _hash(path)] for path in files],
+            "files": [[str(path), _settled_state(path, started), content_hash(path)] for path in files],
             "missing": sorted(map(str, missing)),
             "diagnostics": [asdict(one) for one in found],
         }
@@ -127,18 +124,7 @@ def _is_same(path: str, state: list[int] | None, content: str | None) -> bool:
     now = state_now(path)
     if state is not None and now is not None and list(now) == state:
         return True
-    return _hash(path) == content
-
-
-def _hash(path: str | Path) -> str | None:
-    try:
-        with open_regular(path) as stream:
-            digest = sha256()
-            while block := stream.read(1 << 20):
-                digest.update(block)
-            return digest.hexdigest()
-    except OSError:
-        return None
+    return content_hash(path) == content
 
 
 def _diagnostic(record: dict[str, Any]) -> Diagnostic:

@@ -4,27 +4,36 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from scenecc.cli.many_files import Jobs, are_many, write_each
 from scenecc.cli.options import takes_compile_options
-from scenecc.cli.output import end, print_asides, print_out, progress, scene_errors, usage_error
-from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.output import end, print_asides, print_out, progress, status, unwritten, usage_error
+from scenecc.cli.paths import STDIN, Kind, find, path_faults
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from scenecc.diagnostics import Diagnostic
 
 _takes = partial(takes_compile_options, names=("asset_roots", "allow_outside_assets", "limits"))
 
 
 @_takes
 def import_(
-    file: Annotated[
-        str,
+    paths: Annotated[
+        list[str],
         typer.Argument(
-            metavar="FILE", help="An SDF world or model, a USD stage, an MJCF, or a URDF.", show_default=False
+            metavar="FILE...", help="SDF worlds or models, USD stages, MJCFs, URDFs, or folders.", show_default=False
         ),
     ],
     *,
-    output: Annotated[str, typer.Option("--output", "-o", metavar="SCENE", help="The scene file to write.")],
+    output: Annotated[
+        str, typer.Option("--output", "-o", metavar="SCENE", help="The scene file to write, or the folder for many.")
+    ],
+    jobs: Jobs = None,
     allow: Annotated[
         list[str] | None,
         typer.Option("--allow", metavar="LOSS", help="Accept a loss that changes the machine; may be repeated."),
@@ -36,6 +45,8 @@ def import_(
     The formats are SDF (.sdf, .world), USD (.usd, .usda, .usdc), MJCF (.mjcf, .xml) and URDF (.urdf). Files that the
     scene can name neither relative to itself nor by pkg:// or asset:// are copied to the folder SCENE_assets beside
     it.
+
+    Of several files, or those in a folder, each scene is written to the folder OUTPUT, under the name of its file.
 
     The command lists all content that a scene file does not hold. If masses, joints, contacts or poses would differ,
     it writes nothing, unless --allow names the loss. It then builds the scene as written and compares poses and masses
@@ -49,31 +60,56 @@ def import_(
       scenecc import stage.usd -o scene.yaml
       scenecc import world.xml -o scene.yaml
       scenecc import robot.urdf -o scene.yaml
+      scenecc import worlds robots/*.urdf -o scenes --jobs 2
     """
-    from scenecc.importers.assets import output_fault
-    from scenecc.importers.import_scene import import_scene
+    from scenecc.importers import FORMATS
+    from scenecc.importers.import_scene import is_source
+
+    _check_arguments(paths, output, allow or ())
+    accepted = {"allow": allow or (), **options}
+    if are_many(paths):
+        suffixes = tuple(dict.fromkeys(suffix for one in FORMATS for suffix in one.suffixes))
+        kind = Kind("source", suffixes, lambda file: is_source(Path(file)), f"its suffix is {', '.join(suffixes)}")
+
+        def make(file: str, scene: str) -> tuple[list[Diagnostic], str]:
+            diagnostics, lines = _import(file, scene, accepted)
+            return diagnostics, "".join(f"{scene}: {line}\n" for line in lines)
+
+        write_each("import", find(paths, kind=kind), output, ".yaml", jobs, make)
+    if faults := path_faults(paths[0], output, source="source"):
+        end(faults)
+    with progress("import") as show:
+        diagnostics, lines = _import(paths[0], output, {"progress": show, **accepted})
+    print_asides(diagnostics)
+    print_out("".join(f"{line}\n" for line in lines))
+    raise typer.Exit(status(diagnostics))
+
+
+def _check_arguments(paths: list[str], output: str, allow: Sequence[str]) -> None:
     from scenecc.importers.imported_scene import LOSSES
 
-    unknown = next((kind for kind in allow or () if kind not in LOSSES), None)
+    unknown = next((kind for kind in allow if kind not in LOSSES), None)
     if unknown is not None:
         known = ", ".join(kind for kind, row in LOSSES.items() if row.changes_machine)
         raise typer.BadParameter(f"there is no loss '{unknown}'; the losses are {known}", param_hint="'--allow'")
-    if file == STDIN:
+    if STDIN in paths:
         raise typer.BadParameter("the source is a file, and not standard input", param_hint="'FILE'")
     if output == STDIN:
         raise typer.BadParameter("an import writes several files: name the scene file", param_hint="'--output' / '-o'")
-    faults = path_faults(file, output, source="source")
-    if not faults and (fault := output_fault(Path(output))) is not None:
+
+
+def _import(file: str, scene: str, options: Mapping[str, Any]) -> tuple[list[Diagnostic], Sequence[str]]:
+    """Imports one file. Gives what is wrong, and the lines about what was lost and compared."""
+    import scenecc
+    from scenecc.importers.assets import output_fault
+
+    if (fault := output_fault(Path(scene))) is not None:
         hint = "name another file after -o: the scene names the files beside it by this name"
-        faults = [usage_error("SC904", f"`{output}` cannot be written: {fault}", file=output, hint=hint)]
-    if faults:
-        end(faults)
-    with scene_errors(options), progress("import") as show:
-        try:
-            made = import_scene(file, output, allow=allow or (), progress=show, **options)
-        except OSError as error:
-            end(
-                [usage_error("SC904", f"`{error.filename or output}` cannot be written: {error.strerror}", file=output)]
-            )
-    print_asides(made.diagnostics)
-    print_out("".join(f"{line}\n" for line in made.certificate.lines()))
+        return [usage_error("SC904", f"`{scene}` cannot be written: {fault}", file=scene, hint=hint)], ()
+    try:
+        made = scenecc.import_scene(file, scene, **options)
+    except scenecc.SceneError as error:
+        return error.diagnostics, ()
+    except OSError as error:
+        return [usage_error(*unwritten(error.filename or scene, error), file=scene)], ()
+    return made.diagnostics, made.certificate.lines()

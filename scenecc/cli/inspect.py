@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from scenecc.cli.completion import complete_entity
 from scenecc.cli.options import (
     SceneArgument,
     TableFormat,
@@ -23,7 +24,13 @@ Scene = Annotated[
     int | None, typer.Option("--scene", metavar="K", parser=at_least(0), help="Show the values of this scene.")
 ]
 Entity = Annotated[
-    str | None, typer.Option("--entity", metavar="NAME", help="Show only these entities; * and ? are wildcards.")
+    str | None,
+    typer.Option(
+        "--entity",
+        metavar="NAME",
+        help="Show only these entities; * and ? are wildcards.",
+        autocompletion=complete_entity,
+    ),
 ]
 Depth = Annotated[int | None, typer.Option("--depth", metavar="N", parser=at_least(0), help="Depth of the tree.")]
 AskEngine = Annotated[

@@ -1,26 +1,64 @@
-"""What `validate` and `check` do with many files: which of them, by how many processes, and what was found before."""
+"""What commands do with many files: which of them, by how many processes, and what each of them gives."""
 
 from __future__ import annotations
 
+import os
 import subprocess
-from importlib import import_module
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeVar
 
-from scenecc.cli.jobs import Died, run_each
-from scenecc.cli.output import usage_error
-from scenecc.cli.paths import STDIN
+import typer
+
+from scenecc.cli.options import Format, at_least
+from scenecc.cli.output import counted, end, print_out, progress, usage_error
+from scenecc.cli.paths import STDIN, Found
+from scenecc.jobs import Died, completed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from scenecc.cli.findings_cache import FindingsCache
-    from scenecc.cli.paths import Found
     from scenecc.diagnostics import Diagnostic
 
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
-_STAGES: Final = ("scenecc.pipeline", "scenecc.expand.expand", "scenecc.lower", "scenecc.checks.physics")
-"""Modules that every file needs."""
+
+def run_each(
+    function: Callable[[Item], Result], items: Sequence[Item], jobs: int, label: str
+) -> Iterator[Result | Died]:
+    """The results of a function for items, in their order, while a bar counts them.
+
+    Args:
+        function: what is done with each. Its results can be pickled. It raises nothing.
+        items: of any number.
+        jobs: how many processes; 0: none but this one, in which nothing may die.
+        label: of the bar.
+    """
+    if jobs == 0:
+        yield from map(function, counted(label, items))
+        return
+    done: dict[int, Result | Died] = {}
+    following = 0
+    with progress(label, clock=False) as show:
+        for number, result in completed(function, items, jobs):
+            done[number] = result
+            if show is not None:
+                show(following + len(done), len(items))
+            while following in done:
+                yield done.pop(following)
+                following += 1
+
+
+Jobs = Annotated[
+    int | None,
+    typer.Option("--jobs", metavar="N", parser=at_least(1), help="Number of processes.", show_default="one"),
+]
+
+Make = Callable[[str, str], "tuple[list[Diagnostic], str]"]
+"""Writes the second path, made of the first; gives what is wrong, and what is said of it on standard output."""
+
+_SMALL: Final = {"scenecc": 1, "entities": {"box": {"shapes": [{"type": "box", "half_size": [1, 1, 1]}]}}}
+"""A scene for which everything is loaded and made that every file needs."""
 
 
 def choose_files(
@@ -59,10 +97,72 @@ def find_in_each(
     """
     if jobs:
         # Before the processes are forked, so that they all have it.
-        for module in _STAGES:
-            import_module(module)
+        from scenecc.scene import validate
+
+        validate(_SMALL)
     for file, result in zip(files, run_each(find, files, jobs, label), strict=True):
         yield file, [_death(file, result)] if isinstance(result, Died) else result
+
+
+def are_many(paths: Sequence[str]) -> bool:
+    """Whether paths ask for a folder of outputs: several of them, or a folder."""
+    return len(paths) > 1 or (paths[0] != STDIN and Path(paths[0]).is_dir())
+
+
+def write_each(
+    command: str, found: Found, output: str, suffix: str, jobs: int | None, make: Make, form: Format = Format.text
+) -> NoReturn:
+    """Writes a file for each of many, in processes of their own; says so in their order, and ends with the status.
+
+    Args:
+        command: its name.
+        found: the files.
+        output: the folder for what is written: each by its file's path from the folder that all of these are in.
+        suffix: of what is written.
+        jobs: number of processes; None: one.
+        make: writes one.
+        form: of the diagnostics.
+    """
+    diagnostics = found.faults()
+    targets = _targets(found.files, output, suffix, diagnostics)
+
+    def one(file: str) -> tuple[list[Diagnostic], str]:
+        return make(file, targets[file])
+
+    files = list(targets)
+    for file, result in zip(files, run_each(one, files, jobs or 1, command), strict=True):
+        if isinstance(result, Died):
+            diagnostics.append(_death(file, result))
+        else:
+            diagnostics += result[0]
+            print_out(result[1])
+    end(diagnostics, form)
+
+
+def _targets(files: Sequence[str], output: str, suffix: str, faults: list[Diagnostic]) -> Mapping[str, str]:
+    """Where each file's output goes, in folders that are made; empty, with the reason in `faults`, if it cannot."""
+    if output == STDIN or Path(output).suffix.lower() == suffix:
+        hint = "name a folder after -o; for one file alone, name a source file in it and not a folder"
+        faults.append(usage_error("SC904", f"`{output}` cannot take what is made of many", file=output, hint=hint))
+    if STDIN in files:
+        faults.append(usage_error("SC901", "standard input is read alone, and not among many files", file=STDIN))
+    top = os.path.commonpath([os.path.abspath(Path(file).parent) for file in files]) if files else ""  # noqa: PTH100 - of links, where they lie
+    targets = {file: str(Path(output, os.path.relpath(file, top)).with_suffix(suffix)) for file in files}
+    first: dict[str, str] = {}
+    for file, target in targets.items():
+        if first.setdefault(target, file) != file:
+            message = f"`{first[target]}` and `{file}` would both be written to `{target}`"
+            faults.append(usage_error("SC904", message, file=file))
+    if any(fault.code == "SC904" or fault.file == STDIN for fault in faults):
+        return {}
+    try:
+        for folder in {Path(target).parent for target in targets.values()}:
+            folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"the folder `{error.filename}` cannot be made: {error.strerror}"
+        faults.append(usage_error("SC904", message, file=output))
+        return {}
+    return targets
 
 
 def _death(file: str, died: Died) -> Diagnostic:

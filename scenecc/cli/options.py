@@ -12,6 +12,8 @@ from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
+from scenecc.cli.completion import complete_camera, complete_scene, complete_setting
+
 _INTEGER: Final = re.compile(r"[0-9]{1,18}|[0-9]{1,3}(?:_[0-9]{3}){1,5}")
 
 _SHOWN: Final = 40
@@ -127,7 +129,13 @@ def _in_brackets(hint: str | None) -> str:
 
 
 SceneArgument = Annotated[
-    str, typer.Argument(metavar="SCENE", help="A scene file, or - for standard input.", show_default=False)
+    str,
+    typer.Argument(
+        metavar="SCENE",
+        help="A scene file, or - for standard input.",
+        show_default=False,
+        autocompletion=complete_scene,
+    ),
 ]
 NumScenes = Annotated[
     int | None,
@@ -142,7 +150,22 @@ Steps = Annotated[
 ]
 Params = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter to a value in YAML; may be repeated."),
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Set a parameter to a value in YAML; may be repeated.",
+        autocompletion=complete_setting,
+    ),
+]
+Camera = Annotated[
+    str | None,
+    typer.Option(
+        "--camera",
+        metavar="NAME",
+        help="A camera of the file.",
+        show_default="frames the scene",
+        autocompletion=complete_camera,
+    ),
 ]
 AssetRoots = Annotated[
     list[Path] | None,

@@ -85,10 +85,13 @@ def refusal(target: str) -> str | None:
 def folder_refusal(target: str) -> str | None:
     """Why a folder cannot be made and filled, likewise."""
     path = Path(target)
-    if not path.is_dir():
-        return f"`{target}` is a file" if os.path.lexists(path) else _refused_in(path, target)
-    if any(path.iterdir()):
-        return f"the folder `{target}` is not empty"
+    try:
+        if not path.is_dir():
+            return f"`{target}` is a file" if os.path.lexists(path) else _refused_in(path, target)
+        if any(path.iterdir()):
+            return f"the folder `{target}` is not empty"
+    except OSError as error:  # a name too long, a folder that may not be listed
+        return f"`{target}` cannot be written: {error.strerror}"
     return None if os.access(path, os.W_OK) else f"`{target}` may not be written"
 
 
@@ -121,7 +124,7 @@ def write(target: str, content: str | bytes) -> Unwritten | None:
         else:
             replace_all({path: data})
     except OSError as error:
-        return _unwritten(target, error)
+        return unwritten(target, error)
     return None
 
 
@@ -141,12 +144,15 @@ def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> Unw
     try:
         replace_set(Path(target), files, folder=folder)
     except OSError as error:
-        return _unwritten(error.filename or target, error)
+        return unwritten(error.filename or target, error)
     return None
 
 
-def _unwritten(name: str, error: OSError) -> Unwritten:
-    return "SC818" if error.errno in _OF_THE_MACHINE else "SC904", f"`{name}` cannot be written: {error.strerror}"
+def unwritten(name: str, error: OSError) -> Unwritten:
+    """Why a file was not written: its name was wrong, or the disk is full or broken."""
+    # Where no file could be written at all, `tempfile` finds no folder, and names no file.
+    of_the_machine = error.errno in _OF_THE_MACHINE or error.filename is None
+    return "SC818" if of_the_machine else "SC904", f"`{name}` cannot be written: {error.strerror}"
 
 
 class Status(IntEnum):
@@ -251,6 +257,9 @@ _PATIENCE: Final = 0.5
 
 _EVERY: Final = 0.1
 _WIDTH: Final = 40
+_LONGEST: Final = 80
+"""Characters of what is done that stand behind the time."""
+
 _CLEAR: Final = "\r\x1b[K"
 
 Show = Callable[[int, int], None]
@@ -259,32 +268,98 @@ Show = Callable[[int, int], None]
 Item = TypeVar("Item")
 
 
+class _Bar:
+    """The last line of the terminal while something lasts: how much is done, or else how long it has lasted."""
+
+    def __init__(self, label: str) -> None:
+        self.doing = ""
+        self._label = label
+        self._started = self._drawn_at = time.monotonic()
+        self._counts: tuple[int, int] | None = None
+        self._shown = ""
+
+    def count(self, done: int, total: int) -> None:
+        """Takes how much is done; it shows at the next `draw`."""
+        self._counts = done, total
+
+    def count_and_draw(self, done: int, total: int) -> None:
+        """Likewise, and shows it now and then."""
+        self._counts = done, total
+        if time.monotonic() - self._drawn_at >= _EVERY:
+            self.draw()
+
+    def draw(self) -> None:
+        """Shows what has changed, once the work is long."""
+        self._drawn_at = now = time.monotonic()
+        if now - self._started < _PATIENCE:
+            return
+        line = f"{self._label} {self._bar() or f'{now - self._started:.0f} s'}"
+        if not self._counts and self.doing:
+            line = f"{line}: {self.doing}"
+        if line != self._shown:
+            self._shown = line
+            os.write(sys.stderr.fileno(), f"{_CLEAR}{line}".encode(errors="replace"))
+
+    def _bar(self) -> str:
+        if self._counts is None:
+            return ""
+        done, total = self._counts
+        return f"[{'#' * (_WIDTH * done // total):-<{_WIDTH}}] {done}/{total}"
+
+
 @contextmanager
-def progress(label: str, *, where: bool = True) -> Generator[Show | None, None, None]:
-    """Shows a bar while something lasts. None where nobody would see it, or `where` is false: another bar is shown."""
+def progress(label: str, *, where: bool = True, clock: bool = True) -> Generator[Show | None, None, None]:
+    """Shows a bar while something lasts, and before anything is counted the time and what it waits for, such as CoACD.
+
+    None where nobody would see it, or `where` is false: another bar is shown. `clock`: by a thread; not where the work
+    forks.
+    """
     if not where or not sys.stderr.isatty():
         yield None
         return
-    shown_at = time.monotonic() + _PATIENCE - _EVERY
-
-    def show(done: int, total: int) -> None:
-        nonlocal shown_at
-        now = time.monotonic()
-        if now - shown_at < _EVERY:
-            return
-        shown_at = now
-        filled = "#" * (_WIDTH * done // total)
-        sys.stderr.write(f"{_CLEAR}{label} [{filled:-<{_WIDTH}}] {done}/{total}")
-        sys.stderr.flush()
-
+    bar = _Bar(label)
     with undoing() as undo:
         undo.callback(os.write, sys.stderr.fileno(), _CLEAR.encode())
-        yield show
+        if clock:
+            with _clock(bar):
+                yield bar.count
+        else:
+            yield bar.count_and_draw
+
+
+@contextmanager
+def _clock(bar: _Bar) -> Generator[None]:
+    """Draws a bar now and then, with what scenecc logs meanwhile."""
+    import logging
+    from threading import Event, Thread
+
+    from scenecc.diagnostics.formats.style import visible
+
+    class Handler(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            bar.doing = visible(record.getMessage())[:_LONGEST]
+
+    ended = Event()
+
+    def tick() -> None:
+        while not ended.wait(_EVERY):
+            bar.draw()
+
+    logger, handler, thread = logging.getLogger("scenecc"), Handler(), Thread(target=tick, daemon=True)
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        logger.removeHandler(handler)
 
 
 def counted(label: str, items: Sequence[Item]) -> Iterator[Item]:
     """The items one after another, with a bar that counts them."""
-    with progress(label) as show:
+    with progress(label, clock=False) as show:
         for done, item in enumerate(items):
             if show is not None:
                 show(done, len(items))

@@ -1,18 +1,17 @@
-"""Which files `validate` and `check` take, and what can be wrong with a command's paths before any work is done."""
+"""Which files commands take that take many, and what can be wrong with a command's paths before any work is done."""
 
 from __future__ import annotations
 
 import os
-import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from scenecc.cli.options import Format
 from scenecc.cli.output import STDOUT, end, folder_refusal, refusal, usage_error
-from scenecc.files import NotAFileError, open_regular
+from scenecc.files import ARCHIVE, PACK_SUFFIX, NotAFileError, open_regular
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -20,9 +19,41 @@ if TYPE_CHECKING:
 
 STDIN: Final = "-"
 
-_SUFFIXES: Final = (".yaml", ".yml")
-_LANGUAGE_KEY: Final = re.compile(r"""^(?:\{[ \t]*)?(?:scenecc|"scenecc"|'scenecc')[ \t]*:""", re.MULTILINE)
 _SEARCHED_BYTES: Final = 16 * 1024 * 1024
+
+
+def _is_scene(file: str) -> bool:
+    from scenecc.source.text import is_scene_text
+
+    try:
+        with open_regular(file) as stream:
+            data = stream.read(_SEARCHED_BYTES)
+    except (NotAFileError, IsADirectoryError):
+        return False
+    if data.startswith(ARCHIVE):
+        return file.lower().endswith(PACK_SUFFIX)
+    encoding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
+    return is_scene_text(data.decode(encoding, errors="replace"))
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """Files that are looked for in folders.
+
+    Attributes:
+        name: in messages.
+        suffixes: in lower case.
+        holds: whether a file that has one is of the kind.
+        hint: how one is known.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    holds: Callable[[str], bool]
+    hint: str
+
+
+SCENES: Final = Kind("scene", (".yaml", ".yml", PACK_SUFFIX), _is_scene, "a scene has the key `scenecc`")
 
 
 @dataclass(slots=True)
@@ -35,6 +66,7 @@ class Found:
         missing: paths that do not exist.
         empty: folders without a scene.
         unreadable: folders that may not be listed, and files in folders that may not be read.
+        kind: of file that is looked for in folders.
     """
 
     files: list[str] = field(default_factory=list[str])
@@ -42,15 +74,14 @@ class Found:
     missing: list[str] = field(default_factory=list[str])
     empty: list[str] = field(default_factory=list[str])
     unreadable: list[tuple[str, OSError]] = field(default_factory=list[tuple[str, OSError]])
+    kind: Kind = SCENES
 
     def faults(self) -> list[Diagnostic]:
         """What is wrong with the paths that were asked for."""
         return [
             *(usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in self.missing),
             *(
-                usage_error(
-                    "SC902", f"no scene in the folder `{path}`", file=path, hint="a scene has the key `scenecc`"
-                )
+                usage_error("SC902", f"no {self.kind.name} in the folder `{path}`", file=path, hint=self.kind.hint)
                 for path in self.empty
             ),
             *(
@@ -62,17 +93,17 @@ class Found:
     def counts(self) -> str:
         """How many files were checked, and how many skipped, as a line."""
         checked, skipped = len(self.files), len(self.skipped)
-        passed_over = f", {_files(skipped, 'other YAML file')} skipped" if skipped else ""
+        passed_over = f", {_files(skipped, 'other file')} skipped" if skipped else ""
         return f"{_files(checked, 'file')} checked{passed_over}\n"
 
 
-def find(paths: list[str], *, scenes_only: bool = False) -> Found:
-    """A file is taken as it is; a folder is searched for scenes: YAML files with a key `scenecc` at the top.
+def find(paths: list[str], *, scenes_only: bool = False, kind: Kind | None = None) -> Found:
+    """A file is taken as it is; a folder is searched for files of a kind, which is scenes by default.
 
     Folders and files whose names start with a dot are passed over, and links to folders are not followed.
     `scenes_only`: pass over files that are no scenes even where they are named.
     """
-    found = Found()
+    found = Found(kind=kind or SCENES)
     for path in paths:
         if path != STDIN and Path(path).is_dir():
             _search(path, found)
@@ -88,7 +119,7 @@ def find(paths: list[str], *, scenes_only: bool = False) -> Found:
 
 def _search(folder: str, found: Found) -> None:
     before = len(found.files)
-    for file in sorted(_yaml_files(folder, found)):
+    for file in sorted(_files_below(folder, found)):
         _sort_out(file, found)
     if len(found.files) == before:
         found.empty.append(folder)
@@ -96,32 +127,22 @@ def _search(folder: str, found: Found) -> None:
 
 def _sort_out(file: str, found: Found) -> None:
     try:
-        is_scene = _is_scene(file)
+        is_wanted = found.kind.holds(file)
     except OSError as error:
         found.unreadable.append((file, error))
     else:
-        (found.files if is_scene else found.skipped).append(file)
+        (found.files if is_wanted else found.skipped).append(file)
 
 
-def _yaml_files(folder: str, found: Found) -> Iterator[str]:
+def _files_below(folder: str, found: Found) -> Iterator[str]:
     def refused(error: OSError) -> None:
         found.unreadable.append((str(error.filename), error))
 
     for parent, folders, files in os.walk(folder, onerror=refused):
         folders[:] = [name for name in folders if not name.startswith(".")]
         for name in files:
-            if name.lower().endswith(_SUFFIXES) and not name.startswith("."):
+            if name.lower().endswith(found.kind.suffixes) and not name.startswith("."):
                 yield str(Path(parent, name))
-
-
-def _is_scene(file: str) -> bool:
-    try:
-        with open_regular(file) as stream:
-            data = stream.read(_SEARCHED_BYTES)
-    except (NotAFileError, IsADirectoryError):
-        return False
-    encoding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
-    return _LANGUAGE_KEY.search(data.decode(encoding, errors="replace")) is not None
 
 
 def source_of(scene: str) -> str | BinaryIO:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from scenecc.cli.completion import complete_prefab
 from scenecc.cli.options import TableFormat, TableFormatOption
 from scenecc.cli.output import end, print_json, print_out, usage_error
 from scenecc.cli.params import params_data, params_table
@@ -22,7 +23,10 @@ _SHIPPED = "scenecc:"
 
 def prefabs(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="A prefab, as in table or scenecc:table.")
+        str | None,
+        typer.Argument(
+            metavar="[NAME]", help="A prefab, as in table or scenecc:table.", autocompletion=complete_prefab
+        ),
     ] = None,
     *,
     form: TableFormatOption = TableFormat.text,

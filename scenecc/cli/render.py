@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import re
 import sys
-from enum import Enum
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NoReturn
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
+from scenecc.cli.completion import complete_scene
+from scenecc.cli.many_files import Jobs, are_many, write_each
 from scenecc.cli.options import (
     Format,
     FormatOption,
-    SceneArgument,
     Show,
     Steps,
     at_least,
@@ -22,15 +22,16 @@ from scenecc.cli.options import (
 from scenecc.cli.output import (
     STDOUT,
     end,
+    of_settings,
     outlive_pipes,
     print_err,
     print_out,
     progress,
-    scene_errors,
     usage_error,
     write,
 )
-from scenecc.cli.paths import path_faults, source_of
+from scenecc.cli.paths import find, path_faults, source_of
+from scenecc.cli.render_options import PICTURE_OPTIONS, picture_choices
 from scenecc.cli.tables import plain, stage_times, table
 from scenecc.diagnostics.messages import index_ranges
 
@@ -40,47 +41,19 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
     from scenecc.render.render import Rendering
 
-_SIZE: Final = re.compile(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")
-
-
-class What(str, Enum):
-    """Contents of a picture."""
-
-    color = "color"
-    depth = "depth"
-    segmentation = "segmentation"
-    normal = "normal"
-
-
-def parse_size(text: str) -> tuple[int, int]:
-    """`640x480`. Raises typer.BadParameter for anything else."""
-    from scenecc.plan.schema import PIXEL_BOUNDS
-
-    found, most = _SIZE.fullmatch(text), int(PIXEL_BOUNDS.high)
-    size = (int(found[1]), int(found[2])) if found else (0, 0)
-    if not found or max(size) > most:
-        raise typer.BadParameter(
-            f"{shown(text)} is not a size from 1 to {most}, such as 640x480", param_hint="'--size'"
-        )
-    return size
-
-
 Output = Annotated[
-    str | None, typer.Option("--output", "-o", metavar="FILE.png", help="Output file; - is standard output.")
-]
-Camera = Annotated[
-    str | None, typer.Option("--camera", metavar="NAME", help="A camera of the file.", show_default="frames the scene")
-]
-Scene = Annotated[
     str | None,
     typer.Option(
-        "--scene", metavar="IDXS", help="Scene to render, or several (0:4 or 0,2 or ::2) on one contact sheet."
+        "--output", "-o", metavar="FILE.png", help="Output file, or folder for many scenes; - is standard output."
     ),
 ]
-Grid = Annotated[bool, typer.Option("--grid", help="Render all scenes on one contact sheet, labelled by index.")]
-Size = Annotated[
-    str | None,
-    typer.Option("--size", metavar="WxH", help="Size of each picture [px], overriding the camera."),
+Paths = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SCENE...",
+        help="Scene files, folders of them, or - for standard input.",
+        autocompletion=complete_scene,
+    ),
 ]
 Video = Annotated[
     str | None,
@@ -92,77 +65,80 @@ Every = Annotated[
         "--every", metavar="N", parser=at_least(1), help="Steps per frame.", show_default="about 30 frames a second"
     ),
 ]
-Hidden = Annotated[
-    bool | None,
-    typer.Option(
-        "--hidden/--no-hidden", help="Show objects that are hidden from sensors.", show_default="only without --camera"
-    ),
-]
 
 
-@takes_compile_options
+@partial(takes_compile_options, others=PICTURE_OPTIONS)
 def render(
-    scene: SceneArgument,
+    paths: Paths,
     *,
     output: Output = None,
-    camera: Camera = None,
-    which: Scene = None,
-    grid: Grid = False,
-    size: Size = None,
-    what: Annotated[What, typer.Option("--what", help="Content of the picture.")] = What.color,
+    jobs: Jobs = None,
     show: Annotated[Show, typer.Option("--show", help="Shapes to draw.")] = Show.visual,
     steps: Steps = 0,
     video: Video = None,
     every: Every = None,
-    hidden: Hidden = None,
     form: FormatOption = Format.text,
     options: dict[str, Any],
+    others: dict[str, Any],
 ) -> None:
     """Render a picture or a film of a scene with SAPIEN's renderer.
 
-    Without --camera, a camera that frames the scene is used. Depth is written in millimetres with 16 bits per pixel.
+    Without --camera, a camera that frames what moves is used. Depth is written in millimetres with 16 bits per pixel.
     Segmentation is written as ids with a palette, and a table of the ids is printed. Needs a GPU, or Mesa's driver for
     the CPU, and the extra `pictures`.
+
+    Of several scenes, or the scenes in a folder, each picture is written to the folder OUTPUT, under the name of its
+    scene.
 
     \b
     Examples:
       scenecc render scenes/tabletop.yaml -o tabletop.png
       scenecc render scenes/cameras.yaml --camera main --what depth -o depth.png
       scenecc render scenes/clutter.yaml --num-scenes 16 --grid -o sheet.png
+      scenecc render scenes/stack.yaml --focus crate --preset dark --samples 16 -o crate.png
+      scenecc render scenes/stack.yaml --eye 1.5,-1,1.2 --ground --labels -o labels.png
+      scenecc render scenes/clutter.yaml --steps 200 --contacts -o contacts.png
+      scenecc render scenes/cameras.yaml --what depth --legend -o depth_for_people.png
       scenecc render scenes/tabletop.yaml --show collision --size 800x600 -o collision.png
       scenecc render scenes/reset.yaml --steps 200 --video reset.mp4
+      scenecc render scenes/recipes --size 320x240 -o pictures --jobs 2
     """
     import scenecc
 
-    film = _film(output, video, steps, every)
-    if faults := _path_faults(scene, output, video, form):
+    many = are_many(paths)
+    film = _film(output, video, steps, every, many=many)
+    choices = picture_choices(others, steps=steps, film=film, every=every, collision=show is Show.collision)
+
+    def picture(scene: str, output: str | None, told: Any = None) -> tuple[list[Diagnostic], str]:
+        try:
+            result = scenecc.render_scene(
+                source_of(scene), **choices, **options, estimate=_tell_estimate, progress=told
+            )
+        except scenecc.SceneError as error:
+            return of_settings(error.diagnostics, options["params"]), ""
+        return _write(result, output, video, form)
+
+    if many:
+        write_each("render", find(paths), str(output), ".png", jobs, picture, form)
+    if faults := _path_faults(paths[0], output, video, form):
         end(faults, form)
     if film is not None:
         outlive_pipes()  # its encoder may end before all frames are there
-    with scene_errors(options, form), progress("render") as told:
-        result = scenecc.render_scene(
-            source_of(scene),
-            camera=camera,
-            scenes=which,
-            grid=grid,
-            size=None if size is None else parse_size(size),
-            what=what.value,
-            steps=steps,
-            film=film,
-            every=every,
-            collision=show is Show.collision,
-            hidden=hidden,
-            **options,
-            progress=told,
-        )
-    _conclude(result, output, video, form)
+    with progress("render") as told:
+        diagnostics, text = picture(paths[0], output, told)
+    (print_err if STDOUT in {output, video} else print_out)(text)
+    end(diagnostics, form)
 
 
-def _film(output: str | None, video: str | None, steps: int, every: int | None) -> Literal["mp4", "gif"] | None:
+def _film(
+    output: str | None, video: str | None, steps: int, every: int | None, *, many: bool
+) -> Literal["mp4", "gif"] | None:
     """Which kind of film is asked for. Raises typer.BadParameter where the options do not fit together."""
     if output is None and video is None:
         raise typer.BadParameter("say where to write: -o FILE.png, or --video FILE.mp4", param_hint="'-o'")
-    if output not in {None, STDOUT} and not str(output).lower().endswith(".png"):
+    if many and (output is None or video is not None):
+        raise typer.BadParameter("of many scenes, pictures are written to a folder: -o FOLDER", param_hint="'-o'")
+    if not many and output not in {None, STDOUT} and not str(output).lower().endswith(".png"):
         raise typer.BadParameter(f"{shown(str(output))} does not end in .png", param_hint="'-o'")
     if every is not None and (video is None or every > steps):
         raise typer.BadParameter("it needs --video and at least as many --steps", param_hint="'--every'")
@@ -177,15 +153,26 @@ def _film(output: str | None, video: str | None, steps: int, every: int | None) 
     raise typer.BadParameter(f"{shown(video)} does not end in .mp4 or .gif", param_hint="'--video'")
 
 
+_WORTH_TELLING: Final = 5.0
+"""Least time of ray tracing that is told [s]."""
+
+
+def _tell_estimate(seconds: float) -> None:
+    if seconds >= _WORTH_TELLING:
+        words = f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
+        print_err(f"tracing rays will take about {words} on this device; fewer --samples or pixels take less\n")
+
+
 def _path_faults(scene: str, output: str | None, video: str | None, form: Format) -> list[Diagnostic]:
     faults = path_faults(scene, output, form)
     # Of the scene's path all was said.
     return faults or [fault for fault in path_faults(scene, video, form) if fault.code != "SC901"]
 
 
-def _conclude(result: Rendering, output: str | None, video: str | None, form: Format) -> NoReturn:
-    """Writes the files, and says what they are."""
+def _write(result: Rendering, output: str | None, video: str | None, form: Format) -> tuple[list[Diagnostic], str]:
+    """Writes the files. Gives what is wrong, and what they are in words."""
     diagnostics = list(result.diagnostics)
+    grid = [] if result.cell is None else [f"ground grid: cells of {result.cell:.10g} m"]
     written: list[str] = []
     for target, content, words in _files(result, output, video):
         reason = write(target, content)
@@ -193,10 +180,9 @@ def _conclude(result: Rendering, output: str | None, video: str | None, form: Fo
             written.append(f"{plain(target)}: {words}")
         else:
             diagnostics.append(usage_error(*reason, file=target))
-    if form is Format.text and written:
-        lines = [*_legend(result), *written, stage_times(result.timings)]
-        (print_err if STDOUT in {output, video} else print_out)("\n".join(lines) + "\n")
-    end(diagnostics, form)
+    if form is not Format.text or not written:
+        return diagnostics, ""
+    return diagnostics, "\n".join([*_legend(result), *written, *grid, stage_times(result.timings)]) + "\n"
 
 
 def _files(result: Rendering, output: str | None, video: str | None) -> Iterator[tuple[str, bytes, str]]:

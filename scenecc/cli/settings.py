@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from importlib import import_module
 from os.path import relpath
@@ -49,6 +49,8 @@ class SettingsError(Exception):
 class Settings:
     """What one pyproject.toml says, with the options of the command line. Codes are whole or begin as given.
 
+    Its `repr` is the same on every machine.
+
     Attributes:
         folder: to which patterns are relative.
         select: codes that are reported; None: all.
@@ -59,13 +61,13 @@ class Settings:
         rules: house rules, by id.
     """
 
-    folder: Path
+    folder: Path = field(repr=False)
     select: tuple[str, ...] | None = None
     ignore: tuple[str, ...] = ()
     severity: Mapping[str, Severity] | None = None
     per_file_ignores: Mapping[str, tuple[str, ...]] | None = None
     strict: bool = False
-    rules: Mapping[str, Rule] | None = None
+    rules: Mapping[str, Rule] | None = field(default=None, repr=False)
 
     def apply(self, diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
         """The diagnostics of a scene that are wanted, with the severities that are. Errors stay what they are."""
@@ -110,10 +112,16 @@ class SettingsFinder:
         self.faults: list[Diagnostic] = []
         self._select, self._ignore, self._strict = select, ignore, strict
         self._by_folder: dict[Path, Settings | None] = {}
+        self._merged: dict[Path, Settings] = {}
 
     def of(self, scene: str) -> Settings:
         """The settings of a scene's path; those of the current folder for standard input."""
         folder = Path.cwd() if scene == STDIN else Path(scene).absolute().parent
+        if folder not in self._merged:  # one for all files of a folder, of which there may be very many
+            self._merged[folder] = self._with_command_line(folder)
+        return self._merged[folder]
+
+    def _with_command_line(self, folder: Path) -> Settings:
         found = self._nearest(folder) or Settings(Path.cwd())
         if self._select is not None:
             found = replace(found, select=self._select, ignore=())

@@ -30,6 +30,9 @@ _FIELDS: Final = ("", "differs", "", "values")
 _RIGHT: Final = frozenset({"shapes", "mass [kg]"})
 """Columns of numbers."""
 
+_MOST: Final = 30
+"""Rows that a table has unless all are asked for."""
+
 _NUMBER: Final = re.compile(r"\d+")
 
 _COMMAND: Final = re.compile(r"^(?=\s*::)|(?<=##)(?=\[)")
@@ -41,21 +44,24 @@ def plain(text: str) -> str:
     return _COMMAND.sub(r"\\", visible(text))
 
 
-def built(rows: Sequence[SummaryRow], *, color: bool) -> str:
+def built(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str:
     """One line an entity, in build order. `~` marks what scenes differ in, of which the first is told. Then a line a
     constraint, light and camera.
+
+    `whole`: however many there are; else copies that are the same share their lines, and tables end after 30.
     """
+    entities = [row for row in rows if row.section == "entities"]
+    named = [(row.name, row) for row in entities]
     cells = [
-        (plain(row.name), _body(row), str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
-        for row in rows
-        if row.section == "entities"
+        (plain(name), _body(row), str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
+        for name, row in (named if whole or len(named) <= _MOST else _told(entities))
     ]
-    return table(_BUILT, cells, color=color) + _others(rows, color=color)
+    return _cut(_BUILT, cells, color=color, whole=whole) + _others(rows, color=color, whole=whole)
 
 
-def planned(rows: Sequence[SummaryRow], *, color: bool) -> str:
+def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str:
     """One line an entity, in build order; then one line a field in which scenes differ. Copies that are the same in
-    all that is told share their lines.
+    all that is told share their lines. `whole`: as of `built`.
     """
     told = _told([row for row in rows if row.section == "entities"])
     others = [(f"{row.section}.{row.name}", row) for row in rows if row.section != "entities"]
@@ -80,18 +86,18 @@ def planned(rows: Sequence[SummaryRow], *, color: bool) -> str:
         for name, row in [*told, *others]
         for first, field in zip((True, *[False] * len(row.varying)), row.varying, strict=False)
     ]
-    differing = f"\n{table(_FIELDS, fields, color=color)}" if fields else ""
-    return table(_PLANNED, cells, color=color) + _others(rows, color=color) + differing
+    differing = f"\n{_cut(_FIELDS, fields, color=color, whole=whole)}" if fields else ""
+    return _cut(_PLANNED, cells, color=color, whole=whole) + _others(rows, color=color, whole=whole) + differing
 
 
-def _others(rows: Sequence[SummaryRow], *, color: bool) -> str:
+def _others(rows: Sequence[SummaryRow], *, color: bool, whole: bool) -> str:
     """One line a constraint, light and camera; nothing where there are none."""
     cells = [
         (plain(row.name), row.section, row.body_type, plain(" – ".join(row.mounts)), index_ranges(row.scene_idxs))
         for row in rows
         if row.section != "entities"
     ]
-    return f"\n{table(_OTHERS, cells, color=color)}" if cells else ""
+    return f"\n{_cut(_OTHERS, cells, color=color, whole=whole)}" if cells else ""
 
 
 def _body(row: SummaryRow) -> str:
@@ -120,6 +126,13 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool) ->
     widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
     first, *others = ["  ".join(_padded(row, widths, head)).rstrip() for row in cells]
     return "\n".join([_BOLD.format(first) if color else first, *others]) + "\n"
+
+
+def _cut(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool, whole: bool) -> str:
+    """A table, or its first rows and how many there are more."""
+    if whole or len(rows) <= _MOST:
+        return table(head, rows, color=color)
+    return f"{table(head, rows[:_MOST], color=color)}… {len(rows) - _MOST} more rows, which --all shows\n"
 
 
 def stage_times(timings: Mapping[str, float]) -> str:

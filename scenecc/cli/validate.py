@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import difflib
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,10 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from scenecc.cli.checking import CHECK_OPTIONS, run_checks
-from scenecc.cli.fixing import corrected, unified_diff, write_corrected
+from scenecc.cli.completion import complete_scene
 from scenecc.cli.options import Format, FormatOption, takes_compile_options
-from scenecc.cli.output import of_settings, print_err
+from scenecc.cli.output import of_settings, print_err, usage_error, write
 from scenecc.cli.paths import STDIN, find, source_of
+from scenecc.diagnostics.fixing import is_better, with_fix
+from scenecc.files import open_regular
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
@@ -29,7 +32,12 @@ if TYPE_CHECKING:
 )
 def validate(
     paths: Annotated[
-        list[str], typer.Argument(metavar="PATH...", help="Scene files, folders of them, or - for standard input.")
+        list[str],
+        typer.Argument(
+            metavar="PATH...",
+            help="Scene files, folders of them, or - for standard input.",
+            autocompletion=complete_scene,
+        ),
     ],
     *,
     form: FormatOption = Format.text,
@@ -44,7 +52,7 @@ def validate(
     """Check scene files without building them.
 
     In a folder, the command checks all scenes: .yaml and .yml files with the key `scenecc` at the
-    top level. It counts and skips other YAML files. A file named on the command line is always
+    top level, and packs. It counts and skips other files of these names. A file named on the command line is always
     checked, or with --scenes-only if it is a scene.
 
     \b
@@ -71,13 +79,13 @@ def validate(
         here = check(file, rules, memory)
         if file == STDIN or not any(one.fix for one in here):
             return here
-        changed = corrected(file, here, partial(_check_text, file, asked))
+        changed = _corrected(file, here, partial(_check_text, file, asked))
         if changed is None:
             return here
         if diff:
-            print_err(unified_diff(file, *changed))
+            print_err(_unified_diff(file, *changed))
             return here
-        fault = write_corrected(file, changed[1])
+        fault = _write_corrected(file, changed[1])
         here = check(file, rules, memory)
         return here if fault is None else [fault, *here]
 
@@ -97,3 +105,34 @@ def _check_text(file: str, options: Options, text: str) -> list[Diagnostic]:
     sink = Sink()
     document = read_text(text, file, sink, path=Path(file).absolute())
     return sink.diagnostics() if document is None else validate_source(document, options, {}, None)
+
+
+Check = Callable[[str], "list[Diagnostic]"]
+"""What checks a text as if it were the file's."""
+
+
+def _corrected(file: str, diagnostics: list[Diagnostic], check: Check) -> tuple[str, str] | None:
+    """The text of a file before and after its corrections; None where there is none to make.
+
+    A correction that leads to a new error, or does not remove its finding, is not made.
+    """
+    with open_regular(file) as stream:
+        before = text = stream.read().decode("utf-8", errors="surrogateescape")
+    tried = [one for one in diagnostics if one.fix is not None and one.file == one.fix.location.file == file]
+    for found in sorted(tried, key=lambda one: (one.line or 0, one.column or 0), reverse=True):
+        changed = with_fix(text, found)
+        if changed is not None and is_better(check(changed), check(text), found):
+            text = changed
+    return None if text == before else (before, text)
+
+
+def _unified_diff(file: str, before: str, after: str) -> str:
+    """The change as `diff -u` shows it."""
+    lines = difflib.unified_diff(before.splitlines(keepends=True), after.splitlines(keepends=True), file, file)
+    return "".join(line if line.endswith("\n") else line + "\n" for line in lines)
+
+
+def _write_corrected(file: str, text: str) -> Diagnostic | None:
+    """Writes a file whole or not at all; the finding where that fails."""
+    fault = write(str(Path(file)), text.encode("utf-8", errors="surrogateescape"))
+    return None if fault is None else usage_error(*fault, file=file)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -86,7 +87,7 @@ def decompile(
     documents: list[dict[str, Any]] = []
     facts: list[Any] = []
     for index, scene in enumerate(live.scenes):
-        reader = SceneReader(recording, Files(folder), _of_scene(live.rename, index), live.hidden)
+        reader = SceneReader(recording, Files(folder), partial(live.rename, index), live.hidden)
         documents.append(reader.document(scene))
         facts.append(read_scene(scene, reader.names.of))
         problems.update(dict.fromkeys(reader.problems))
@@ -110,10 +111,6 @@ def _differences(document: dict[str, Any], base: Path, facts: list[Any], *, rend
         return rebuilt_differences(document, base, facts, render=render)
     except scenecc.SceneError as error:
         return [f"the file does not build: {line}" for line in str(error).strip().splitlines()]
-
-
-def _of_scene(rename: Callable[[int, str], str], index: int) -> Callable[[str], str]:
-    return lambda name: rename(index, name)
 
 
 def _live_scenes(source: Any) -> _Source:

@@ -15,7 +15,7 @@ from scenecc.scene_file import is_list, is_mapping
 from scenecc.source import read_file
 
 if TYPE_CHECKING:
-    from scenecc.decompiler.facts import Facts
+    from scenecc.decompiler.reading import Facts
     from scenecc.decompiler.values import Node
 
 

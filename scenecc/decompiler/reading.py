@@ -7,13 +7,96 @@ scales of a drive, limits of a distance joint, how long a body stays awake.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, TypeAlias, cast
 
 import numpy as np
 
 from scenecc.decompiler import tables
-from scenecc.decompiler.facts import Facts, Plain, plain
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """One number or an array of numbers, to the bit.
+
+    -0.0 was made 0.0 when it was read: the two are one number, and whether a zero has a sign is an accident of how
+    a pose was composed. A NaN equals a NaN of the same bits.
+
+    Attributes:
+        dtype: numpy's name of the type (`<f4`).
+        shape: of the array; `()` for a number.
+        data: the array's bytes in C order.
+    """
+
+    dtype: str
+    shape: tuple[int, ...]
+    data: bytes
+
+    def array(self) -> np.ndarray:
+        """The numbers again; not writable."""
+        return np.frombuffer(self.data, dtype=self.dtype).reshape(self.shape)
+
+    def __str__(self) -> str:
+        # repr of a float32 has as many digits as tell it from its neighbours.
+        values = self.array()
+        if values.size > 16:
+            return f"{'×'.join(map(str, self.shape))} numbers"
+        return str([str(x) for x in values.ravel()]).replace("'", "") if self.shape else str(values[()])
+
+
+Plain: TypeAlias = "Numbers | str | bool | int | tuple[Plain, ...] | None"
+
+
+@dataclass(frozen=True)
+class Facts:
+    """An object and what it consists of.
+
+    Attributes:
+        kind: the engine's class (`PhysxCollisionShapeBox`), or what the node stands for (`scene`, `articulation`).
+        name: the object's own name, "" if it has none.
+        values: its properties by the engine's names, in the order of the tables.
+        parts: the objects in it, in the engine's order.
+    """
+
+    kind: str
+    name: str
+    values: tuple[tuple[str, Plain], ...]
+    parts: tuple[Facts, ...] = ()
+
+    def value(self, name: str) -> Plain:
+        """The property of a name.
+
+        Raises:
+            KeyError: there is none.
+        """
+        return dict(self.values)[name]
+
+    def of_kind(self, kind: str) -> list[Facts]:
+        """The objects of a kind in the tree, this one among them, depth first."""
+        found = [self] if self.kind == kind else []
+        return found + [inner for part in self.parts for inner in part.of_kind(kind)]
+
+
+def plain(value: Any) -> Plain:
+    """A value of the engine as comparable data.
+
+    Raises:
+        TypeError: it is of a type that no table should name.
+    """
+    if value is None or isinstance(value, (str, bool, int)):
+        return value
+    if type(value).__name__ == "Pose":
+        value = np.concatenate([value.p, value.q])
+    if isinstance(value, (float, np.ndarray, np.generic)):
+        array: Any = np.ascontiguousarray(cast("Any", value))
+        array = array.reshape(np.shape(cast("Any", value)))
+        array = array + np.zeros((), array.dtype) if array.dtype.kind == "f" else array
+        return Numbers(array.dtype.str, array.shape, array.tobytes())
+    if isinstance(value, (list, tuple)):
+        return tuple(plain(item) for item in cast("list[Any]", value))
+    raise TypeError(f"{type(value)} is no plain value")
+
 
 NameOf: TypeAlias = Callable[[Any], str]
 """Gives the name of an entity, an articulation, a link or a joint."""

@@ -5,14 +5,12 @@ fixed tendons, limits of distance joints, scales of inverse masses, and environm
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import wraps
+from functools import partial, wraps
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, cast
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
+from typing import Any, cast
 
 
 @dataclass(frozen=True)
@@ -142,28 +140,16 @@ def _replace(owner: Any, name: str, make: Callable[[Any], Any], undo: list[Calla
 def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None:
     from scenecc.backends.sapien.engine import physx  # noqa: PLC0415 - importing this module loads no engine
 
-    def convex(init: Any) -> Any:
-        """The constructor, which also records the file of a hull."""
+    def one(kind: str, init: Any) -> Any:
+        """The constructor, which also records the file of a hull or triangle mesh; of this, if it has a field."""
 
         @wraps(init)
         def recorded(self: Any, *args: Any, **options: Any) -> None:
             init(self, *args, **options)
             file = options.get("filename", args[0] if args else None)
             if isinstance(file, str):
-                recording.keep_mesh(self, "convex_mesh", file)
-
-        return recorded
-
-    def triangles(init: Any) -> Any:
-        """The constructor, which also records the file of a triangle mesh, and whether it is cooked with a field."""
-
-        @wraps(init)
-        def recorded(self: Any, *args: Any, **options: Any) -> None:
-            init(self, *args, **options)
-            file = options.get("filename", args[0] if args else None)
-            if isinstance(file, str):
-                sdf = options.get("sdf", args[3] if len(args) > 3 else False)
-                recording.keep_mesh(self, "triangle_mesh", file, **({"sdf": True} if sdf else {}))
+                sdf = kind == "triangle_mesh" and options.get("sdf", args[3] if len(args) > 3 else False)
+                recording.keep_mesh(self, kind, file, **({"sdf": True} if sdf else {}))
 
         return recorded
 
@@ -178,8 +164,8 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
 
         return staticmethod(recorded)
 
-    _replace(physx.PhysxCollisionShapeConvexMesh, "__init__", convex, undo)
-    _replace(physx.PhysxCollisionShapeTriangleMesh, "__init__", triangles, undo)
+    _replace(physx.PhysxCollisionShapeConvexMesh, "__init__", partial(one, "convex_mesh"), undo)
+    _replace(physx.PhysxCollisionShapeTriangleMesh, "__init__", partial(one, "triangle_mesh"), undo)
     _replace(physx.PhysxCollisionShapeConvexMesh, "load_multiple", several, undo)
 
     actor_builder: Any = import_module("sapien.wrapper.actor_builder")

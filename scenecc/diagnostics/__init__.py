@@ -4,33 +4,6 @@ Every stage reports here, and this package imports none of them.
 """
 
 from scenecc.diagnostics.codes import Severity
-from scenecc.diagnostics.diagnostic import (
-    At,
-    Diagnostic,
-    Location,
-    Locator,
-    Origin,
-    Path,
-    PathKey,
-    Related,
-    Sink,
-    Tracer,
-    dotted,
-    nowhere,
-)
+from scenecc.diagnostics.diagnostic import Diagnostic, Location, Origin, Related, Sink
 
-__all__ = [
-    "At",
-    "Diagnostic",
-    "Location",
-    "Locator",
-    "Origin",
-    "Path",
-    "PathKey",
-    "Related",
-    "Severity",
-    "Sink",
-    "Tracer",
-    "dotted",
-    "nowhere",
-]
+__all__ = ["Diagnostic", "Location", "Origin", "Related", "Severity", "Sink"]

@@ -36,7 +36,7 @@ BANDS: Final[dict[str, str]] = {
 _FAULTS: Final[dict[str, Fault]] = {"8": "machine", "9": "usage"}
 """What has to be put right for a code, by its first digit; for all others it is the scene."""
 
-_OF_CHECK: Final = re.compile(r"SC(?:43[4-9]|44|53|54|85)")
+_OF_CHECK: Final = re.compile(r"SC(?:43[4-9]|44|53|54|57|8[56])")
 
 _FILE = Path(__file__).with_name("codes.yaml")
 _ENTRY = re.compile(
@@ -50,7 +50,7 @@ _ENTRY = re.compile(
 
 @frozen
 class Code:
-    """What one diagnostic code means, for `scenecc explain` and `docs/diagnostics.md`.
+    """What one diagnostic code means, for `scenecc explain` and the documentation.
 
     Attributes:
         code: `SC` and three digits. The first digit is the stage.

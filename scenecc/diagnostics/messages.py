@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import difflib
+import re
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from scenecc.diagnostics.diagnostic import Sink
 
-_LISTED = 30
-"""How many known words a hint lists."""
+_LISTED, _NEAR = 12, 3
+"""How many known words a hint lists at most, and how many of more."""
 
 _LONGEST = 60
 """How long a word may be to be compared with the known ones [characters]."""
@@ -25,15 +26,17 @@ def suggest(word: str, known: Iterable[str]) -> str | None:
     """A hint with the nearest known word, or all of them; None where there is none."""
     known = tuple(known)
     near = nearest(word, known)
-    return f"did you mean `{near}`?" if near else listed(known)
+    return f"did you mean `{near}`?" if near else listed(known, word)
 
 
-def listed(known: tuple[str, ...]) -> str | None:
-    """A hint with the known words; None where there is none."""
+def listed(known: tuple[str, ...], word: str = "") -> str | None:
+    """A hint with the known words, or, of many, those that are most like `word`; None where there is none."""
     if not known:
         return None
-    more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
-    return "known here: " + ", ".join(known[:_LISTED]) + more
+    if len(known) <= _LISTED:
+        return "known here: " + ", ".join(known)
+    near = difflib.get_close_matches(word[:_LONGEST], known, n=_NEAR, cutoff=0)
+    return f"the nearest here: {', '.join(near)} (of {len(known)})"
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -43,9 +46,14 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return near[0] if near else None
 
 
-def is_only_near(word: str, known: Iterable[str]) -> bool:
-    """Whether exactly one known word is like another."""
-    return len(word) <= _LONGEST and len(difflib.get_close_matches(word, known, n=2, cutoff=0.6)) == 1
+def is_slip_of(word: str, known: Iterable[str]) -> bool:
+    """Whether exactly one known word is like another, and has at most two letters more or less."""
+    near = difflib.get_close_matches(word, known, n=2, cutoff=0.6) if len(word) <= _LONGEST else []
+    return len(near) == 1 and abs(len(near[0].replace("_", "")) - len(word.replace("_", ""))) <= _LETTERS
+
+
+_LETTERS: Final = 2
+"""`size` and `half_size` are two things."""
 
 
 def suggest_name(word: str, names: Iterable[str], sink: Sink, further: Iterable[str] = ()) -> str | None:
@@ -57,7 +65,7 @@ def suggest_name(word: str, names: Iterable[str], sink: Sink, further: Iterable[
         return None
     known = tuple(islice(names, _NAMES))
     near = nearest(word, (*known, *islice(further, _NAMES - len(known))))
-    return f"did you mean `{near}`?" if near else listed(known)
+    return f"did you mean `{near}`?" if near else listed(known, word)
 
 
 def show(found: Any, width: int = 60) -> str:
@@ -86,3 +94,17 @@ def _run(first: int, last: int) -> str:
     if first == last:
         return str(first)
     return f"{first}, {last}" if last == first + 1 else f"{first}–{last}"
+
+
+_CURLY: Final = re.compile(r"[“”„‘’«»](.*?)[“”„‘’«»]?")
+
+
+def keyboard_hint(text: str) -> str | None:
+    """A hint for characters that word processors put in place of those of a keyboard; None where there are none."""
+    if len(text) > _LONGEST:
+        return None
+    if curly := _CURLY.fullmatch(text):
+        return f'use the straight quotes of a keyboard: "{curly[1]}"'
+    if text[:1] in {"−", "–", "—"} and text[1:2].isdecimal():
+        return f"use the minus of a keyboard: -{text[1:]}"
+    return None

@@ -1,6 +1,7 @@
-"""Descriptions of codes, for `scenecc explain`, the help texts of formats, and `docs/diagnostics.md`.
+"""Descriptions of codes, for `scenecc explain`, the help texts of formats, and the pages of the documentation.
 
-`python -m scenecc.diagnostics.reference docs/diagnostics.md` writes that page.
+`python -m scenecc.diagnostics.reference docs/reference/diagnostics` writes these pages: an index, and one for each
+first digit.
 """
 
 from __future__ import annotations
@@ -60,22 +61,25 @@ def _prose(text: str) -> str:
     )
 
 
-_HEAD = """\
-# Diagnostics
+_MARK = (
+    "<!-- Generated from scenecc/diagnostics/codes.yaml by "
+    "`python -m scenecc.diagnostics.reference docs/reference/diagnostics`. -->\n"
+)
 
-<!-- Generated from scenecc/diagnostics/codes.yaml by `python -m scenecc.diagnostics.reference docs/diagnostics.md`. -->
+_INTRODUCTION = """\
+Every finding has a code, a severity, a place in the file and often a hint. `scenecc explain CODE` prints the entry of a
+code. Errors stop the work after the stage that found them, so you see all errors of a stage at once. Warnings and notes
+do not stop it; with `--strict`, `validate` and `check` fail on warnings too. The first digit is the stage:
+"""
 
-Everything that scenecc has to say about a scene has a code, a severity, a place in the file and, where there
-is more to say, a hint. Errors stop the work after the stage that found them, so that all errors of a stage are
-seen at once; warnings and notes do not (`scenecc validate --strict` fails on warnings too). `scenecc explain CODE`
-prints the entry of one code. The first digit is the stage.
+_FORMATS = """\
 
 ## Formats
 
 Lines and columns count from 1, and columns count characters (Unicode code points). A scene given as a dict has no
 lines: its places are the paths alone.
 
-`--format` is one of:
+`--format` of `validate` and `check` is one of:
 
 - `text`, for people: the place, the message, the source line underlined, the hint. Notes come first and errors last,
   nearest to the prompt; those of one severity stand in the order of their places, as all do in the other formats.
@@ -86,36 +90,44 @@ lines: its places are the paths alone.
   `message`, `file`, `line`, `column` and `end_column`). What is not known is `null`. ASCII only.
 - `github`, for GitHub Actions: one workflow command a line (`::error file=…,line=…::…`), which annotates a pull
   request.
+- `gitlab`, for GitLab: a Code Quality report.
+- `junit`, for test reports: a test case for each file.
 - `sarif`, for code scanning and editors: SARIF 2.1.0. Files are relative to `%SRCROOT%`, the working directory.
 """
 
 
-def page(codes: Sequence[Code] | None = None) -> str:
-    """The whole page: for each band a table of its codes, then each of them with cause, example and cure."""
-    codes = tuple(CODES.values()) if codes is None else codes
-    bands = {digit: sorted((row for row in codes if row.code[2] == digit), key=_by_code) for digit in BANDS}
-    return "\n".join([_HEAD, *(_band(digit, rows) for digit, rows in bands.items() if rows)])
+def pages() -> dict[str, str]:
+    """File name → text: an index; for each first digit a table of its codes, then each with cause, example and cure."""
+    bands = {
+        digit: sorted((row for row in CODES.values() if row.code[2] == digit), key=lambda row: row.code)
+        for digit in BANDS
+    }
+    return {
+        "index.md": _index({digit: len(rows) for digit, rows in bands.items()}),
+        **{f"sc{digit}.md": _band(digit, rows) for digit, rows in bands.items() if rows},
+    }
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Writes the page to the file that is named, or prints it."""
-    match arguments:
-        case []:
-            sys.stdout.write(page())
-        case [name]:
-            Path(name).write_text(page(), encoding="utf-8", newline="\n")
-        case _:
-            sys.stderr.write("usage: python -m scenecc.diagnostics.reference [FILE]\n")
-            return 2
+    """Writes the pages into the folder that is named."""
+    if len(arguments) != 1:
+        sys.stderr.write("usage: python -m scenecc.diagnostics.reference FOLDER\n")
+        return 2
+    folder = Path(arguments[0])
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in pages().items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
     return 0
 
 
-def _by_code(row: Code) -> str:
-    return row.code
+def _index(counts: dict[str, int]) -> str:
+    rows = [f"| [SC{digit}](sc{digit}.md) | {BANDS[digit]} | {count} |" for digit, count in counts.items() if count]
+    table = ["| codes | stage | number of codes |", "| --- | --- | --- |", *rows]
+    return "\n".join(["# Diagnostics", "", _MARK, _INTRODUCTION, *table, _FORMATS])
 
 
 def _band(digit: str, rows: Sequence[Code]) -> str:
-    head = [f"## SC{digit}: {BANDS[digit]}", "", "| code | severity | rule |", "| --- | --- | --- |"]
+    head = [f"# SC{digit}: {BANDS[digit]}", "", _MARK, "| code | severity | rule |", "| --- | --- | --- |"]
     return "\n".join([*head, *_cells(rows), "", *map(_entry, rows)])
 
 
@@ -126,7 +138,7 @@ def _cells(rows: Sequence[Code]) -> Iterator[str]:
 
 
 def _entry(row: Code) -> str:
-    return f"### {row.code}\n\n**{row.title}** ({row.severity})\n\n{markdown(row)}"
+    return f"## {row.code}\n\n**{row.title}** ({row.severity})\n\n{markdown(row)}"
 
 
 if __name__ == "__main__":

@@ -13,8 +13,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from scenecc.diagnostics.diagnostic import Location
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, normalized, rotate, to_pose
+from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3, normalized, rotate, to_pose
 from scenecc.plan.display import SPEC_FIELD_NAMES
 from scenecc.plan.scene import Physics
 
@@ -24,11 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.geometry.rotations import Vec3
     from scenecc.plan import Value
     from scenecc.plan.snapshot import MeasuredJoint
-
 
 _INDENT = "  "
 

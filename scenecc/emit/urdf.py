@@ -23,7 +23,7 @@ from scenecc.emit.output import (
 )
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.meshes.builder import MeshBuilder, bake_scale
-from scenecc.meshes.surface import MeshError, SurfaceMaterial, report_mesh_error
+from scenecc.meshes.surface import MeshError, MeshShape, SurfaceMaterial, report_mesh_error
 from scenecc.names import UniqueNames
 from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS, Solid
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.emit import ExportOptions
-    from scenecc.meshes.surface import MeshShape
     from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import (
         EngineSnapshot,
@@ -45,7 +44,6 @@ if TYPE_CHECKING:
         MeasuredShape,
         Vec3,
     )
-
 
 _GIMBAL_LOCK: Final = 1e-6
 """Below this length of x's projection onto the xy plane, roll and yaw are not distinguishable."""

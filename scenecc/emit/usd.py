@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import math
-import shutil
-import tempfile
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.emit.output import (
-    PHYSX_SETTINGS,
-    AssetFolder,
-    UnsupportedFeatures,
-    optional_fields,
-    pose_in_row,
-)
+from scenecc.emit.output import PHYSX_SETTINGS, AssetFolder, UnsupportedFeatures, optional_fields, pose_in_row
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.interrupt import interrupts_wait, undoing
+from scenecc.interrupt import temporary_folder
 from scenecc.meshes.builder import MeshBuilder, bake_scale
-from scenecc.meshes.surface import MeshError, report_mesh_error
+from scenecc.meshes.surface import MeshError, MeshShape, SurfaceMaterial, report_mesh_error
 from scenecc.names import UniqueNames
 from scenecc.plan import (
     ArticulationStructure,
@@ -45,7 +37,6 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.emit import ExportOptions, Show
     from scenecc.meshes import Image
-    from scenecc.meshes.surface import MeshShape, SurfaceMaterial
     from scenecc.plan import Constraint, ScenePlan, Value
     from scenecc.plan.snapshot import (
         EngineSnapshot,
@@ -56,7 +47,6 @@ if TYPE_CHECKING:
         MeasuredScene,
         MeasuredShape,
     )
-
 
 Prim = Any
 """An object of usd-core, which is loaded lazily and has no type hints."""
@@ -642,10 +632,7 @@ def _stage_to_bytes(stage: Stage, suffix: str) -> bytes:
     layer = stage.stage.GetRootLayer()
     if suffix == ".usda":
         return str(layer.ExportToString()).encode()
-    with undoing() as undo:
-        with interrupts_wait():
-            folder = tempfile.mkdtemp()
-            undo.callback(shutil.rmtree, folder, ignore_errors=True)
+    with temporary_folder() as folder:
         file = Path(folder) / f"scene{suffix}"
         layer.Export(str(file))
         return file.read_bytes()

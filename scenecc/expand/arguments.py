@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.diagnostics.diagnostic import Location, Origin, Path
 from scenecc.diagnostics.messages import cut, nearest, suggest
-from scenecc.expand.documents import count_values, has_failed, is_varying, iterate_texts
-from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, SourceMark, scoped_name
-from scenecc.expand.params import form_key, varying_misfit
+from scenecc.expand.documents import SceneDocument, count_values, has_failed, is_varying, iterate_texts
+from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, ObjectBudget, SourceMark, scoped_name
+from scenecc.expand.params import Param, form_key, varying_misfit
 from scenecc.spec.nodes import EXPRESSION_START, child_at, is_mapping, is_sequence
-from scenecc.spec.params import infer_param_kind
+from scenecc.spec.params import ParamIssue, ParamType, infer_param_kind
 from scenecc.variation.forms import FORM_KEYS, ONCE, Template
 from scenecc.variation.operations import ExpressionError
 
@@ -20,13 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Set as AbstractSet
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Path
-    from scenecc.expand.documents import SceneDocument
-    from scenecc.expand.expansion import ObjectBudget
     from scenecc.expand.module_compiler import CompiledModule
-    from scenecc.expand.params import Param
     from scenecc.source import Document
-    from scenecc.spec.params import ParamIssue, ParamType
     from scenecc.spec.references import NameScopes
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import posixpath
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import Origin
+from scenecc.diagnostics.diagnostic import Path as KeyPath
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.messages import cut, suggest
+from scenecc.diagnostics.messages import cut, nearest, suggest
 from scenecc.source.paths import AssetScope, Refusal, has_package, resolve_path
 from scenecc.source.read import read_text
 from scenecc.source.text import read_bytes, text_size
@@ -20,18 +21,16 @@ from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
 from scenecc.variation.forms import FORM_KEYS, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Path as KeyPath
     from scenecc.source import Document, Limits
-
 
 SHIPPED_PREFIX = "scenecc:"
 """What stands before the name of a prefab that ships with the package."""
 
 PREFAB_FOLDER = Path(__file__).resolve().parents[1] / "prefabs"
 """Where they are."""
+
+_NAME_A_SCENE = "name a scene file, or a prefab that `scenecc prefabs` lists; a robot is `urdf: …` or `mjcf: …`"
 
 _SHIPPED_URI = "pkg://scenecc/prefabs"
 
@@ -113,19 +112,25 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
             name = reference[len(SHIPPED_PREFIX) :]
             if name not in shipped_names():
                 message = f"no prefab `{cut(name)}` ships with scenecc"
-                sink.report("SC240", message, place, hint=suggest(name, shipped_names()))
+                hint = suggest(name, shipped_names()) if nearest(name, shipped_names()) else _NAME_A_SCENE
+                sink.report("SC240", message, place, hint=hint)
                 return None
             file = shipped_file(name, edition_here(name, scope))
             uri, shown = f"{_SHIPPED_URI}/{file}", SHIPPED_PREFIX + file.removesuffix(".yaml")
         found = resolve_path(uri, base=owner.folder, scope=scope)
         if isinstance(found, Refusal):
-            sink.report(found.code, found.message, place, hint=found.hint)
+            hint = found.hint
+            if reference in shipped_names():
+                hint = f"did you mean `{SHIPPED_PREFIX}{reference}`?"
+            elif hint is None and "." not in reference:
+                hint = _NAME_A_SCENE
+            sink.report(found.code, found.message, place, hint=hint)
             return None
         identity = str(found.path.resolve())
         if identity not in read:
             tree = posixpath.dirname(uri) if _IN_TREE.match(uri) else None
             shown = shown or (uri if tree is not None else _shown_name(reference, owner))
-            document = _read_document(found.path, shown, place, limits, sink)
+            document = _read_document(found.path, shown, place, limits, sink, scope.memory.texts)
             total += text_size(document.text or "") if document is not None else 0
             if total > limits.text_bytes:
                 message = f"the included and used files together are longer than {limits.text_bytes} bytes"
@@ -158,9 +163,13 @@ def shipped_file(name: str, edition: str | None) -> str:
     return f"{name}.yaml" if edition is None else f"{name}.{edition}.yaml"
 
 
-def _read_document(path: Path, name: str, use: Origin, limits: Limits, sink: Sink) -> Document | None:
+def _read_document(
+    path: Path, name: str, use: Origin, limits: Limits, sink: Sink, texts: Mapping[Path, str]
+) -> Document | None:
     sink.parent = use
-    content = read_bytes(str(path), sink, limits)
+    content = texts.get(path)
+    if content is None:
+        content = read_bytes(str(path), sink, limits)
     document = None if content is None else read_text(content, name, sink, limits, path=path)
     if document is not None and not is_within_object_limit(document, limits, sink):
         document = None

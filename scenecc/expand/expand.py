@@ -27,7 +27,7 @@ from scenecc.expand.module_compiler import (
     compile_module,
     find_named_materials,
 )
-from scenecc.expand.modules import ModuleLibrary
+from scenecc.expand.modules import EXPECT, ModuleLibrary
 from scenecc.expand.overrides import (
     INSTANCE_KEYS,
     OVERRIDE_SECTIONS,
@@ -35,12 +35,12 @@ from scenecc.expand.overrides import (
     InstanceOverrides,
     Override,
     OverrideMerger,
+    check_removals,
     make_overrides,
     says_world,
 )
 from scenecc.expand.params import form_key
 from scenecc.expand.patterns import PatternCompiler, check_condition, hoist_invariants, refuse_structure
-from scenecc.expand.removals import check_removals
 from scenecc.source.document import copy_mapping
 from scenecc.spec.base import NAME_PATTERN, NOTE_PREFIX, PATTERN_HINTS, PREFIX_PATTERN
 from scenecc.spec.nodes import is_mapping, is_sequence
@@ -174,6 +174,8 @@ class ModuleExpander:
             self._unit(unit, scope)
         for unit in compiled.fastened:
             self._unit(unit, scope)
+        for number, made in enumerate(compiled.expectations):
+            self._expectation(scoped_name(scope.name, f"{number}"), made, scope)
 
     def _varying(self, scope: ModuleScope, bound: BoundParams) -> None:
         """Parameters that differ from scene to scene become draws."""
@@ -214,6 +216,12 @@ class ModuleExpander:
             if scope.selection is not None:
                 # What it reads of a `with` may have a value in these scenes alone.
                 self.output.selections[name] = scope.selection
+
+    def _expectation(self, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
+        if self._node(EXPECT, name, made, scope):
+            self.output.names.scopes[qualified_name(EXPECT, name)] = scope.name
+            if scope.selection is not None:
+                self.output.selections[qualified_name(EXPECT, name)] = scope.selection
 
     def _unit(self, unit: UnitTemplate, scope: ModuleScope) -> None:
         frame = scope.frame(unit.body.part, self.objects, self.sink)
@@ -620,7 +628,8 @@ def expand(
         head["num_scenes"] = num_scenes
     if seed is not None:
         head["seed"] = seed
-    return output.expansion(head, library.documents)
+    defaults = {name: param.default for name, param in compiled.params.items() if name not in given}
+    return output.expansion(head, library.documents, given, defaults)
 
 
 def _expand_head(

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from scenecc.diagnostics.diagnostic import Origin
+from scenecc.diagnostics.diagnostic import At, Location, Origin, Path, RelatedPlace, chain_of
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show
 from scenecc.spec.references import NameScopes, qualified_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from collections.abc import Set as AbstractSet
-
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import At, Location, Path, RelatedPlace
     from scenecc.expand.documents import SceneDocument
     from scenecc.variation.operations import ExpressionError
 
@@ -61,8 +58,8 @@ class SourceMark:
 
     @property
     def copy(self) -> str:
-        """Which copy it is: "i=1, j=-1"."""
-        return ", ".join([loop.text(number) for loop, number in self.copies])
+        """Which copy it is: "i=1, j=-1". A loop that makes one copy tells nothing."""
+        return ", ".join([loop.text(number) for loop, number in self.copies if loop.count > 1])
 
     @property
     def origin(self) -> Origin:
@@ -97,14 +94,14 @@ class TraceRecord:
         written: list[str | int] = []
         around: list[int] = []
         mark = self.mark
-        copies = [mark.copy] if mark.copies else []
+        copies = [mark.copy] if mark.copy else []
         for step in path:
             items = self.lists.get((tuple(written), tuple(around))) if self.lists and isinstance(step, int) else None
             if items and isinstance(step, int):
                 item = items[bisect_right(items, step, key=_start) - 1]
                 written.append(item.index)
                 around.append(step)
-                if item.loop is not None:
+                if item.loop is not None and item.loop.count > 1:
                     copies.append(item.loop.text(item.number + step - item.start))
             elif self.by_scene and (scenes := self.by_scene.get(tuple(written))) is not None:
                 # Its `default` is its first item.
@@ -148,6 +145,8 @@ class Expansion:
         selections: entity, frame, camera, constraint or light → scene indices, ascending, where an instance narrows
             them; `scene_idxs` is then left out of the data.
         documents: by the name that origins have.
+        params: values that the parameters of the top document were given, as plain data.
+        defaults: of its other parameters, as written; None where there is none.
     """
 
     data: dict[str, Any]
@@ -155,6 +154,8 @@ class Expansion:
     selections: Mapping[str, tuple[int, ...]]
     documents: Mapping[str | None, SceneDocument]
     records: Mapping[tuple[str, str], TraceRecord]
+    params: Mapping[str, Any]
+    defaults: Mapping[str, Any]
 
     def trace(self, origin: Origin) -> Origin:
         """An origin in the expanded data as it was written: file, path, copy, and the uses that led there."""
@@ -345,7 +346,7 @@ MeshMeasurer = Callable[["SceneDocument", str, Origin], list[list[float]] | None
 
 _SECTIONS = (
     "physics", "environment", "materials", "collision_groups", "draws", "frames", "entities", "constraints", "lights",
-    "cameras",
+    "cameras", "expect",
 )  # fmt: skip
 
 
@@ -417,7 +418,8 @@ class ExpansionWriter:
 
     def _report_twice(self, section: str, name: str, second: Origin) -> None:
         """At the uses that brought the two in, where those are not the same."""
-        first, second = (_outermost_use(one, other) for one, other in _both_ways(self.origin(section, name), second))
+        first = self.origin(section, name)
+        first, second = _outermost_use(first, second), _outermost_use(second, first)
         uses = [origin.path[-1:] == ("use",) for origin in (first, second)]
         related: list[RelatedPlace] = [("the first of this name", first, "value" if uses[0] else "key")]
         message = f"the name `{cut(name)}` comes twice among the {section}"
@@ -436,24 +438,20 @@ class ExpansionWriter:
         record = self._records.get((section, name))
         return Origin(self._top, (section, name, *path)) if record is None else record.trace(path)
 
-    def expansion(self, head: dict[str, Any], documents: Mapping[str | None, SceneDocument]) -> Expansion:
-        """All of it. `head`: the keys that stand before the sections."""
+    def expansion(
+        self,
+        head: dict[str, Any],
+        documents: Mapping[str | None, SceneDocument],
+        params: Mapping[str, Any],
+        defaults: Mapping[str, Any],
+    ) -> Expansion:
+        """All of it. `head`: the keys that stand before the sections; the others as of `Expansion`."""
         data = {**head, **{name: entries for name, entries in self.sections.items() if entries}}
-        return Expansion(data, self.names, self.selections, documents, self._records)
-
-
-def _both_ways(a: Origin, b: Origin) -> tuple[tuple[Origin, Origin], tuple[Origin, Origin]]:
-    return (a, b), (b, a)
+        return Expansion(data, self.names, self.selections, documents, self._records, params, defaults)
 
 
 def _outermost_use(origin: Origin, other: Origin) -> Origin:
     """The outermost use that brought one of two in, and not the other; itself where there is none."""
-    shared = list(_chain(other))
-    uses = [place for place in _chain(origin) if place not in shared and place.path[-1:] == ("use",)]
+    shared = list(chain_of(other))
+    uses = [place for place in chain_of(origin) if place not in shared and place.path[-1:] == ("use",)]
     return uses[-1] if uses else origin
-
-
-def _chain(origin: Origin | None) -> Iterator[Origin]:
-    while origin is not None:
-        yield origin
-        origin = origin.parent

@@ -12,6 +12,7 @@ from scenecc.diagnostics.messages import show
 from scenecc.expand.documents import (
     PREFAB_FOLDER,
     SHIPPED_PREFIX,
+    Load,
     edition_here,
     editions,
     is_within_object_limit,
@@ -22,14 +23,12 @@ from scenecc.expand.documents import (
 )
 from scenecc.expand.module_compiler import compile_module
 from scenecc.expand.modules import ModuleLibrary
-from scenecc.source import Limits, read_file
+from scenecc.source import Document, Limits, read_file
 from scenecc.source.paths import AssetScope
 from scenecc.spec.parse import parse
 
 if TYPE_CHECKING:
-    from scenecc.expand.documents import Load
     from scenecc.expand.params import Param
-    from scenecc.source import Document
 
 
 @frozen

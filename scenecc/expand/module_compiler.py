@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.diagnostic import Origin
+from scenecc.diagnostics.diagnostic import Origin, Path
 from scenecc.diagnostics.messages import cut
-from scenecc.expand.documents import count_objects, count_values, find_per_scene_lists
-from scenecc.expand.expansion import ExpansionFrame, ObjectBudget
-from scenecc.expand.modules import ModuleLibrary, chain_text
+from scenecc.expand.documents import SceneDocument, count_objects, count_values, find_per_scene_lists
+from scenecc.expand.expansion import ExpansionFrame, MeshMeasurer, ObjectBudget
+from scenecc.expand.modules import EXPECT, Module, ModuleLibrary, ModulePart, SectionEntry, chain_text
 from scenecc.expand.params import Param, read_param
 from scenecc.expand.patterns import (
     BUILTIN_MEANINGS,
@@ -31,11 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Path
-    from scenecc.expand.documents import SceneDocument
-    from scenecc.expand.expansion import MeshMeasurer
-    from scenecc.expand.modules import Module, ModulePart, SectionEntry
-
 
 _COPY_KEYS = frozenset(("repeat", "if", "name"))
 """Keys that say which entities there are, and are no part of them."""
@@ -128,6 +123,7 @@ class CompiledModule:
         settings: `physics` and `environment`, each by key.
         units: the entities.
         fastened: the constraints, then the lights and the cameras.
+        expectations: the `expect` of each of its documents that has one.
         weight: for how many objects a use of it counts, but for what is repeated in it and the instances.
     """
 
@@ -140,6 +136,7 @@ class CompiledModule:
     settings: dict[str, dict[str, NodeTemplate]]
     units: list[UnitTemplate]
     fastened: list[UnitTemplate]
+    expectations: list[NodeTemplate]
     weight: int
 
     def default_materials(self) -> list[str]:
@@ -190,6 +187,7 @@ class _ModuleCompiler:
             {"physics": self._section("physics", "`physics`"), "environment": self._section("environment")},
             units,
             fastened,
+            self._expectations(),
             self._weight((draws, *sections), [*units, *fastened]),
         )
 
@@ -219,6 +217,12 @@ class _ModuleCompiler:
     @staticmethod
     def _made(entry: SectionEntry, compiler: PatternCompiler) -> NodeTemplate:
         return NodeTemplate(entry.node, compiler.pattern(entry.node, entry.path), entry.part, entry.path)
+
+    def _expectations(self) -> list[NodeTemplate]:
+        """An `expect` of one document adds to those of others, and takes the place of none."""
+        nodes = [(part, part.document.document.data.get(EXPECT)) for part in self._module.parts]
+        entries = [SectionEntry(node, part, (EXPECT,)) for part, node in nodes if is_mapping(node)]
+        return [self._made(entry, self._compiler(entry)) for entry in entries]
 
     def _params(self) -> dict[str, Param]:
         draws: dict[str, NameMeaning] = dict.fromkeys(self._module.section("draws"), "draw")
@@ -459,12 +463,8 @@ class PrefabLibrary:
                     self._sink.report("SC241", message, Origin(part.document.name, (key,), "", parent), at="key")
         for section in module.sections.values():
             for name, entry in section.items():
-                for path in find_per_scene_lists(entry.node, entry.path) if not _is_param(entry.path) else ():
+                for path in find_per_scene_lists(entry.node, entry.path) if entry.path[:1] != ("params",) else ():
                     origin = entry.origin(place)
                     message = f"`{cut(name)}` lists its values by scene, and a prefab may be in any of them"
                     hint = "write {per_scene: {0: …, default: …}}, `cycle` or a parameter"
                     self._sink.report("SC242", message, Origin(origin.file, path, "", origin.parent), hint=hint)
-
-
-def _is_param(path: tuple[str | int, ...]) -> bool:
-    return path[:1] == ("params",)

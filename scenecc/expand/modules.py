@@ -6,21 +6,23 @@ import posixpath
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.diagnostics.diagnostic import At, Location, Origin, Path
 from scenecc.diagnostics.messages import cut
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.spec.parse import parse
+from scenecc.spec.references import NAME_SECTIONS
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import At, Path
     from scenecc.expand.documents import Load, SceneDocument
 
-NAMED_SECTIONS = ("params", "draws", "materials", "collision_groups", "frames", "entities")
 SETTING_SECTIONS = ("physics", "environment")
-MERGED_SECTIONS = (*NAMED_SECTIONS, *SETTING_SECTIONS, "constraints", "lights", "cameras")
+MERGED_SECTIONS = (*NAME_SECTIONS, *SETTING_SECTIONS)
 """Sections that an included file adds to."""
+
+EXPECT = "expect"
+"""The section of which a module may have several."""
 
 TOP_LEVEL_KEYS = ("name", "description", "num_scenes", "seed")
 """Keys that an included file cannot have."""
@@ -101,7 +103,7 @@ class ModuleLibrary:
         self._sound[document.identity] = True
 
     def locate(self, origin: Origin, at: At) -> Location:
-        """Where an origin as written is, in whichever document: a `scenecc.diagnostics.Locator`."""
+        """Where an origin as written is, in whichever document: a `scenecc.diagnostics.diagnostic.Locator`."""
         document = self.documents.get(origin.file)
         return Location(origin.file) if document is None else document.document.locate(origin, at)
 

@@ -7,7 +7,7 @@ is the same object in every copy. A node without anything to fill in has no patt
 from __future__ import annotations
 
 import keyword
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -21,19 +21,16 @@ from scenecc.expand.documents import (
     has_failed,
     is_varying,
 )
-from scenecc.expand.expansion import ItemSpan, Loop
+from scenecc.expand.expansion import ExpansionFrame, ItemSpan, Loop, MeasureMesh
+from scenecc.expand.modules import EXPECT
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import is_mapping, is_sequence
-from scenecc.variation.expression import RESERVED_NAMES
+from scenecc.variation.expression import RESERVED_NAMES, Expression
 from scenecc.variation.forms import Template
 from scenecc.variation.operations import SEQUENCES, ExpressionError, kind_name
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
-
     from scenecc.diagnostics.diagnostic import Path
-    from scenecc.expand.expansion import ExpansionFrame, MeasureMesh
-    from scenecc.variation.expression import Expression
 
 
 class Pattern(Protocol):
@@ -285,13 +282,24 @@ class PatternCompiler:
         except ExpressionError as error:
             self.frame.fail(error, path, "SC118")
             return UnreadablePattern(text)
-        if not check_names(template, self.names, path, self.frame, structure=self.structure):
+        good = check_names(template, self.names, path, self.frame, structure=self.structure)
+        if not (good and self._may_observe(template, path)):
             return UnreadablePattern(text)
         scalar = ScalarPattern(template, path)
         if not template.meshes:
             return scalar
         assert self.frame.measure is not None
         return MeshBoundsPattern(scalar, self.frame.measure)
+
+    def _may_observe(self, template: Template, path: Path) -> bool:
+        """Whether a text reads what a simulation shows only where it is judged; otherwise that is reported."""
+        if not template.observations or (path[:2] == (EXPECT, "holds") and path[3:] == ("that",)):
+            return True
+        for name, (function, *_) in template.observations.items():
+            message = f"`{function}(…)` may stand only in `that`, below `expect`"
+            hint = "it is what a simulation shows; what is built is known before"
+            self.frame.fail(ExpressionError(message, *template.place(name), hint), path, "SC205")
+        return False
 
     def entries(
         self, node: dict[str, Any], path: Path, without: frozenset[str] = frozenset()

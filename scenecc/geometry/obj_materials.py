@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
-
+from collections.abc import Callable, Mapping
+from pathlib import Path
 
 _MAP_LINE = re.compile(r"(?i)(?:map_|bump|norm|disp|decal|refl)[^ \t]*[ \t]+(.*)")
 """SAPIEN's reader looks at the first letters of the word alone, and takes all that follows it for the name."""

@@ -12,11 +12,8 @@ These are for one rotation and need no numpy, which a scene in which nothing var
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
+from collections.abc import Iterable, Sequence
+from typing import Final
 
 Vec3 = tuple[float, float, float]
 
@@ -32,12 +29,17 @@ Pose7 = tuple[float, float, float, float, float, float, float]
 
 IDENTITY_POSE: Final[Pose7] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
+AXES: dict[str, Vec3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+MAX_COORDINATE = 1e6
+"""Largest coordinate of a mesh or of terrain [m]. At 1e9 m PhysX can no longer compute the mass of a hull."""
+
 EXACT_UNIT_TOLERANCE, UNIT_TOLERANCE = 1e-5, 1e-3
-"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all (docs/language.md,
-Poses)."""
+"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all
+(docs/reference/language.md, Poses)."""
 
 RIGID_TOLERANCE = 1e-3
-"""How far a matrix may be from a rigid motion (docs/language.md, Poses)."""
+"""How far a matrix may be from a rigid motion (docs/reference/language.md, Poses)."""
 
 MIN_HORIZONTAL = 1e-6
 """Below this length of what is horizontal of a direction, where it points is rounding noise."""

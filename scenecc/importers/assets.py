@@ -6,21 +6,16 @@ import errno
 import os
 import re
 import sys
+from collections.abc import Callable, Mapping
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import Any, Final, cast
 
 from scenecc.diagnostics.messages import cut
 from scenecc.expand.documents import SHIPPED_PREFIX
 from scenecc.files import open_regular
 from scenecc.importers.imported_scene import Asset
-from scenecc.source.paths import check_scheme, check_uri, has_package
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from scenecc.source.paths import AssetScope
-
+from scenecc.source.paths import AssetScope, check_scheme, check_uri, has_package
 
 IMPORTED_FROM: Final = "Imported from"
 """The first words of a file that is written."""
@@ -85,16 +80,6 @@ def map_assets(node: Any, name: Callable[[Asset], str]) -> Any:
     return node
 
 
-def find_assets(node: Any) -> Iterator[Asset]:
-    """Every asset of plain data, in its order."""
-    if isinstance(node, Asset):
-        yield node
-    elif isinstance(node, dict | list):
-        items = cast("Any", node)
-        for item in items.values() if isinstance(node, dict) else items:
-            yield from find_assets(item)
-
-
 class AssetNames:
     """The names of a scene's files, and the copies that these names need.
 
@@ -129,11 +114,9 @@ class AssetNames:
                 return f"asset://{path.relative_to(root.resolve()).as_posix()}"
         for folder in path.parents:
             if (folder / "__init__.py").is_file() and str(folder.parent) in sys.path:
-                return f"pkg://{folder.name}/{path.relative_to(folder).as_posix()}" if self._has(folder.name) else None
+                known = has_package(folder.name, self._scope)
+                return f"pkg://{folder.name}/{path.relative_to(folder).as_posix()}" if known else None
         return None
-
-    def _has(self, package: str) -> bool:
-        return has_package(package, self._scope)
 
     def _copy(self, path: Path) -> str:
         """Keeps the folders below the imported file's own, so that files find one another."""

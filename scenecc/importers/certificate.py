@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
-from scenecc.importers.imported_scene import ReferencePose
+from scenecc.importers.imported_scene import ImportedScene, ReferencePose
 from scenecc.interrupt import ask_module
 from scenecc.pipeline import build_batch, compile_or_raise
 from scenecc.plan.articulation import ArticulationStructure
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from scenecc.importers.imported_scene import ImportedScene
     from scenecc.options import Options
     from scenecc.plan.snapshot import EngineSnapshot
 

@@ -2,41 +2,39 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.diagnostics import Sink
+from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
+from scenecc.extras import install_hint
 from scenecc.files import open_regular, replace_all, replace_set
-from scenecc.importers import FORMATS
+from scenecc.importers import FORMATS, SourceFormat
 from scenecc.importers.assets import IMPORTED_FROM, AssetNames, assets_of, check_assets, map_assets, output_fault
-from scenecc.importers.imported_scene import LOSSES, REPAIRED, ImportContext, ImportedScene, Loss
-from scenecc.importers.prefabs import Prefabs, find_prefabs
-from scenecc.interrupt import undoing
+from scenecc.importers.imported_scene import LOSSES, REPAIRED, Asset, ImportContext, ImportedScene, Loss
+from scenecc.importers.numbers import Names
+from scenecc.interrupt import temporary_folder, undoing
 from scenecc.options import Options, check_types, path_argument
-from scenecc.pipeline import compile_or_raise
-from scenecc.scene_file import is_list, is_mapping
+from scenecc.pipeline import CompileResult, compile_or_raise
+from scenecc.scene_file import Node, is_list, is_mapping
 from scenecc.scene_file.layout import scene_text
 from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
     from os import PathLike
 
-    from scenecc.diagnostics import Diagnostic
-    from scenecc.importers import Reader, SourceFormat
+    from scenecc.importers import Reader
     from scenecc.importers.certificate import Certificate
-    from scenecc.importers.imported_scene import Asset
-    from scenecc.pipeline import CompileResult
 
 _ROOT_ELEMENT: Final = re.compile(rb"<([A-Za-z_][\w.-]*)")
 _COMMENT: Final = re.compile(rb"<!--.*?(?:-->|\Z)|<[?!][^>]*>", re.DOTALL)
@@ -225,6 +223,18 @@ def _format_of(source: Path, head: bytes, sink: Sink) -> SourceFormat | None:
     return found
 
 
+def is_source(file: Path) -> bool:
+    """Whether a file of a folder is one to import: by its suffix, and if that is `.xml`, by its root element.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    if file.suffix.lower() != ".xml":
+        return any(file.suffix.lower() in one.suffixes for one in FORMATS)
+    with open_regular(file) as stream:
+        return _root_element(stream.read(_HEAD_BYTES)) in {one.root for one in FORMATS} - {""}
+
+
 def _may_be_xml(source: Path) -> bool:
     return any(one.root and source.suffix.lower() in one.suffixes for one in FORMATS)
 
@@ -240,7 +250,7 @@ def _is_installed(chosen: SourceFormat, sink: Sink) -> bool:
         import_module(chosen.module)
     except ImportError as error:
         message = f"{chosen.name} files are read with {chosen.module}: {error}"
-        sink.report("SC813", message, Location("scenecc"), hint='run `pip install "scenecc[import]"`')
+        sink.report("SC813", message, Location("scenecc"), hint=install_hint("import"))
         return False
     return True
 
@@ -265,7 +275,7 @@ def _report_losses(losses: Sequence[Loss], context: ImportContext) -> None:
 def _compile(found: ImportedScene, source: Path, context: ImportContext, options: Options) -> CompileResult:
     """Compiles the document before anything is written, with the assets where they are. Raises SceneError."""
     sink = Sink()
-    with TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
 
         def name(asset: Asset) -> str:
             if isinstance(asset.source, Path):
@@ -322,3 +332,90 @@ def _companions(compiled: CompileResult) -> dict[Path, tuple[Path, ...]]:
                     todo.append(named[each].uri)
         found[path] = tuple(seen)
     return found
+
+
+_LEAST_SAVED: Final = 20
+"""Lines that a prefab must save; short models are read faster where they stand."""
+
+_NOT_SHARED: Final = '"collision_group"'
+"""Each instance of a prefab has collision groups of its own."""
+
+_REFERENCES: Final = ("parent", "child", "mount", "relative_to")
+
+
+@frozen
+class Prefabs:
+    """A scene with instances.
+
+    Attributes:
+        document: of the scene.
+        files: the documents of the prefabs, by what `use` says.
+        names: of an entity that became an instance → of what the instance holds.
+    """
+
+    document: Node
+    files: Mapping[str, Node]
+    names: Mapping[str, str]
+
+    def name(self, old: str) -> str:
+        """What an entity, or `ENTITY/LINK`, is called now."""
+        entity, slash, link = old.partition("/")
+        return f"{self.names.get(entity, entity)}{slash}{link}"
+
+
+def find_prefabs(document: Node, taken: Iterable[str], path: Callable[[str], str]) -> Prefabs:
+    """Equal entities, their poses aside, as instances of one prefab, where that is shorter.
+
+    Args:
+        document: a scene document; it is not changed.
+        taken: names that no prefab may have.
+        path: gives the file of a prefab its path, by its name.
+    """
+    entities: Node = document.get("entities", {})
+    alike: dict[str, list[str]] = {}
+    for name, node in entities.items():
+        alike.setdefault(json.dumps(_content(node), sort_keys=True), []).append(name)
+    files, free = dict[str, Node](), Names(*taken)
+    made, inner = dict[str, Node](), dict[str, str]()
+    for text, names in alike.items():
+        content = _content(entities[names[0]])
+        if "repeat" in content or _NOT_SHARED in text:
+            continue
+        lines = len(scene_text({"entities": {names[0]: content}}).splitlines())
+        if (len(names) - 1) * lines - len(names) < _LEAST_SAVED:
+            continue
+        name = free.new(re.sub(r"[_.-]?\d+$", "", names[0]) or names[0])
+        used = {each: document["materials"][each] for each in _materials(content)}
+        files[path(name)] = {"scenecc": 1, "entities": {name: content}, **({"materials": used} if used else {})}
+        for each in names:
+            pose = {"pose": entities[each]["pose"]} if "pose" in entities[each] else {}
+            made[each], inner[each] = {"use": path(name), **pose}, f"{each}/{name}"
+    if not made:
+        return Prefabs(document, {}, {})
+    found = Prefabs({**document, "entities": {**entities, **made}}, files, inner)
+    for section in ("constraints", "lights", "cameras"):
+        if section in document:
+            found.document[section] = {key: _renamed(node, found) for key, node in document[section].items()}
+    kept = {*_materials(found.document["entities"])}
+    named = {key: node for key, node in document.get("materials", {}).items() if key in kept}
+    found.document.pop("materials", None)
+    return replace(found, document={**found.document, **({"materials": named} if named else {})})
+
+
+def _content(node: Node) -> Node:
+    return {key: value for key, value in node.items() if key != "pose"}
+
+
+def _materials(node: Any) -> Iterator[str]:
+    """The names of materials that shapes have."""
+    for item in node if is_list(node) else ():
+        yield from _materials(item)
+    for key, value in node.items() if is_mapping(node) else ():
+        if key == "material" and isinstance(value, str):
+            yield value
+        else:
+            yield from _materials(value)
+
+
+def _renamed(node: Node, prefabs: Prefabs) -> Node:
+    return {key: prefabs.name(value) if key in _REFERENCES else value for key, value in node.items()}

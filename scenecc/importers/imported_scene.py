@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
-from scenecc.source.paths import Refusal, resolve_path
+from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_path
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.source import Limits
-    from scenecc.source.paths import AssetScope, ResolvedFile
 
 
 @frozen

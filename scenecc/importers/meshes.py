@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from io import BytesIO
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.importers.imported_scene import ImportContext
-
-MESH_SUFFIXES: Final = (".obj", ".gltf", ".glb", ".stl", ".ply", ".dae")
-"""Formats of meshes that a scene can show, in lower case."""
 
 
 class MeshError(ValueError):

@@ -9,18 +9,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import compose, rotate
-from scenecc.importers.imported_scene import Asset, ImportedScene, Loss, ReferencePose
+from scenecc.geometry.rotations import Pose7, compose, rotate
+from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss, ReferencePose
 from scenecc.importers.numbers import LOOK, Names, light_place, plain_number, plain_numbers, plain_pose
 from scenecc.robots.mujoco.equalities import WORLD_EQUALITY, equality_frames
 from scenecc.robots.mujoco.model import WELD_EQUALITY, WORLD
-from scenecc.robots.mujoco.reader import read_model
+from scenecc.robots.mujoco.reader import ReadModel, read_model
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Location
-    from scenecc.geometry.rotations import Pose7
-    from scenecc.importers.imported_scene import ImportContext
-    from scenecc.robots.mujoco.reader import ReadModel
 
 _SLIDE: Final = 2
 """`mjJNT_SLIDE`; after it comes only `mjJNT_HINGE`."""

@@ -1,20 +1,26 @@
-"""Numbers, poses and names as a scene file writes them."""
+"""Numbers, poses, names and joints of an imported file as a scene file writes them."""
 
 from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable
+from typing import Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, Pose7, from_matrix
+from scenecc.geometry.rotations import (
+    IDENTITY,
+    Pose7,
+    Quat,
+    Vec3,
+    compose,
+    from_matrix,
+    invert,
+    rotate,
+    shortest_from_x,
+)
 from scenecc.names import UniqueNames
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from scenecc.geometry.rotations import Quat, Vec3
 
 _NOISE = 1e-9
 """Numbers of poses and directions below this are rounding noise [m, or of a quaternion]."""
@@ -96,3 +102,35 @@ class Names(UniqueNames):
     def new(self, wish: str) -> str:
         """The nearest free name."""
         return super().new(plain_name(wish))
+
+
+HOLD: Final = {"stiffness": 1e10, "damping": 1e4, "mode": "acceleration"}
+"""The spring with which `weld` holds what PhysX's limits do not."""
+
+_NEAR: Final = 1e-9
+"""Frames that are less apart have one origin [m]."""
+
+
+def along_x(axis: Vec3) -> Pose7:
+    """The frame whose x is an axis of any length but 0."""
+    length = math.hypot(*axis)
+    return (0.0, 0.0, 0.0, *shortest_from_x((axis[0] / length, axis[1] / length, axis[2] / length)))
+
+
+def joint_frames(in_parent: Pose7, in_child: Pose7, axis: Vec3 | None) -> dict[str, Any]:
+    """The frames of a joint as a link tree has them: `origin` and `axis` where it turns about the link's origin.
+
+    Args:
+        in_parent: the joint's frame in the parent link.
+        in_child: the same frame in the child link, at position 0.
+        axis: along or about which it moves, in its frame; None: it is fixed.
+    """
+    origin = pose_key(compose(in_parent, invert(in_child)), "origin")
+    if axis is None:
+        return origin
+    if max(map(abs, in_child[:3])) < _NEAR:
+        plain = plain_axis(rotate(in_child[3:], axis))
+        return {**origin, **({} if plain == "x" else {"axis": plain})}
+    turn = along_x(axis)
+    ends = {"pose_in_parent": compose(in_parent, turn), "pose_in_child": compose(in_child, turn)}
+    return {key: plain_pose(pose) for key, pose in ends.items()}

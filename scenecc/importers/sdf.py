@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
-from scenecc.importers.imported_scene import Asset, ImportedScene, Loss
+from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, light_place, plain_number, plain_numbers, pose_key
-from scenecc.importers.sdf_files import SMALLEST, SdfFile, find, read_file, text_of
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find, read_file, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type
 from scenecc.importers.sdf_models import BuiltLink, ModelReader, SceneParts
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope, ScopeReader
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from scenecc.importers.imported_scene import ImportContext
-    from scenecc.importers.sdf_files import SourceElement
 
 Node = dict[str, Any]
 

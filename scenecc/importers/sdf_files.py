@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, from_rpy, normalized
-from scenecc.importers.imported_scene import Loss
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3, from_rpy, normalized
+from scenecc.importers.imported_scene import ImportContext, Loss
 from scenecc.robots.files import FileReport, read_robot_bytes
 from scenecc.robots.xml import SourceElement, XmlBounds, parse_number, parse_recovered_xml, parse_xml
 from scenecc.source.paths import Refusal, check_uri, resolve_path
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from scenecc.geometry.rotations import Vec3
-    from scenecc.importers.imported_scene import ImportContext
-
 
 _MAX_NUMBER: Final = 1e30
 """Larger numbers are infinite: the engine has single precision."""

@@ -6,14 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.geometry.rotations import IDENTITY, Pose7, compose, relative_pose, rotate
-from scenecc.importers.joints import HOLD, along_x, joint_frames
-from scenecc.importers.numbers import plain_number, plain_numbers, plain_pose
-from scenecc.importers.sdf_files import SMALLEST, find
+from scenecc.geometry.rotations import IDENTITY, Pose7, Vec3, compose, relative_pose, rotate
+from scenecc.importers.numbers import HOLD, along_x, joint_frames, plain_number, plain_numbers, plain_pose
+from scenecc.importers.sdf_files import SMALLEST, SourceElement, find
 
 if TYPE_CHECKING:
-    from scenecc.geometry.rotations import Vec3
-    from scenecc.importers.sdf_files import SourceElement
     from scenecc.importers.sdf_scopes import Scope
 
 Node = dict[str, Any]

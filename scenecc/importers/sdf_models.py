@@ -12,15 +12,13 @@ import numpy as np
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix, invert, relative_pose
 from scenecc.importers.numbers import Names, plain_name, plain_number, pose_key
-from scenecc.importers.sdf_files import find, text_of
-from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
+from scenecc.importers.sdf_files import SourceElement, find, text_of
+from scenecc.importers.sdf_joints import Hinge, SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import LinkPlace, read_shapes, solid_mass
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Location
-    from scenecc.importers.sdf_files import SourceElement
-    from scenecc.importers.sdf_joints import Hinge
 
 Node = dict[str, Any]
 

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.importers.numbers import Names
-from scenecc.importers.sdf_files import find_model, read_file, text_of
-
-if TYPE_CHECKING:
-    from scenecc.importers.sdf_files import SdfFile, SourceElement
-
+from scenecc.importers.sdf_files import SdfFile, SourceElement, find_model, read_file, text_of
 
 WORLD = "world"
 MODEL = "__model__"

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.checks.images import IMAGE_SUFFIXES
+from scenecc.checks.meshes import MESH_SUFFIXES
 from scenecc.geometry.rotations import Pose7, compose, relative_pose
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.meshes import (
-    MESH_SUFFIXES,
     MeshError,
     ellipsoid_obj,
     load_mesh,
@@ -19,13 +19,12 @@ from scenecc.importers.meshes import (
     read_heights,
 )
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.sdf_files import SMALLEST, find, find_file, text_of
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find, find_file, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from scenecc.importers.sdf_files import SdfFile, SourceElement
     from scenecc.importers.sdf_scopes import Scope
 
 Shape = dict[str, Any]

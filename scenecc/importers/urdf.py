@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.importers.imported_scene import REPAIRED, Asset, ImportedScene, Loss
+from scenecc.importers.imported_scene import REPAIRED, Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names
 from scenecc.robots.urdf import read_urdf as read_robots
 
@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.diagnostics import Diagnostic, Sink
-    from scenecc.importers.imported_scene import ImportContext
     from scenecc.robots.description import RobotDescription
     from scenecc.source.paths import ResolvedFile
 

@@ -6,14 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.importers.numbers import plain_number, pose_key
 from scenecc.importers.usd_joints import Freedom, UsdJoint, tree_joint
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from scenecc.geometry.rotations import Pose7
     from scenecc.importers.usd_bodies import BodyReader, UsdBody
     from scenecc.importers.usd_stage import Prim, UsdStage
 

@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY
+from scenecc.geometry.rotations import IDENTITY, Pose7
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_shapes import ShapeReader, SolidMass, UsdShape
-from scenecc.importers.usd_stage import quat_of, split_matrix
+from scenecc.importers.usd_stage import Prim, UsdStage, quat_of, split_matrix
 
 if TYPE_CHECKING:
-    from scenecc.geometry.rotations import Pose7
     from scenecc.importers.usd_materials import UsdMaterials
-    from scenecc.importers.usd_stage import Prim, UsdStage
 
 _BALL_RADIUS: Final = 0.1
 """Of the ball whose moments a body without any has, as usd-core has it [m]."""

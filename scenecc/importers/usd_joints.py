@@ -16,8 +16,16 @@ from scenecc.geometry.rotations import (
     relative_pose,
     rotate,
 )
-from scenecc.importers.joints import HOLD, along_x, joint_frames
-from scenecc.importers.numbers import is_identity, plain_number, plain_numbers, plain_pose, pose_key
+from scenecc.importers.numbers import (
+    HOLD,
+    along_x,
+    is_identity,
+    joint_frames,
+    plain_number,
+    plain_numbers,
+    plain_pose,
+    pose_key,
+)
 
 if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7, Vec3

@@ -168,7 +168,7 @@ class UsdMaterials:
     def _read_look(self, material: Any) -> dict[str, Any]:
         surface = material.ComputeSurfaceSource()[0]
         if not surface:
-            surface = material.ComputeSurfaceSource(["mdl"])[0]
+            surface = material.ComputeSurfaceSource("mdl")[0]
         if not surface:
             return {}
         if surface.GetIdAttr().Get() == "UsdPreviewSurface":
@@ -208,7 +208,7 @@ class UsdMaterials:
         if not look.get("metallic", 1.0):
             look.pop("metallic")
         ior, _ = self._input(surface, "ior")
-        if ior is not None:
+        if ior is not None and ior >= 0:
             # UsdPreviewSurface derives the reflectance at normal incidence from `ior`, SAPIEN from `specular`.
             specular = ((ior - 1) / (ior + 1)) ** 2 / 0.08
             if abs(specular - 0.5) > 1e-4:

@@ -16,7 +16,8 @@ from scenecc.meshes.primitives import box
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scenecc.importers.usd_stage import Prim
+Prim = Any
+"""An object of usd-core, which is loaded lazily and has no type hints."""
 
 _CAP_STEPS: Final = 8
 """Steps from the pole to the equator of a round cap."""

@@ -10,39 +10,45 @@ import numpy as np
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut
-from scenecc.importers.imported_scene import ImportedScene, ReferencePose
+from scenecc.importers.imported_scene import ImportContext, ImportedScene, ReferencePose
 from scenecc.importers.numbers import Names, plain_name, plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import BodyReader, UsdBody
-from scenecc.importers.usd_filters import CollisionFilters
 from scenecc.importers.usd_joints import JointReader, UsdJoint, constraint_keys
-from scenecc.importers.usd_layers import UsdLayers
 from scenecc.importers.usd_materials import UsdMaterials
 from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
-from scenecc.importers.usd_stage import UsdStage
+from scenecc.importers.usd_stage import UP_ROTATIONS, Prim, UsdLayers, UsdStage
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
-    from scenecc.importers.imported_scene import ImportContext
-    from scenecc.importers.usd_stage import Prim
+    from scenecc.diagnostics import Sink
 
 
 def read_stage(path: Path, context: ImportContext) -> ImportedScene | None:
     """The scene of a stage, read in this process. None after an error, which is reported in the context's sink."""
     layers = UsdLayers(context)
-    opened = layers.open(path)
-    if opened is None:
+    try:
+        opened = layers.open(path)
+        return None if opened is None else _read_opened(UsdStage(opened, path, layers), path, context)
+    except (layers.error, UnicodeDecodeError) as error:
+        layers.report_unreadable(path, error)
         return None
-    stage = UsdStage(opened, path, layers)
+
+
+def _read_opened(stage: UsdStage, path: Path, context: ImportContext) -> ImportedScene | None:
     for unit, size in (("metersPerUnit", stage.frames.metres), ("kilogramsPerUnit", stage.frames.kilograms)):
         if not _MIN_UNIT <= size <= 1 / _MIN_UNIT:
             context.sink.report("SC430", f"`{unit}` is {size:g}, which is no unit", Location(str(path)))
+    if stage.frames.up_axis not in UP_ROTATIONS:
+        context.sink.report("SC430", f"`upAxis` is `{cut(stage.frames.up_axis)}`: not X, Y or Z", Location(str(path)))
     for prim in stage.prims():
         if prim.IsA(stage.geom.Xformable) and not np.isfinite(stage.frames.world(prim)).all():
             message = f"the transform of {prim.GetPath()} is not finite"
             context.sink.report("SC430", message, Location(str(path)))
+    check_types(stage, context.sink)
     return None if context.sink.failed else SceneReader(stage, context).read()
 
 
@@ -315,14 +321,6 @@ def _parse(stage: UsdStage) -> dict[str, Any]:
 _VENDOR: Final = re.compile(r"(physx|newton|mjc|mjcf|state|isaac|omniphysics)[A-Za-z]*:")
 """Namespaces of schemas for simulation that usd-core does not have."""
 
-_READ: Final = re.compile(
-    r"physxRigidBody:(disableGravity|linearDamping|angularDamping|max\w+Velocity|maxContactImpulse|sleepThreshold"
-    r"|solver\w+IterationCount|locked\w+Axis)"
-    r"|physxCollision:(contact|rest)Offset|physxJoint:(jointFriction|armature|maxJointVelocity)"
-    r"|physxArticulation:(enabledSelfCollisions|solver\w+IterationCount)|physxScene:timeStepsPerSecond"
-)
-"""Attributes of PhysX's schema that the readers take."""
-
 _SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|SurfaceVelocity|ForceAPI|MimicJoint|Gear")
 """Schemas that make a stage move in other ways than by bodies and joints."""
 
@@ -345,7 +343,182 @@ def report_unread(stage: UsdStage) -> None:
             stage.lose("animations", "a motion over time, of which the first pose is taken", prim)
         for each in prim.GetAuthoredAttributes():
             label = str(each.GetName())
-            if _VENDOR.match(label) and not _READ.fullmatch(label):
+            if _VENDOR.match(label) and not READ_OF_PHYSX.fullmatch(label):
                 attributes.setdefault(label, []).append(prim)
     for label, prims in attributes.items():
         stage.lose("vendor-attributes", f"`{label}` of {len(prims)} prims", prims[0])
+
+
+READ_OF_PHYSX: Final = re.compile(
+    r"physxRigidBody:(disableGravity|linearDamping|angularDamping|max\w+Velocity|maxContactImpulse|sleepThreshold"
+    r"|solver\w+IterationCount|locked\w+Axis)"
+    r"|physxCollision:(contact|rest)Offset|physxJoint:(jointFriction|armature|maxJointVelocity)"
+    r"|physxArticulation:(enabledSelfCollisions|solver\w+IterationCount)|physxScene:timeStepsPerSecond"
+)
+"""Attributes of PhysX's schema that the readers take. Each is a number or a switch."""
+
+_OF_LOOKS: Final = {
+    **dict.fromkeys(("diffuseColor", "emissiveColor", "diffuse_color_constant"), "GfVec3"),
+    **dict.fromkeys(("roughness", "metallic", "opacity", "ior"), "number"),
+    **dict.fromkeys(("reflection_roughness_constant", "metallic_constant"), "number"),
+    **dict.fromkeys(("file", "diffuse_texture"), "SdfAssetPath"),
+}
+"""Inputs of shaders, which no schema of a prim declares."""
+
+_NUMBER: Final = re.compile(r"\b(bool|u?int(64)?|unsigned \w+|(pxr_half::)?half|float|double)\b")
+_PRECISION: Final = re.compile(r"(?<=\d)[fdhi]\b|(?<=Quat)[fdh]\b")
+_TEXT: Final = re.compile(r"\b(TfToken|string)\b")
+
+
+def check_types(stage: UsdStage, sink: Sink) -> None:
+    """Reports attributes (SC430) that are numbers where text is read, colours where numbers are read, and the like."""
+    for prim in stage.prims():
+        is_shader = prim.IsA(stage.shade.Shader)
+        definition = prim.GetPrimDefinition()
+        for attribute in prim.GetAuthoredAttributes():
+            name = str(attribute.GetName())
+            declared = definition.GetSchemaAttributeSpec(name)
+            if declared is not None:
+                wanted = _family(declared.typeName.type)
+            elif READ_OF_PHYSX.fullmatch(name):
+                wanted = "number"
+            else:
+                wanted = _OF_LOOKS.get(name.removeprefix("inputs:")) if is_shader else None
+            found = {_family(each.typeName.type) for each in attribute.GetPropertyStack(stage.time)}
+            if wanted is not None and (wrong := found - {wanted}):
+                message = f"`{name}` of {prim.GetPath()} is of the type `{wrong.pop()}`, not `{wanted}`"
+                sink.report("SC430", message, Location(str(stage.path)))
+
+
+def _family(kind: Any) -> str:
+    """A type of usd-core without the precision of its numbers."""
+    return _TEXT.sub("text", _PRECISION.sub("", _NUMBER.sub("number", str(kind.typeName))))
+
+
+_MAX_GROUPS: Final = 31
+
+Pair = frozenset[str]
+
+
+class CollisionFilters:
+    """The pairs of bodies that are kept apart.
+
+    Args:
+        stage: of the bodies.
+        bodies: by the paths of their prims.
+        groups: what UsdPhysics says of collision groups.
+    """
+
+    def __init__(self, stage: UsdStage, bodies: Mapping[str, UsdBody], groups: Iterable[Any]) -> None:
+        self._stage = stage
+        self._bodies = bodies
+        self._groups = {str(group.primPath): group for group in groups}
+        self._pairs: set[Pair] = set()
+
+    def add_joints(self, joints: Iterable[UsdJoint]) -> None:
+        """Adds the pairs that joints connect without letting them collide."""
+        for joint in joints:
+            if not joint.collides and all(body in self._bodies for body in joint.bodies):
+                self._pairs.add(frozenset(joint.bodies))
+
+    def add_filtered(self, parsed: Iterable[Any]) -> None:
+        """Adds the pairs of `FilteredPairsAPI`s. `parsed`: bodies, shapes and articulations of UsdPhysics."""
+        for each in parsed:
+            others = [other for path in each.filteredCollisions for other in self._below(str(path))]
+            if not others:
+                continue
+            own = self._below(str(each.primPath))
+            if any(len(self._bodies[body].colliders) > 1 for body in (*own, *others) if body not in self._named(each)):
+                prim = self._stage.prim(each.primPath)
+                self._stage.lose("collision-filters", "a filter between single colliders, which holds for bodies", prim)
+            self._pairs |= {frozenset((a, b)) for a in own for b in others if a != b}
+
+    def _named(self, parsed: Any) -> set[str]:
+        """Bodies that a filter names as a whole."""
+        paths = [str(path) for path in (parsed.primPath, *parsed.filteredCollisions)]
+        return {body for path in paths for body in self._below(path) if f"{body}/".startswith(f"{path}/")}
+
+    def _below(self, path: str) -> list[str]:
+        """The bodies at a path and below it; of a collider, its body."""
+        found = [body for body in self._bodies if f"{body}/".startswith(f"{path}/")]
+        if found:
+            return found
+        return [
+            body
+            for body, each in self._bodies.items()
+            if any(str(prim.GetPath()) == path for prim, _ in each.colliders)
+        ]
+
+    def add_groups(self) -> None:
+        """Adds the pairs of collision groups. Pairs of which only some colliders are kept apart are told."""
+        apart = {
+            frozenset((name, str(other))) for name, group in self._groups.items() for other in self._ignored(group)
+        }
+        if not apart:
+            return
+        signatures: dict[frozenset[frozenset[str]], list[str]] = {}
+        for path, body in self._bodies.items():
+            if body.colliders:
+                key = frozenset(frozenset(str(each) for each in parsed.collisionGroups) for _, parsed in body.colliders)
+                signatures.setdefault(key, []).append(path)
+        for first, ones in signatures.items():
+            for second, others in signatures.items():
+                found = {any(frozenset((a, b)) in apart for a in x for b in y) for x in first for y in second}
+                if found == {True, False}:
+                    prim = self._stage.prim(ones[0])
+                    self._stage.lose("collision-filters", "groups that hold for some colliders of a body", prim)
+                elif found == {True}:
+                    self._pairs |= {frozenset((a, b)) for a in ones for b in others if a != b}
+
+    def _ignored(self, group: Any) -> list[str]:
+        named = [str(path) for path in group.filteredGroups]
+        # Of what UsdPhysics has parsed this one flag may be uninitialised memory.
+        inverted = self._stage.value(self._stage.prim(group.primPath), "physics:invertFilteredGroups", default=False)
+        return [path for path in self._groups if path not in named] if inverted else named
+
+    def section(self, keys: Mapping[str, dict[str, Any]], names: Mapping[str, str]) -> dict[str, Any]:
+        """The section `collision_groups`, whose names are set in the keys of the bodies.
+
+        Args:
+            keys: of each body that the scene has, by path.
+            names: of the bodies.
+        """
+        neighbours: dict[str, set[str]] = {}
+        for pair in self._pairs:
+            if all({"shapes", "collisions"} & keys.get(body, {}).keys() for body in pair):
+                a, b = sorted(pair)
+                neighbours.setdefault(a, set()).add(b)
+                neighbours.setdefault(b, set()).add(a)
+        order = [path for path in keys if path in neighbours]
+        classes = _twins(order, neighbours)
+        if len(set(classes.values())) > _MAX_GROUPS:
+            for pair in self._pairs:
+                self._stage.lose("collision-filters", "a pair that is kept apart", self._stage.prim(min(pair)))
+            return {}
+        found: dict[str, Any] = {}
+        group_names: dict[str, str] = {}
+        for path in order:
+            first = classes[path]
+            if first not in group_names:
+                wish = names[first].rpartition("/")[2]
+                group_names[first] = wish if wish not in found else names[first].replace("/", "_")
+                found[group_names[first]] = {}
+            keys[path]["collision_group"] = group_names[first]
+        for path in order:
+            ignored = {group_names[classes[other]]: None for other in order if other in neighbours[path]}
+            found[group_names[classes[path]]] = {"ignore": list(ignored)}
+        return found
+
+
+def _twins(order: list[str], neighbours: Mapping[str, set[str]]) -> dict[str, str]:
+    """Body → the first body that is kept apart from the same others: either from one another too, or not."""
+    found: dict[str, str] = {}
+    near: dict[frozenset[str], list[str]] = {}
+    far: dict[frozenset[str], list[str]] = {}
+    for path in order:
+        near.setdefault(frozenset(neighbours[path] | {path}), []).append(path)
+        far.setdefault(frozenset(neighbours[path]), []).append(path)
+    for members in (*(each for each in near.values() if len(each) > 1), *far.values()):
+        alone = [path for path in members if path not in found]
+        found.update(dict.fromkeys(alone, alone[0]) if alone else {})
+    return found

@@ -9,18 +9,15 @@ import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotation_arrays import pose_matrix
-from scenecc.geometry.rotations import IDENTITY, compose
+from scenecc.geometry.rotations import IDENTITY, Pose7, compose
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.meshes import MeshError
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_meshes import TriangleMesh, solid_mesh
-from scenecc.importers.usd_stage import scale_of, split_matrix
+from scenecc.importers.usd_stage import Prim, UsdStage, scale_of, split_matrix
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from scenecc.geometry.rotations import Pose7
-    from scenecc.importers.usd_stage import Prim, UsdStage
 
 SOLID_TYPES: Final = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Capsule_1", "Cylinder_1", "Plane", "Mesh")
 """Prims with a surface that a scene can hold."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -16,11 +16,8 @@ from scenecc.plan.geometry import SOLID_SIZES
 from scenecc.plan.properties import PROPERTIES
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterator
-
     from scenecc.plan import AxisDrive, AxisLimit, ScenePlan
     from scenecc.variation.bounds import ValueBounds
-
 
 _LABELS: Final = {
     "num_scenes": "scenes",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Final
@@ -15,29 +15,25 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.errors import SceneError
 from scenecc.files import open_regular
-from scenecc.inspect.entities import entity_item, scene_facts, summarize, used_materials
+from scenecc.inspect.entities import Made, entity_item, scene_facts, summarize, used_materials
 from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
 from scenecc.named_files import DICT
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import CompileResult, Source, build_batch, compile_or_raise, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure, Constraint, Value
 from scenecc.plan.body import Texture
-from scenecc.plan.rendering import Camera, SkyMap
+from scenecc.plan.rendering import Camera, Light, SkyMap
 from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from scenecc.expand.listing import ParamRow
-    from scenecc.inspect.entities import Made
     from scenecc.inspect.varying import VaryingField
     from scenecc.plan import Entity, ScenePlan
-    from scenecc.plan.rendering import Light
     from scenecc.source.paths import FileReference
 
-
-_DEFAULTS: Final = (Fact("defaults", value=True, words="all of them SAPIEN's defaults"),)
+_DEFAULTS: Final = (Fact("defaults", value=True, words="SAPIEN's defaults"),)
 
 
 def scene_item(
@@ -72,6 +68,11 @@ def scene_item(
         ("lights", tuple(_object(one, one.light, plan, scene) for one in _in(plan.lights, scene))),
         ("cameras", tuple(_object(one, one.lens, plan, scene) for one in _in(plan.cameras, scene))),
     ]
+    if plan.expectations:
+        from scenecc.plan.expect import describe_expectation
+
+        expected = [one for one in plan.expectations if scene is None or scene in getattr(one, "scene_idxs", (scene,))]
+        groups.append(("expect", tuple(Item(one.name, describe_expectation(one), ()) for one in expected)))
     if plan.environment is not None:
         facts_of = Facts(plan, scene)
         around = (*facts_of.of(plan.environment, without=("map",)), *facts_of.of(plan.environment.map, "map"))

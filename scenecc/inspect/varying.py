@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, is_dataclass
-from typing import TYPE_CHECKING, Any, Final, cast
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.plan import ArticulationStructure, AxisDrive, AxisLimit, Value
-from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.plan.display import (
-    SPEC_FIELD_NAMES,
-    field_path,
     format_color,
     format_item,
     format_value_bounds,
     is_any_rotation,
     join_alternatives,
-    link_shape_path,
-    name_suffix,
-    shape_path,
     slice_value_bounds,
 )
+from scenecc.plan.properties import Quantity
+from scenecc.plan.walk import walk_fields
 from scenecc.variation.bounds import ValueBounds, union_bounds
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scenecc.plan import BodyStructure, Constraint, Entity, ScenePlan
+    from scenecc.plan import Constraint, Entity, ScenePlan, Value
+    from scenecc.plan.body import AssetFile
     from scenecc.plan.rendering import Camera, Environment, Light
 
 
@@ -72,11 +69,6 @@ class _Found:
     drawn: bool = False
 
 
-def _found(label: str, value: Value) -> _Found:
-    support, drawn = _shown_bounds(value)
-    return _Found(label, support, value.may_vary, value.recipe is not None, drawn)
-
-
 def _shown_bounds(value: Value) -> tuple[ValueBounds, bool]:
     """The bounds to show for a value, and whether they are those of its drawn data: if nothing else bounds it."""
     support = value.bounds
@@ -116,18 +108,18 @@ _FILES: Final = frozenset({"file", "px", "nx", "py", "ny", "pz", "nz"})
 
 
 def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
-    """The fields of an entity, and which of them vary."""
-    return _fields(_values(entity, plan), plan)
+    """The fields of an entity, and which of them vary. Those of all its structures are one field."""
+    return _fields((replace(entity, structures=()), *entity.structures), plan)
 
 
 def object_fields(one: Constraint | Light | Camera | Environment, plan: ScenePlan) -> Fields:
     """The fields of another object, likewise."""
-    return _fields(_plain_values(one, ""), plan)
+    return _fields((one,), plan)
 
 
-def _fields(values: Iterable[_Found], plan: ScenePlan) -> Fields:
+def _fields(nodes: Iterable[Any], plan: ScenePlan) -> Fields:
     found: dict[str, list[_Found]] = {}
-    for item in values:
+    for item in chain.from_iterable(_values(node, plan) for node in nodes):
         found.setdefault(item.label, []).append(item)
     varying: list[VaryingField] = []
     for label, items in found.items():
@@ -146,97 +138,41 @@ def is_pose(label: str) -> bool:
     return label.rsplit(".", 1)[-1] in {"pose", "com", "pose_in_parent", "pose_in_child", "target"}
 
 
-def _values(entity: Entity, plan: ScenePlan) -> Iterator[_Found]:
-    yield _found("pose", entity.pose)
-    if entity.pick is not None:
-        yield _found("pick", entity.pick)
-    for structure in entity.structures:
-        if isinstance(structure, ArticulationStructure):
-            yield from _articulation(structure, plan)
+def _values(node: Any, plan: ScenePlan) -> Iterator[_Found]:
+    for path, kind, value in walk_fields(node):
+        if not isinstance(kind, Quantity):
+            continue
+        if kind.table is None or kind.table == "files":
+            support, drawn = _shown_bounds(value)
+            yield _Found(_label(path), support, value.may_vary, value.recipe is not None, drawn)
         else:
-            yield from _body(structure, plan)
+            table: Sequence[Any] = getattr(plan, kind.table)
+            yield from _material(path, [table[int(index)] for index in value.bounds.alternatives or ()])
 
 
-def _articulation(structure: ArticulationStructure, plan: ScenePlan) -> Iterator[_Found]:
-    for name, value in _given(structure):
-        if isinstance(value, Value):
-            yield _found(name, value)
-    for link in structure.links:
-        place = f"links{name_suffix(link.name)}"
-        if link.joint is not None:
-            yield from _plain_values(link.joint, f"{place}.joint")
-        yield from _body(link.body, plan, f"{place}.")
-    for mimic in structure.mimics:
-        yield from _plain_values(mimic, f"mimics{name_suffix(mimic.joint)}")
+def _label(path: str) -> str:
+    """A file is all that differs of a texture."""
+    return path.removesuffix(".file") if path.endswith("texture.file") else path
 
 
-def _plain_values(node: Any, place: str) -> Iterator[_Found]:
-    """The values of a dataclass and of those nested in it."""
-    for name, item in _given(node):
-        where = field_path(place, name, node.__class__)
-        if isinstance(item, Value):
-            yield _found(where, item)
-        elif isinstance(item, Texture):
-            yield _found(where, item.file)
-        elif isinstance(item, tuple):
-            for one in cast("tuple[Any, ...]", item):
-                if isinstance(one, AxisLimit | AxisDrive):
-                    yield from _plain_values(one, where + name_suffix(one.axis))
-        elif is_dataclass(item):
-            yield from _plain_values(item, where)
-
-
-def _body(structure: BodyStructure, plan: ScenePlan, above: str = "") -> Iterator[_Found]:
-    """The values of a body or a link. `above`: prefix of its fields' names."""
-    for name, value in _given(structure):
-        if isinstance(value, Value):
-            yield _found(above + SPEC_FIELD_NAMES.get(name, name), value)
-    for name, value in _given(structure.inertial):
-        yield _found(f"{above}inertial.{name}", value)
-    for kind, shapes in (("collisions", structure.collisions), ("visuals", structure.visuals)):
-        for index, shape in enumerate(shapes):
-            place = f"{above}{kind}[{index}]"
-            origin = shape.origin
-            where = link_shape_path(above + kind, origin, place) if above else shape_path(origin, place)
-            table = plan.physical_materials if kind == "collisions" else plan.visual_materials
-            for name, value in (*_given(shape.geometry), *_given(shape)):
-                if name == "material":
-                    yield from _material(where, value.bounds.alternatives or (), table)
-                elif isinstance(value, Value):
-                    yield _found(f"{where}.{name}", value)
-
-
-def _given(node: Any) -> list[tuple[str, Any]]:
-    """The fields of a dataclass that have a value; none if it is None."""
-    if node is None:
-        return []
-    pairs = [(item.name, getattr(node, item.name)) for item in fields(node) if item.compare]
-    return [(name, value) for name, value in pairs if value is not None]
-
-
-def _material(
-    where: str, indices: Sequence[Any], table: Sequence[PhysicalMaterial] | Sequence[VisualMaterial]
-) -> Iterator[_Found]:
+def _material(where: str, materials: list[Any]) -> Iterator[_Found]:
     """Each field of the materials that a shape may have, over all of them."""
-    rows = [table[int(index)] for index in indices]
-    names = dict.fromkeys(name for row in rows for name, _ in _given(row))
-    for name in names:
-        values = [_value(getattr(row, name)) for row in rows]
-        given = [value for value in values if value is not None]
+    rows = [
+        {_label(path): value for path, kind, value in walk_fields(material, where) if isinstance(kind, Quantity)}
+        for material in materials
+    ]
+    for label in dict.fromkeys(chain.from_iterable(rows)):
+        given = [row[label] for row in rows if label in row]
         shown = [_shown_bounds(value) for value in given]
         support = union_bounds(part for part, _ in shown)
         one = support.alternatives is not None and len(support.alternatives) == 1
         yield _Found(
-            f"{where}.material.{name}",
+            label,
             support,
             varies=len(given) < len(rows) or not one,
             at_reset=any(value.recipe is not None for value in given),
             drawn=any(drawn for _, drawn in shown),
         )
-
-
-def _value(item: Any) -> Value | None:
-    return item.file if isinstance(item, Texture) else item
 
 
 def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[VaryingField]:

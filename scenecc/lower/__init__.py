@@ -1,6 +1,5 @@
 """From the models of the language to the plan: names resolved, poses composed, tables filled, draws made."""
 
-from scenecc.lower.scene import Lowered, LoweringLimits, draw, lower
-from scenecc.spec.references import NameScopes
+from scenecc.lower.scene import Lowered, draw, lower
 
-__all__ = ["Lowered", "LoweringLimits", "NameScopes", "draw", "lower"]
+__all__ = ["Lowered", "draw", "lower"]

@@ -7,15 +7,10 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.links import beyond_limits
 from scenecc.lower.field_types import FieldType, field_type, vector
+from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
 from scenecc.lower.link_frames import moved_along_x
 from scenecc.lower.local_poses import chain_poses, local_pose
-from scenecc.lower.poses import (
-    POSE,
-    check_limits_keys,
-    lower_limits,
-    warn_limits_in_degrees,
-)
-from scenecc.lower.variation import VariationLowerer, field_place
+from scenecc.lower.poses import POSE, check_limits_keys, lower_limits, warn_limits_in_degrees
 from scenecc.plan import (
     ArticulationStructure,
     AxisDrive,
@@ -30,7 +25,7 @@ from scenecc.plan import (
     literal,
 )
 from scenecc.plan.body import Mount
-from scenecc.plan.constraint import WELD_SWING
+from scenecc.plan.constraint import WELD_SWING, DriveAxis, LimitAxis
 from scenecc.plan.link_poses import PoseStep, steps_to_link
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.spec.constraint import (
@@ -44,7 +39,7 @@ from scenecc.spec.constraint import (
     SliderConstraint,
     WeldConstraint,
 )
-from scenecc.spec.references import WORLD, qualified_name
+from scenecc.spec.references import WORLD, NameScopes, qualified_name
 from scenecc.variation.nodes import NODE_TYPES, AffineClamp, Stacked
 
 if TYPE_CHECKING:
@@ -53,15 +48,11 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.entities import EntityLowerer
-    from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.rendering import MountLookup
     from scenecc.plan import Entity
-    from scenecc.plan.constraint import DriveAxis, LimitAxis
     from scenecc.robots.description import DescribedConstraint
-    from scenecc.spec.references import NameScopes
 
     Joint = Weld | Connection | Distance | Gear | Drive
-
 
 _DISTANCES = field_type("Distance.limits")
 _LIMITS = field_type("limits")

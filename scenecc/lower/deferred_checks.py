@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show
-from scenecc.variation.nodes import NODE_TYPES, Computed, Drawn, draws_read_by
+from scenecc.plan.properties import FLOAT32_MAX, Bounds
+from scenecc.variation.nodes import NODE_TYPES, AffineClamp, Computed, Drawn, Node, Rows, draws_read_by
 from scenecc.variation.operations import (
     COMPUTE_LIMIT_HINT,
     LISTS,
@@ -18,19 +20,17 @@ from scenecc.variation.operations import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.field_types import FieldType
-    from scenecc.lower.fields import FieldLowerer, SamplingContext
-    from scenecc.lower.variation import VariationLowerer
+    from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer
     from scenecc.plan import Value
-    from scenecc.plan.properties import Bounds
+    from scenecc.spec.params import ParamType
     from scenecc.variation.bounds import ExpressionBounds
-    from scenecc.variation.nodes import Node
 
 
 @frozen
@@ -238,8 +238,7 @@ def _expression_failure(
     node: Computed, convert: Any, dtype: str | None, fields: FieldLowerer
 ) -> PossibleFailure | None:
     from scenecc.variation.bounds import bounds_of_values, example_values  # noqa: PLC0415 - likewise
-    from scenecc.variation.enumeration import enumerate_outcomes  # noqa: PLC0415 - loaded where something varies
-    from scenecc.variation.node_bounds import bounds_and_faults  # noqa: PLC0415 - likewise
+    from scenecc.variation.node_bounds import bounds_and_faults, enumerate_outcomes  # noqa: PLC0415 - likewise
 
     reader = fields.sampling.reader()
     found, faults = bounds_and_faults(reader, node)
@@ -351,3 +350,52 @@ def _first_row_outside(data: NDArray[Any], bounds: Bounds) -> int | None:
 def _shown_row(row: Any) -> str:
     numbers = row.ravel().tolist()
     return f"{numbers[0]:g}" if len(numbers) == 1 else "[" + ", ".join(f"{number:g}" for number in numbers) + "]"
+
+
+def reset_node(reset: ResettableValue, limit_items: Callable[[Value, tuple[int, ...]], Iterable[Any]]) -> Node:
+    """What draws a value anew, held within its limits.
+
+    Args:
+        reset: the value.
+        limit_items: gives the lower and the upper limit as items of a recipe, in some scenes.
+    """
+    node, scenes, follows = reset.node, reset.fields.scenes, reset.follows
+    if follows is not None:
+        factor, offset = (_constant_item(value.data, scenes) for value in (follows.multiplier, follows.offset))
+        node = AffineClamp(reset_node(follows.source, limit_items), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
+    if reset.limits is not None and isinstance(node, AffineClamp):
+        low, high = limit_items(reset.limits, scenes)
+        node = replace(node, low=low, high=high)
+    return node
+
+
+def built_limit_items(limits: Value, scenes: tuple[int, ...]) -> Iterator[Any]:
+    """Limits that stay as they are built, as items of a recipe."""
+    return (_constant_item(side.clip(-FLOAT32_MAX, FLOAT32_MAX), scenes) for side in limits.data.T)
+
+
+def drawn_limit_items(node: Node) -> Iterator[Any]:
+    """Limits that a reset draws anew, by their recipe."""
+    return (AffineClamp(node, index, -FLOAT32_MAX, FLOAT32_MAX) for index in range(2))
+
+
+def _constant_item(rows: NDArray[Any], scenes: tuple[int, ...]) -> Any:
+    """Numbers (1,) or (B,) that a reset does not change, as an item of a recipe."""
+    return Rows(scenes, tuple(rows.tolist())) if len(rows) > 1 else rows.item()
+
+
+@frozen
+class VaryingArgument:
+    """What a parameter is given that differs from scene to scene.
+
+    Attributes:
+        name: of its draw.
+        param: type of the parameter.
+        scenes: of the instance whose parameter it is; what it would be in others does not matter.
+        origin: where it is given, in the expanded data.
+    """
+
+    name: str
+    param: ParamType
+    scenes: tuple[int, ...]
+    origin: Origin

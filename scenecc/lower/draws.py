@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show, suggest_name
-from scenecc.lower.deferred_checks import report_draw_failure, warn_draw_may_fail
+from scenecc.lower.deferred_checks import VaryingArgument, report_draw_failure, warn_draw_may_fail
 from scenecc.lower.field_types import FieldType
-from scenecc.lower.fields import FieldLowerer
+from scenecc.lower.fields import FieldLowerer, FieldPlace, SamplingContext, VariationLowerer
 from scenecc.lower.references import scope_of
-from scenecc.lower.variation import FieldPlace, VariationLowerer
-from scenecc.spec.params import PARAM_KINDS
+from scenecc.spec.params import PARAM_KINDS, ParamIssue, ParamType
 from scenecc.variation.forms import ONCE, Once
-from scenecc.variation.nodes import NODES, Const, Cycled
+from scenecc.variation.nodes import NODES, Const, Cycled, Node
 from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
@@ -22,31 +20,10 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.fields import SamplingContext
-    from scenecc.spec.params import ParamIssue, ParamType
     from scenecc.spec.references import NameScopes
     from scenecc.variation.bounds import ValueBounds
-    from scenecc.variation.nodes import Node
-
 
 _NUMBERS = frozenset((int, float))
-
-
-@frozen
-class VaryingArgument:
-    """What a parameter is given that differs from scene to scene.
-
-    Attributes:
-        name: of its draw.
-        param: type of the parameter.
-        scenes: of the instance whose parameter it is; what it would be in others does not matter.
-        origin: where it is given, in the expanded data.
-    """
-
-    name: str
-    param: ParamType
-    scenes: tuple[int, ...]
-    origin: Origin
 
 
 def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None:
@@ -72,8 +49,6 @@ def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None
 
 def check_argument_rows(argument: VaryingArgument, sampling: SamplingContext, sink: Sink) -> None:
     """Reports the first scene in which a parameter is given what it does not take."""
-    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
-
     try:
         rows = sampling.fields(argument.scenes).batch().shared(argument.name).tolist()
     except DrawError:

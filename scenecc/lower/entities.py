@@ -6,22 +6,16 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.field_types import (
-    COLOR,
-    FieldType,
-    field_type,
-    report_exclusive_keys,
-    report_unused_key,
-)
+from scenecc.lower.field_types import BODY_FIELDS, COLOR, FieldType, report_exclusive_keys, report_unused_key
 from scenecc.lower.frames import FrameGraph
-from scenecc.lower.local_poses import local_pose
-from scenecc.lower.materials import DENSITY
-from scenecc.lower.shapes import ShapeDefaults, find_group
+from scenecc.lower.local_poses import lower_inertial
+from scenecc.lower.materials import DENSITY, LoweredMaterial, MaterialChoice, MaterialLowerer
+from scenecc.lower.shapes import GroupBits, ShapeDefaults, ShapeLowerer, find_group
 from scenecc.plan import BodyStructure, Entity, Inertial, literal
-from scenecc.plan.properties import Bounds, properties_of
-from scenecc.spec.body import MOTION_AXES, BodySpec
+from scenecc.plan.properties import Bounds
+from scenecc.spec.body import BodySpec
 from scenecc.spec.pose import PoseMapping
-from scenecc.spec.references import qualified_name, resolve_scene_idxs
+from scenecc.spec.references import NameScopes, qualified_name, resolve_scene_idxs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -30,14 +24,9 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.articulations import ArticulationLowerer, LoweredArticulation
     from scenecc.lower.fields import FieldLowerer, SamplingContext
-    from scenecc.lower.materials import LoweredMaterial, MaterialChoice, MaterialLowerer
-    from scenecc.lower.shapes import GroupBits, ShapeLowerer
     from scenecc.plan import ArticulationStructure, Value
-    from scenecc.plan.properties import Property
     from scenecc.robots.description import DescribedConstraint
     from scenecc.spec.document import SceneFile
-    from scenecc.spec.references import NameScopes
-
 
 _MOVING = frozenset(("dynamic", "kinematic"))
 """Bodies whose poses a running simulation can change."""
@@ -222,23 +211,6 @@ LayerDefaults = tuple["LoweredMaterial | MaterialChoice | None", "Value | None",
 """Material, colour and density of a layer; None for what it does not give."""
 
 
-def _locked(axes: list[str]) -> tuple[bool, ...]:
-    return tuple(axis in axes for axis in MOTION_AXES)
-
-
-def _field_type(row: Property) -> FieldType:
-    if row.field == "disable_gravity":
-        return field_type(row.field, conversion="opposite", fallback=False)
-    if row.field == "locked_motion_axes":
-        return FieldType((6,), "bool", convert=_locked)
-    return field_type(row.field)
-
-
-BODY_FIELDS: dict[str, tuple[str, FieldType]] = {
-    row.key: (row.field, _field_type(row)) for row in properties_of("mass", "body", "groups", "look")
-}
-"""Key of the language → field of the plan, and what a row of it holds."""
-
 _BODY_KEYS = frozenset(BODY_FIELDS)
 
 _NUMBERS = frozenset((int, float))
@@ -251,18 +223,6 @@ _SHAPE_DEFAULTS = (
     ("collision_group", "colliding", ("shapes", "collisions")),
 )
 """Keys of a body that say something of its shapes, of which kind, and the lists that hold these."""
-
-_INERTIA_TYPE = field_type("inertia")
-
-
-def lower_inertial(given: Any, owner: Origin, fields: FieldLowerer) -> Inertial:
-    """The mass properties under the key `inertial` of a body or a link. `owner`: of the node that has the key."""
-    place = owner.child("inertial")
-    return Inertial(
-        fields.value(given.mass, BODY_FIELDS["mass"][1], place, "mass"),
-        local_pose(given.com, owner, ("inertial", "com"), "a centre of mass", fields, reset=True),
-        fields.value(given.inertia, _INERTIA_TYPE, place, "inertia"),
-    )
 
 
 class BodyLowerer:

@@ -6,14 +6,15 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.plan.properties import ANY, QUANTITIES
+from scenecc.plan.properties import ANY, QUANTITIES, Bounds, Property, properties_of
+from scenecc.spec.body import MOTION_AXES
 from scenecc.variation import forms
 from scenecc.variation.conversions import CONVERSIONS
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.plan.properties import Bounds, Dtype
+    from scenecc.plan.properties import Dtype
 
 
 def report_exclusive_keys(
@@ -150,3 +151,21 @@ POSITION = vector(3)
 
 COMPONENT_TYPES: dict[Dtype, FieldType] = {dtype: FieldType(dtype=dtype) for dtype in ("float64", "int64", "bool")}
 """One number of a vector."""
+
+
+def _locked(axes: list[str]) -> tuple[bool, ...]:
+    return tuple(axis in axes for axis in MOTION_AXES)
+
+
+def _field_type(row: Property) -> FieldType:
+    if row.field == "disable_gravity":
+        return field_type(row.field, conversion="opposite", fallback=False)
+    if row.field == "locked_motion_axes":
+        return FieldType((6,), "bool", convert=_locked)
+    return field_type(row.field)
+
+
+BODY_FIELDS: dict[str, tuple[str, FieldType]] = {
+    row.key: (row.field, _field_type(row)) for row in properties_of("mass", "body", "groups", "look")
+}
+"""Key of the language → field of the plan, and what a row of it holds."""

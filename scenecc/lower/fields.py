@@ -2,34 +2,66 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.diagnostic import dotted
+from scenecc.diagnostics.diagnostic import Origin, PathKey, dotted
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.lower.deferred_checks import DeferredCheck, ResettableValue, report_draw_failure
-from scenecc.lower.variation import VARYING, VariationLowerer, field_place
+from scenecc.lower.deferred_checks import (
+    DeferredCheck,
+    PossibleFailure,
+    ResettableValue,
+    VaryingArgument,
+    report_draw_failure,
+    warn_may_fail,
+)
+from scenecc.lower.field_types import COMPONENT_TYPES, FieldType, drawn_shape
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.scene import is_unnamed_draw, kept_draw_name
-from scenecc.variation.nodes import BUILTIN_NAMES, NODE_TYPES, Rows, holds_infinity
-from scenecc.variation.operations import COMPUTE_LIMIT_HINT, DrawError, OperationCounter
+from scenecc.variation.distributions import DISTRIBUTIONS
+from scenecc.variation.forms import (
+    MISSING,
+    ONCE,
+    SELECTORS,
+    Cycle,
+    DrawForm,
+    Once,
+    PerScene,
+    RandomRotation,
+    SceneMap,
+    Shuffle,
+    Template,
+    Vector,
+)
+from scenecc.variation.nodes import (
+    BUILTIN_NAMES,
+    NODE_TYPES,
+    Chosen,
+    Computed,
+    Converted,
+    Cycled,
+    Drawn,
+    Key,
+    Node,
+    RandomRotated,
+    Rows,
+    Shared,
+    Shuffled,
+    Stacked,
+    holds_infinity,
+)
+from scenecc.variation.operations import COMPUTE_LIMIT_HINT, DrawError, OperationCounter, expression_cost, form_cost
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.deferred_checks import PossibleFailure
-    from scenecc.lower.draws import VaryingArgument
-    from scenecc.lower.field_types import FieldType
     from scenecc.variation.bounds import ValueBounds
     from scenecc.variation.evaluation import Batch
-    from scenecc.variation.forms import Template
     from scenecc.variation.node_bounds import BoundsAnalysis
-    from scenecc.variation.nodes import Node
-
 
 _ARRAY_KINDS = {"float64": "fi", "int64": "i", "bool": "b"}
 """Kinds of arrays that become a field's."""
@@ -114,8 +146,6 @@ class FieldLowerer:
         """Defers the check of a value until sampling, and reports errors that are certain or possible."""
         deferred = DeferredCheck(value, kind, self.scenes, origin, variation.origins)
         if variation.risky:
-            from scenecc.lower.deferred_checks import warn_may_fail  # noqa: PLC0415 - loaded where something varies
-
             warn_may_fail(deferred, variation, self)
         self.sampling.deferred.append(deferred)
 
@@ -337,3 +367,270 @@ class SamplingContext:
         if found is None:
             found = self._fields[key] = FieldLowerer(self, scenes, listed, scope)
         return found
+
+
+VARYING = SELECTORS | {DrawForm, RandomRotation, Shuffle, Vector, Template}
+"""All that may stand in place of a plain value, by type."""
+
+FormStep = tuple["PathKey", ...]
+
+
+@frozen
+class FieldPlace:
+    """Where a varying value stands.
+
+    Attributes:
+        origin: its node.
+        path: of the field within its object, as draws are keyed by it.
+        word: the component's number, where it is one of several that share the path.
+    """
+
+    origin: Origin
+    path: str
+    word: int = 0
+
+    def inside(self, step: FormStep) -> FieldPlace:
+        """The place of an item of a form."""
+        steps = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in step)
+        # A shared draw's own path is empty.
+        return FieldPlace(self.origin.child(*step), (self.path + steps).removeprefix("."), self.word)
+
+    def key(self, name: str) -> FieldPlace:
+        """The place of a key of the mapping here."""
+        return FieldPlace(self.origin.child(name), f"{self.path}.{name}")
+
+
+def field_place(origin: Origin) -> FieldPlace:
+    """The place of a field of a named object; in a document every field is one."""
+    return FieldPlace(origin, _path(origin.path[2:]))
+
+
+# Copies have the same fields, and few fields have forms.
+_path = lru_cache(maxsize=1024)(dotted)
+
+
+LeafReader = Callable[[Any, FieldPlace, FormStep], Any]
+"""Reads what is no selector: (given, place of the form around it, steps from there) to an item."""
+
+
+class VariationLowerer:
+    """Reads the forms of one field.
+
+    Attributes:
+        drawn: whether it has draws of its own.
+        computed: whether it has expressions.
+        broken: whether something of it was reported, so that its placeholder means nothing.
+        reads: the shared draws that its expressions read, and those that its `once` stand for.
+        cycled: whether it has alternatives that no scene may have.
+        risky: whether it can have no value in some scene, or one out of its range.
+        origins: of the nodes that can have no value, by identity; the nodes are kept with them.
+    """
+
+    def __init__(self, fields: FieldLowerer, origin: Origin) -> None:
+        fields.sampling.read += 1
+        self._fields = fields
+        self._section: Any = origin.path[0]
+        self._name = str(origin.path[1])
+        self.drawn = False
+        self.computed = False
+        self.cycled = False
+        self.risky = False
+        self.broken = False
+        self.reads: set[str] = set()
+        self.origins: dict[int, tuple[Any, Origin]] = {}
+
+    @property
+    def known(self) -> bool:
+        """Whether its values follow from the scene's index alone, and without an expression."""
+        return not self.drawn and not self.computed and not self.reads
+
+    def join(self, other: VariationLowerer) -> None:
+        """Takes in what is known of another field that this one's value is made of."""
+        self.drawn |= other.drawn
+        self.computed |= other.computed
+        self.cycled |= other.cycled
+        self.risky |= other.risky
+        self.broken |= other.broken
+        self.reads |= other.reads
+        self.origins |= other.origins
+
+    def risk(self, node: Any, origin: Origin) -> Any:
+        """Remembers the origin of a node that may have no value."""
+        self.risky = True
+        self.origins[id(node)] = (node, origin)
+        return node
+
+    def item(self, given: Any, kind: FieldType, place: FieldPlace) -> Any:
+        """What is written as an item of a node: a node, or a plain row."""
+
+        def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
+            return self._leaf(one, kind, around, step)
+
+        return self.select(given, place, leaf)
+
+    def select(self, given: Any, place: FieldPlace, leaf: LeafReader, step: FormStep = ()) -> Any:
+        """As `item`, where `leaf` reads what no selector holds."""
+        if given.__class__ not in SELECTORS:
+            return leaf(given, place, step)
+        place = place.inside(step) if step else place
+        match given:
+            case PerScene(items):
+                return self._per_scene(items, place, leaf)
+            case SceneMap():
+                return self._by_scene(given, place, leaf)
+            case Once(form):
+                return self._kept(form, place, leaf)
+            case Cycle(items):
+                self.cycled = True
+                return Cycled(self._each(items, "cycle", place, leaf))
+            case _:
+                self.drawn = True
+                items = self._each(given.items, "choice", place, leaf)
+                return Chosen(items, given.weights, self._key(place), place.word)
+
+    def _kept(self, form: Any, place: FieldPlace, leaf: LeafReader) -> Any:
+        """What stays as it is built: drawn as the form alone would be, as a shared draw that no reset draws anew."""
+        drawn, reads = self.drawn, self.reads
+        self.drawn, self.reads = False, set()
+        item = self.select(form, replace(place, origin=place.origin.child(ONCE)), leaf)
+        if self.drawn or not self._fields.sampling.random.isdisjoint(self.reads):
+            item = Shared(self._fields.keep(item, place.origin, self.reads))
+            self.reads = {item.name}
+        self.drawn, self.reads = drawn, reads | self.reads
+        return item
+
+    def _each(self, items: tuple[Any, ...], name: str, place: FieldPlace, leaf: LeafReader) -> tuple[Any, ...]:
+        return tuple(self.select(one, place, leaf, (name, i)) for i, one in enumerate(items))
+
+    def _per_scene(self, items: tuple[Any, ...], place: FieldPlace, leaf: LeafReader) -> Any:
+        scenes = self._fields.listed
+        if len(items) != len(scenes):
+            self.broken = True
+            message = f"{_count(len(items), 'value')} for {_count(len(scenes), 'scene')}"
+            hint = "one for each scene that the object is in, by ascending index; or {per_scene: {0: …, default: …}}"
+            self._fields.sink.report("SC314", message, place.origin.child("per_scene"), hint=hint)
+            return self.select(items[0], place, leaf, ("per_scene", 0)) if items else 0.0
+        return Rows(scenes, self._each(items, "per_scene", place, leaf))
+
+    def _by_scene(self, given: SceneMap, place: FieldPlace, leaf: LeafReader) -> Any:
+        scenes = self._fields.listed
+        origin = place.origin.child("per_scene")
+        read: dict[int, Any] = {
+            scene: self.select(one, place, leaf, ("per_scene", str(scene))) for scene, one in given.items
+        }
+        default = given.default
+        if self._fields.partial and default is MISSING:
+            known = tuple(sorted(read))
+            return Rows(known, tuple(read[scene] for scene in known))
+        if default is not MISSING:
+            default = self.select(default, place, leaf, ("per_scene", "default"))
+        elif missing := set(scenes) - read.keys():
+            self.broken = True
+            message = f"there is no value for scene {min(missing)}"
+            self._fields.sink.report("SC315", message, origin, hint="add it, or a `default`")
+            default = next(iter(read.values()), 0.0)
+        # A prefab does not know in which scenes it is used.
+        if not self._fields.scope and (extra := read.keys() - set(scenes)):
+            scene = min(extra)
+            message = f"scene {scene} is none that the object is in"
+            self._fields.sink.report("SC315", message, origin.child(str(scene)), at="key", hint="leave it out")
+        return Rows(scenes, tuple(read.get(scene, default) for scene in scenes))
+
+    def _leaf(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
+        if given.__class__ not in VARYING:
+            return self.plain(given, kind, around, step)
+        place = around.inside(step) if step else around
+        match given:
+            case Template():
+                return self._computed(given, kind, place)
+            case Vector(items):
+                return self._stacked(items, kind, place)
+            case RandomRotation():
+                self.drawn = True
+                return RandomRotated(self._key(place))
+            case Shuffle(items):
+                self.drawn = True
+                count, row = len(items), self.plain(items, kind, around, step)
+                return Shuffled(tuple(row[:count]), self._key(place, count), place.word * count, tuple(row[count:]))
+            case _:
+                return self._drawn(given, kind, place)
+
+    def plain(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
+        """A plain value as a row; the kind's own where it was reported."""
+        if kind.convert is None:
+            return given
+        made = kind.convert(given)
+        if made is not None:
+            return made
+        self.broken = True
+        if kind.complain is not None:
+            kind.complain(given, around.origin.child(*step), self._fields.sink)
+        return kind.fallback
+
+    def _computed(self, given: Template, kind: FieldType, place: FieldPlace) -> Any:
+        names = self._fields.draw_names(given, place.origin)
+        if names is None:
+            self.broken = True
+            return kind.fallback
+        self.computed = True
+        self.reads |= set(names.values())
+        reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
+        shape = None if kind.convert is not None else kind.shape
+        self._fields.sampling.count_operations(expression_cost(given.text, len(self._fields.scenes)), place.origin)
+        node = self.risk(Computed(given if given.scope is None else given.within(None), shape, reads), place.origin)
+        return node if kind.conversion is None else Converted(node, kind.conversion)
+
+    def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: FieldPlace) -> Any:
+        one = component(kind)
+        # Of a matrix each row has words of its own.
+        first = place.word * len(items)
+        places = (FieldPlace(place.origin.child(j), place.path, first + j) for j in range(len(items)))
+        parts = [self.item(item, one, at) for item, at in zip(items, places, strict=True)]
+        if kind.pad is not None and len(parts) < kind.shape[0]:
+            parts.append(kind.pad)
+        return Stacked(tuple(parts))
+
+    def _drawn(self, given: DrawForm, kind: FieldType, place: FieldPlace) -> Any:
+        self.drawn = True
+        drawn = DISTRIBUTIONS[given.kind]
+        if kind.free:
+            kind = replace(kind, shape=drawn_shape(given.operands))
+        single = not kind.shape or (kind.wide and not any(_is_vector(bound) for bound in given.operands))
+        one = component(kind) if single else kind
+        steps = drawn.steps(len(given.operands))
+        items = [self._bound(bound, one, place, step) for bound, step in zip(given.operands, steps, strict=True)]
+        for i, role in enumerate(drawn.roles):
+            if role == "deviation" and one.pad is not None and _is_vector(items[i]):
+                # What is left out does not vary.
+                items[i] = (*items[i][:3], 0.0) if len(given.operands[i]) < len(items[i]) else items[i]
+        node = Drawn(given.kind, tuple(items), one.shape, self._key(place, drawn.cost), place.word)
+        if not NODE_TYPES.isdisjoint(map(type, items)):
+            # Bounds that vary may change places in some scene.
+            self.risk(node, place.origin)
+        return Stacked((node,) * kind.shape[0]) if single and kind.shape else node
+
+    def _bound(self, given: Any, kind: FieldType, place: FieldPlace, step: FormStep) -> Any:
+        if given.__class__ in VARYING:
+            return self.item(given, replace(kind, conversion=None), place.inside(step))
+        if kind.complain is not None and kind.convert is not None:
+            # What no value may be, a bound may: 0 points nowhere, and is a deviation, or the end of a range.
+            made = kind.convert(given)
+            return tuple(given) if made is None else made
+        return given if kind.convert is None else self.plain(given, kind, place, step)
+
+    def _key(self, place: FieldPlace, cost: int = 1) -> Key:
+        self._fields.sampling.count_operations(form_cost(cost * len(self._fields.scenes)), place.origin)
+        return Key(self._section, self._name, place.path)
+
+
+def component(kind: FieldType) -> FieldType:
+    """The kind of one number of a vector, or of one row of a matrix."""
+    return COMPONENT_TYPES[kind.dtype] if len(kind.shape) < 2 else replace(kind, shape=kind.shape[1:])
+
+
+def _is_vector(item: Any) -> bool:
+    return isinstance(item, tuple | list | Vector)
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.geometry.rotations import IDENTITY
+from scenecc.geometry.rotations import IDENTITY, Pose7
 from scenecc.lower.deferred_checks import report_draw_failure
 from scenecc.lower.field_types import report_unused_key
+from scenecc.lower.fields import FieldLowerer, FieldPlace, VariationLowerer
 from scenecc.lower.link_frames import LinkFrame, LinkPoseLowerer, composed, find_link, fix_initial_positions
 from scenecc.lower.poses import POSE, lower_pose, pose_item, pose_varies
 from scenecc.lower.references import name_prefixes
-from scenecc.lower.variation import FieldPlace, VariationLowerer
 from scenecc.plan import literal
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.spec.pose import PoseMapping
-from scenecc.variation.nodes import NODE_TYPES, Placed, Rows, Shared
+from scenecc.variation.nodes import NODE_TYPES, Node, Placed, Rows, Shared
 from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
@@ -27,11 +27,8 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.geometry.rotations import Pose7
-    from scenecc.lower.fields import FieldLowerer
     from scenecc.plan import ArticulationStructure, BodyStructure, Value
     from scenecc.spec.references import NameScopes
-    from scenecc.variation.nodes import Node
 
 _SHOWN = 20
 """How many members of a circle are named."""

@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, compose, from_axis_angle
-from scenecc.lower.deferred_checks import report_draw_failure
+from scenecc.lower.deferred_checks import (
+    ResettableValue,
+    built_limit_items,
+    drawn_limit_items,
+    report_draw_failure,
+    reset_node,
+)
+from scenecc.lower.fields import VariationLowerer
 from scenecc.lower.local_poses import inverse_pose, seven_numbers
-from scenecc.lower.variation import VariationLowerer
 from scenecc.plan import BodyStructure
 from scenecc.plan.link_poses import steps_across
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
@@ -21,7 +27,6 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.deferred_checks import ResettableValue
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.plan import ArticulationStructure, Value
     from scenecc.plan.articulation import Joint, Link
@@ -42,6 +47,7 @@ def find_link(
     link: str | None,
     place: Origin,
     sink: Sink,
+    span: tuple[int, int] | None = None,
 ) -> str | None:
     """The name of a link that every structure of an articulation has; None where it was reported.
 
@@ -51,6 +57,7 @@ def find_link(
         link: as written; None: the root.
         place: of the name.
         sink: takes the diagnostic.
+        span: the part of the text at `place`; None: all of it.
     """
     each = [[one.name for one in other.links] for other in structures if not isinstance(other, BodyStructure)]
     shared = set(each[0]).intersection(*each[1:])
@@ -61,7 +68,7 @@ def find_link(
     message = f"no link of `{cut(entity)}` is called `{cut(name)}`"
     if len(structures) > 1:
         message = f"not every robot that `{cut(entity)}` may be has a link `{cut(name)}`"
-    sink.report("SC331", message, place, hint=hint)
+    sink.report("SC331", message, place, hint=hint, span=span)
     return None
 
 
@@ -168,12 +175,6 @@ class LinkPoseLowerer:
         return self._drawn_anew(reset)
 
     def _drawn_anew(self, reset: ResettableValue) -> Node:
-        from scenecc.lower.resets import (  # noqa: PLC0415 - loaded where something varies
-            built_limit_items,
-            drawn_limit_items,
-            reset_node,
-        )
-
         def limit_items(limits: Value, scenes: tuple[int, ...]) -> Iterator[Any]:
             drawn = self._fields.sampling.resets.get(id(limits))
             return built_limit_items(limits, scenes) if drawn is None else drawn_limit_items(self._drawn_anew(drawn))

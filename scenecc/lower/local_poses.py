@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.geometry import rotations
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, compose, shortest_from_x, turned
-from scenecc.lower.field_types import FieldType, report_unused_key, vector
+from scenecc.lower.field_types import BODY_FIELDS, FieldType, field_type, report_unused_key, vector
+from scenecc.lower.fields import VARYING, FieldLowerer, VariationLowerer, field_place
 from scenecc.lower.poses import POSE, direction, lower_pose, pose_item, pose_varies
-from scenecc.lower.variation import VARYING, VariationLowerer, field_place
-from scenecc.plan import Value, literal, per_scene, varying
+from scenecc.plan import Inertial, Value, literal, per_scene, varying
 from scenecc.plan.geometry import LYING_SOLIDS, REVOLVED_SOLIDS
-from scenecc.plan.link_poses import step_poses
+from scenecc.plan.link_poses import PoseStep, step_poses
 from scenecc.spec.pose import PoseMapping
 from scenecc.variation.nodes import NODES
 
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.fields import FieldLowerer
-    from scenecc.plan.link_poses import PoseStep
-
 
 AXIS_TURNS: dict[str, Quat] = {
     "x": IDENTITY,
@@ -35,6 +32,7 @@ AXIS_TURNS: dict[str, Quat] = {
 
 _NORMAL = vector(3)
 _OFFSET = FieldType()
+_INERTIA = field_type("inertia")
 
 
 def local_pose(
@@ -233,3 +231,13 @@ def _step_rows(step: PoseStep, scenes: tuple[int, ...]) -> NDArray[Any]:
     if len(data) > 1 and step.scenes is not scenes:
         data = data[np.searchsorted(step.scenes, scenes)]
     return step_poses(step, np.broadcast_to(data, (len(scenes), *data.shape[1:])))
+
+
+def lower_inertial(given: Any, owner: Origin, fields: FieldLowerer) -> Inertial:
+    """The mass properties under the key `inertial` of a body or a link. `owner`: of the node that has the key."""
+    place = owner.child("inertial")
+    return Inertial(
+        fields.value(given.mass, BODY_FIELDS["mass"][1], place, "mass"),
+        local_pose(given.com, owner, ("inertial", "com"), "a centre of mass", fields, reset=True),
+        fields.value(given.inertia, _INERTIA, place, "inertia"),
+    )

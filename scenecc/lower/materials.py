@@ -8,21 +8,17 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.field_types import COLOR, EMISSION, FieldType, field_type
-from scenecc.lower.references import qualified, read_references, scope_of
-from scenecc.lower.variation import field_place
+from scenecc.lower.fields import FieldLowerer, FieldPlace, field_place
+from scenecc.lower.references import PlanTables, qualified, read_references, scope_of
 from scenecc.plan import Value, literal
 from scenecc.plan.body import Friction, PhysicalMaterial, Texture, VisualMaterial
-from scenecc.spec.shapes import Material, TextureMapping
+from scenecc.spec.shapes import Material, Physical, TextureMapping, Visual
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.fields import FieldLowerer
-    from scenecc.lower.references import PlanTables
-    from scenecc.lower.variation import FieldPlace
-    from scenecc.spec.shapes import Physical, Visual
 
 NUMBERS = ("specular", "roughness", "metallic", "transmission", "ior", "transmission_roughness")
 TEXTURES = (

@@ -5,28 +5,39 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE, MAX_COORDINATE
 from scenecc.lower.field_types import FieldType, field_type, report_exclusive_keys, report_unused_key
-from scenecc.lower.placing_areas import warn_of_areas
+from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
 from scenecc.lower.poses import ROTATIONS, pose_item, warn_probable_degrees
 from scenecc.lower.rendering import MountLookup
-from scenecc.lower.variation import VariationLowerer, field_place
-from scenecc.plan import ArticulationStructure, Mount, Nearness, Placement, Value, literal
-from scenecc.plan.geometry import Plane
-from scenecc.plan.properties import MAX_COORDINATE
+from scenecc.meshes.surface import MeshError
+from scenecc.placing.bodies import Part, UnsupportedShapeError, entity_parts, matrices, rows_in, rows_of
+from scenecc.placing.place import Placer, PlacingError
+from scenecc.placing.proof import find_overlap
+from scenecc.placing.regions import headings, rectangle_of
+from scenecc.placing.surfaces import area_of, footprint, upward_surfaces
+from scenecc.plan import ArticulationStructure, BodyStructure, Mount, Nearness, Placement, Value, literal
+from scenecc.plan.geometry import Box, Capsule, Cylinder, Plane, Primitive, Sphere
 from scenecc.spec.pose import PoseMapping
+from scenecc.variation.evaluation import Batch
 from scenecc.variation.nodes import NODES, FromAxisAngle, Posed, Radians
+from scenecc.variation.operations import COMPUTE_LIMIT_HINT, ComputeLimitError, DrawError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Container, Iterable, Iterator, Mapping
 
-    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.diagnostics import Sink
+    from scenecc.geometry.rotation_arrays import Floats
     from scenecc.lower.entities import EntityLowerer
-    from scenecc.lower.fields import FieldLowerer
-    from scenecc.plan import CollisionShape, Entity
+    from scenecc.lower.frames import FrameGraph
+    from scenecc.plan import CollisionShape, Entity, ScenePlan
     from scenecc.spec.document import SceneFile
     from scenecc.spec.references import NameScopes
+
 
 _KINDS = ("on", "inside", "above")
 _WHERE = ("at", "region")
@@ -361,8 +372,186 @@ def _read_entities(one: Placement) -> Iterator[tuple[str, Origin]]:
         yield near.entity, origin.child("near")
 
 
-def lower_placements(
-    scene: SceneFile, built: tuple[Entity, ...], entities: EntityLowerer, names: NameScopes, origin: Origin
-) -> tuple[Placement, ...]:
-    """The placements of a document, in the order in which they are made. Arguments are those of `PlacementLowerer`."""
-    return PlacementLowerer(scene, built, entities, names, origin).lower()
+_KNOWN = (Box, Sphere, Capsule, Cylinder, Plane)
+
+
+def warn_of_areas(
+    placements: Iterable[Placement], upright: Container[str], entities: Mapping[str, Entity], sink: Sink
+) -> None:
+    """Warns where footprints are together larger than the surfaces of their target, or a region is outside of it.
+
+    Args:
+        placements: in their order.
+        upright: those that are turned about z at most.
+        entities: of the plan, by name.
+        sink: takes the warnings.
+    """
+    taken: dict[str, float] = {}
+    tops: dict[str, float | None] = {}
+    for one in placements:
+        name = one.target.entity
+        if one.name in upright and _is_outside(one, entities) and one.origin is not None:
+            key = "region" if one.at is None else "at"
+            message = f"`{cut(one.name)}` cannot fit: its `{key}` is outside of `{one.target}`"
+            hint = "it is in the axes of the target, from its origin; `relative_to` names other axes"
+            sink.report("SC355", message, one.origin.child(key), hint=hint)
+            continue
+        if one.kind != "on" or one.name not in upright or len(one.scene_idxs) < len(entities[name].scene_idxs):
+            continue
+        if name not in tops:
+            tops[name] = _top_area(entities[name])
+        top, area = tops[name], sum(_footprint_area(entities[member]) for member in one.entities[:1])
+        if top is None or one.origin is None:
+            continue
+        before = taken.get(name, 0.0)
+        taken[name] = before + area
+        if before <= top < taken[name]:
+            what = "with what is placed there before it has" if before else "it has"
+            message = f"`{cut(one.name)}` cannot fit: {what} {taken[name]:.3g} m² of footprint, and "
+            message += f"`{cut(name)}` has {top:.3g} m²"
+            sink.report("SC355", message, one.origin.child("on"), hint="make the target larger, or place fewer")
+
+
+def _parts(entity: Entity) -> list[Part] | None:
+    """The parts of an entity of which nothing varies and no file is read; None of any other."""
+    (structure, *others) = entity.structures
+    if others or not isinstance(structure, BodyStructure):
+        return None
+    for shape in structure.collisions:
+        values = shape.geometry.values if isinstance(shape.geometry, Primitive) else ()
+        poses = () if shape.pose is None else (shape.pose,)
+        if not isinstance(shape.geometry, _KNOWN) or not all(value.is_constant for value in (*values, *poses)):
+            return None
+    return entity_parts(entity, (), Batch(np.array(entity.scene_idxs[:1]), 0, 1, {}, {}))
+
+
+def distance_beyond_target(one: Placement, plan: ScenePlan) -> str | None:
+    """What is said where it shall be farther from what stands on its target than that is large; None elsewhere.
+
+    Args:
+        one: that fits nowhere.
+        plan: that it is of.
+    """
+    target = next(entity for entity in plan.entities if entity.name == one.target.entity)
+    surfaces = _top_surfaces(target) if one.kind == "on" else None
+    if not surfaces:
+        return None
+    across = float(np.hypot(*np.ptp(np.concatenate(surfaces), axis=0)))
+    beside = {name for other in plan.placements if other.target == one.target for name in other.entities}
+    distances = [("apart", one.apart), *(("near", each.least) for each in one.near if each.entity in beside)]
+    key, distance = max(distances, key=lambda each: each[1])
+    if distance <= across:
+        return None
+    return f"`{key}` asks for {distance:g} m, and the top of `{cut(target.name)}` is {across:.3g} m across"
+
+
+def _top_area(entity: Entity) -> float | None:
+    """All upward surfaces of an entity together [m²]; None where that is not known, or without an end."""
+    surfaces = _top_surfaces(entity)
+    return None if surfaces is None else sum(map(area_of, surfaces))
+
+
+def _top_surfaces(entity: Entity) -> list[Floats] | None:
+    """The corners of all upward surfaces of an entity (·, 2); None where they are not known, or without an end."""
+    parts = _parts(entity) if entity.pose.is_constant else None
+    if not parts:
+        return None
+    pose = entity.pose.data
+    surfaces = [one for part in parts for one in upward_surfaces(part.moved(matrices(pose[:, 3:]), pose[:, :3]))]
+    corners = [one.corners[0] for one in surfaces if one.corners is not None]
+    return corners if len(corners) == len(surfaces) else None
+
+
+def _is_outside(one: Placement, entities: Mapping[str, Entity]) -> bool:
+    """Whether no surface of the target is so near to the region that what is placed there can stand on it whole."""
+    target = entities[one.target.entity]
+    where = [value for value in (one.at, one.low, one.high, one.center, one.radius) if value is not None]
+    known = target.pose.is_constant and all(value.is_constant for value in where) and len(one.entities) == 1
+    if not known or not where or one.target.link is not None or not (one.frame is None or one.frame.is_constant):
+        return False
+    parts, own = _parts(target), _parts(entities[one.entities[0]])
+    if not parts or not own:
+        return False
+    pose = target.pose.data
+    parts = [part.moved(matrices(pose[:, 3:]), pose[:, :3]) for part in parts]
+    if any(part.is_plane for part in parts):
+        return False
+    surfaces = [surface for part in parts for surface in upward_surfaces(part)]
+    polygons = [(footprint(parts, 0)[None], surfaces[0].there)] if one.kind != "on" and surfaces else []
+    polygons = polygons or [(surface.corners, surface.there) for surface in surfaces]
+    axes = pose if one.frame is None else one.frame.data
+    top = rectangle_of(polygons, axes[:, :3], headings(axes[:, 3:]))[0]
+    ends = [value.data[0, :2] for value in where if value.data.ndim == 2]
+    gap = np.maximum(np.maximum(np.min(ends, axis=0) - top[2:], top[:2] - np.max(ends, axis=0)), 0.0)
+    reach = np.hypot(*footprint(own, 0).T).max() + (0.0 if one.radius is None else float(one.radius.data[0]))
+    return bool(np.hypot(*gap) > reach)
+
+
+def _footprint_area(entity: Entity) -> float:
+    """The area of a footprint at least [m²]; 0 where it is not known."""
+    parts = _parts(entity)
+    # Polygons around round shapes are larger by less than this.
+    return area_of(footprint(parts, 0)) / 1.001 if parts else 0.0
+
+
+def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGraph, sink: Sink) -> None:
+    """Finds the places of all placements of a plan, which values that follow them read from then on.
+
+    Args:
+        plan: whose placements have their recipes.
+        sampling: of the document; takes the poses.
+        frames: poses of the document.
+        sink: takes what fits nowhere.
+    """
+    scenes = np.arange(plan.num_scenes)
+    batch = Batch(scenes, sampling.seed, plan.num_scenes, sampling.draws, {}, sampling.computed)
+    placement = plan.placements[0]
+    origin = placement.origin or Origin(None)
+    try:
+        standing: dict[str, Floats] = {}
+        local: dict[str, Floats] = {}
+        for entity in plan.entities:
+            (local if frames.placed_root(entity.name) else standing)[entity.name] = _pose(entity, frames, batch)
+        still = {one.name for one in plan.placements if all(map(frames.is_fixed, one.entities))}
+        drawn_anew = {one.name for one in plan.entities if not one.pose.known and not frames.is_fixed(one.name)}
+        placer = Placer(plan, batch, standing, local, still, drawn_anew)
+        for placement in plan.placements:
+            origin = placement.origin or origin
+            placer.place(placement)
+            # Whatever stands relative to it reads its place while the next is placed.
+            sampling.placed.update(batch.placed)
+        overlap = find_overlap(plan, batch, placer.poses)
+        if overlap is not None:
+            sink.report("SC356", overlap, origin)
+    except PlacingError as error:
+        first = error.scenes[0]
+        message = f"in scene {first}: {error.message}"
+        if len(error.scenes) > 1:
+            message += f", nor in {len(error.scenes) - 1} other scenes"
+        message += f"; {error.why}" if error.why else ""
+        hint = distance_beyond_target(placement, plan)
+        hint = hint or "make the region larger, `apart` or the things smaller, or place fewer"
+        sink.report("SC354", message, origin, hint=hint)
+    except UnsupportedShapeError as error:
+        sink.report("SC357", f"nothing can be placed beside {error}", origin)
+    except MeshError as error:
+        sink.report(error.code, error.message, origin, hint=error.hint)
+    except ComputeLimitError as error:
+        sink.report("SC609", error.message, origin, hint=COMPUTE_LIMIT_HINT)
+    except DrawError as error:
+        sink.report("SC515", f"in scene {error.scene}: {error.message}", origin)
+
+
+def _pose(entity: Entity, frames: FrameGraph, batch: Batch) -> Floats:
+    """The pose of an entity in all scenes, (N, 7): in the world, or relative to what is placed of it."""
+    rows, there = rows_in(entity.scene_idxs, batch.scenes)
+    root = frames.placed_root(entity.name)
+    if root is None:
+        return np.asarray(rows_of(entity.pose, rows), np.float64)
+    found = np.tile(np.array(IDENTITY_POSE), (len(rows), 1))
+    world: Any = frames.frame_pose(entity.name).world
+    if world.__class__ in NODES:
+        part = Batch(batch.scenes[there], batch.seed, batch.num_scenes, batch.draws, batch.given, batch.work)
+        part.placed = {root: np.tile(np.array(IDENTITY_POSE), (batch.num_scenes, 1))}
+        found[there] = part.evaluate(world)
+    return found

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.geometry import rotations
 from scenecc.geometry.rotations import (
+    AXES,
     EXACT_UNIT_TOLERANCE,
     IDENTITY,
     IDENTITY_POSE,
@@ -21,10 +22,10 @@ from scenecc.geometry.rotations import (
     Vec3,
 )
 from scenecc.lower.field_types import POSITION, FieldType, field_type, report_exclusive_keys, vector
-from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
+from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import Value, literal
 from scenecc.plan.properties import Bounds
-from scenecc.spec.pose import AXES, AxisAngle, PoseMapping
+from scenecc.spec.pose import AxisAngle, PoseMapping
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import (
     Choice,
@@ -45,8 +46,6 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin, Path
-    from scenecc.lower.fields import FieldLowerer
-
 
 _FIXED_LENGTH = 0.05
 """How far from 1 the length of a quaternion may be that was only rounded: 0.7 for 0.7071 is 0.01 off."""

@@ -5,7 +5,7 @@ table of the plan.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
@@ -13,22 +13,19 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 from scenecc.diagnostics.messages import show
 from scenecc.lower.deferred_checks import depends_on_scene_only, report_draw_failure
 from scenecc.lower.field_types import FieldType
-from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
+from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.variation.forms import SELECTORS
-from scenecc.variation.nodes import NODES, Computed
+from scenecc.variation.nodes import NODES, Computed, Node
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
 
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.fields import FieldLowerer
     from scenecc.robots.description import RobotDescription
-    from scenecc.variation.nodes import Node
 
 
 def name_prefixes(name: str, shortest: int = 0) -> Iterator[str]:
@@ -215,7 +212,7 @@ def possible_values(
         unknown: the message if they cannot be determined.
         advice: what can be written then.
     """
-    from scenecc.variation.enumeration import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.node_bounds import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
     from scenecc.variation.operations import ComputeLimitError, DrawError  # noqa: PLC0415 - likewise
 
     try:

@@ -17,11 +17,11 @@ from scenecc.lower.field_types import (
     report_exclusive_keys,
     report_unused_key,
 )
+from scenecc.lower.fields import FieldLowerer, FieldPlace, VariationLowerer, field_place
 from scenecc.lower.link_frames import find_link
 from scenecc.lower.local_poses import report_unused_anchor
 from scenecc.lower.poses import POSE, lower_angle, pose_item
-from scenecc.lower.references import name_prefixes
-from scenecc.lower.variation import FieldPlace, VariationLowerer, field_place
+from scenecc.lower.references import PlanTables, name_prefixes
 from scenecc.plan import ArticulationStructure, Value, literal
 from scenecc.plan.body import Mount
 from scenecc.plan.rendering import (
@@ -41,7 +41,7 @@ from scenecc.plan.rendering import (
     TexturedLight,
 )
 from scenecc.spec.pose import PoseMapping
-from scenecc.spec.references import qualified_name
+from scenecc.spec.references import NameScopes, qualified_name
 from scenecc.variation.forms import alternative_values
 from scenecc.variation.nodes import Pointing, Posed
 
@@ -51,13 +51,10 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin, RelatedPlace
     from scenecc.lower.entities import EntityLowerer
-    from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.materials import MaterialLowerer
-    from scenecc.lower.references import PlanTables
     from scenecc.plan import Entity
     from scenecc.spec.document import SceneFile
-    from scenecc.spec.references import NameScopes
     from scenecc.spec.rendering import CameraSpec as CameraKeys
     from scenecc.spec.rendering import EnvironmentSpec as EnvironmentKeys
 
@@ -81,7 +78,15 @@ class MountLookup:
         self._names = names
         self._sink = sink
 
-    def find(self, written: str, scope: str, scenes: tuple[int, ...], place: Origin) -> Mount | None:
+    def find(
+        self,
+        written: str,
+        scope: str,
+        scenes: tuple[int, ...],
+        place: Origin,
+        *,
+        span: tuple[int, int] | None = None,
+    ) -> Mount | None:
         """What is meant; None where it was reported.
 
         Args:
@@ -89,6 +94,7 @@ class MountLookup:
             scope: in which it is written; "" for the document.
             scenes: in which it must exist.
             place: of the name.
+            span: the part of the text at `place`; None: all of it.
         """
         prefix = self._names.prefixes.get(scope, "")
         if written.startswith("/"):
@@ -100,9 +106,9 @@ class MountLookup:
             seen = list(self._seen_from(prefix, scope))
             inside = tuple(name[len(prefix) :] for name in self._entities if name.startswith(f"{prefix}{written}/"))
             hint = listed(inside) or suggest_name(written, seen, self._sink, self._links_of(prefix, seen))
-            self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint)
+            self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint, span=span)
             return None
-        mount = self._link(entity, rest, place)
+        mount = self._link(entity, rest, place, span)
         missing = None if entity.scene_idxs is scenes else set(scenes).difference(entity.scene_idxs)
         if mount is not None and missing:
             self._absent(entity, min(missing), place)
@@ -138,13 +144,13 @@ class MountLookup:
                 for link in first.links:
                     yield f"{name}/{link.name}"
 
-    def _link(self, entity: Entity, link: str | None, place: Origin) -> Mount | None:
+    def _link(self, entity: Entity, link: str | None, place: Origin, span: tuple[int, int] | None) -> Mount | None:
         if not isinstance(entity.structures[0], ArticulationStructure):
             if link is None:
                 return Mount(entity.name)
-            self._sink.report("SC331", f"`{cut(entity.name)}` is a body and has no links", place)
+            self._sink.report("SC331", f"`{cut(entity.name)}` is a body and has no links", place, span=span)
             return None
-        found = find_link(entity.name, entity.structures, link, place, self._sink)
+        found = find_link(entity.name, entity.structures, link, place, self._sink, span)
         return None if found is None else Mount(entity.name, found)
 
 
@@ -327,7 +333,7 @@ WIDTH, HEIGHT = 640, 480
 FOVY = radians(60)
 
 NEAR, FAR = 0.01, 100.0
-"""What is left out (docs/language.md, cameras)."""
+"""What is left out (docs/reference/language.md, cameras)."""
 
 _LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
 

@@ -9,29 +9,27 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.lower.deferred_checks import ResettableValue, built_limit_items, drawn_limit_items, reset_node
 from scenecc.plan import BodyStructure, Value, varying
 from scenecc.plan.articulation import ArticulationStructure, Link
 from scenecc.plan.constraint import Constraint, Drive
 from scenecc.plan.placement import TRIED_FIELDS
-from scenecc.plan.properties import FLOAT32_MAX, Quantity
+from scenecc.plan.properties import Quantity
 from scenecc.plan.rendering import Camera, Light
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.plan.schema import plan_fields
-from scenecc.variation.nodes import NODES, AffineClamp, Composed, Const, Rows, Shared
+from scenecc.variation.nodes import NODES, Composed, Const, Node, Rows, Shared
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Iterable, Iterator
 
     from numpy.typing import NDArray
 
-    from scenecc.lower.deferred_checks import ResettableValue
-    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer
     from scenecc.lower.frames import FrameGraph
-    from scenecc.lower.variation import VariationLowerer
     from scenecc.plan import Entity, Placement
     from scenecc.plan.body import Mount
-    from scenecc.variation.nodes import Node
-
+    from scenecc.plan.expect import Expectation
 
 _Holder = TypeVar("_Holder")
 _Follower = TypeVar("_Follower", Light, Camera)
@@ -89,6 +87,13 @@ class RecipeBuilder:
         self._frozen: dict[tuple[str, tuple[int, ...]], Rows] = {}
         self._poses: dict[str, dict[tuple[int, ...], str]] = {}
         self._shared_poses: list[tuple[str, Node]] = []
+
+    def keep_draws(self, expectations: Iterable[Expectation]) -> None:
+        """Keeps the shared draws that expectations read."""
+        for one in expectations:
+            self._read.update(
+                draw for reading in getattr(one, "readings", ()) if reading.kind == "draw" for draw in reading.of
+            )
 
     def entity(self, entity: Entity) -> Entity:
         """The entity with the recipes of its pose and of what its structures hold."""
@@ -274,38 +279,6 @@ class RecipeBuilder:
 def _pose_rows(pose: Node, fields: FieldLowerer) -> Rows:
     """A pose as it is built."""
     return Rows(fields.scenes, tuple(map(tuple, fields.evaluate(pose).tolist())))
-
-
-def reset_node(reset: ResettableValue, limit_items: Callable[[Value, tuple[int, ...]], Iterable[Any]]) -> Node:
-    """What draws a value anew, held within its limits.
-
-    Args:
-        reset: the value.
-        limit_items: gives the lower and the upper limit as items of a recipe, in some scenes.
-    """
-    node, scenes, follows = reset.node, reset.fields.scenes, reset.follows
-    if follows is not None:
-        factor, offset = (_constant_item(value.data, scenes) for value in (follows.multiplier, follows.offset))
-        node = AffineClamp(reset_node(follows.source, limit_items), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
-    if reset.limits is not None and isinstance(node, AffineClamp):
-        low, high = limit_items(reset.limits, scenes)
-        node = replace(node, low=low, high=high)
-    return node
-
-
-def built_limit_items(limits: Value, scenes: tuple[int, ...]) -> Iterator[Any]:
-    """Limits that stay as they are built, as items of a recipe."""
-    return (_constant_item(side.clip(-FLOAT32_MAX, FLOAT32_MAX), scenes) for side in limits.data.T)
-
-
-def drawn_limit_items(node: Node) -> Iterator[Any]:
-    """Limits that a reset draws anew, by their recipe."""
-    return (AffineClamp(node, index, -FLOAT32_MAX, FLOAT32_MAX) for index in range(2))
-
-
-def _constant_item(rows: NDArray[Any], scenes: tuple[int, ...]) -> Any:
-    """Numbers (1,) or (B,) that a reset does not change, as an item of a recipe."""
-    return Rows(scenes, tuple(rows.tolist())) if len(rows) > 1 else rows.item()
 
 
 def _with_recipe(value: Value, node: Node, rows: int) -> Value:

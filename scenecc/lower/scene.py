@@ -13,10 +13,10 @@ from scenecc.lower.draws import check_argument_rows, lower_draws, report_unused_
 from scenecc.lower.entities import BodyLowerer, EntityLowerer
 from scenecc.lower.fields import SamplingContext
 from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
-from scenecc.lower.references import FileResolver, PlanTables
-from scenecc.lower.shapes import ShapeLowerer, assign_group_bits
+from scenecc.lower.references import FileResolver, MeshReader, PlanTables, RobotReader, RobotRequest
+from scenecc.lower.shapes import GroupBits, ShapeLowerer, assign_group_bits
 from scenecc.plan import ScenePlan
-from scenecc.plan.body import Friction
+from scenecc.plan.body import AssetFile, Friction
 from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
 from scenecc.spec.body import BodySpec
 from scenecc.spec.references import SHARED_NAMESPACE, WORLD, NameScopes, count_scene_idxs, qualified_name
@@ -28,13 +28,10 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.articulations import ArticulationLowerer
-    from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.frames import FrameGraph
-    from scenecc.lower.references import MeshReader, RobotReader, RobotRequest
     from scenecc.lower.rendering import RenderObjects
-    from scenecc.lower.shapes import GroupBits
     from scenecc.plan import Constraint, Entity, Placement
-    from scenecc.plan.body import AssetFile
+    from scenecc.plan.expect import Expectation
     from scenecc.robots.description import RobotDescription
     from scenecc.spec.document import SceneFile
     from scenecc.spec.physics import PhysicsSpec as PhysicsKeys
@@ -276,9 +273,8 @@ def lower(
     built = entities.lower(BodyLowerer(shapes, materials, groups, sink), articulations)
     if bounded.exhausted or not check_built_limits(entities.linked, bounds, origin, sink):
         return None
-    rendering = _lower_rendering(scene, built, entities, names, tables, materials, sampling.fields(), origin)
-    constraints = _lower_constraints(scene, built, entities, sampling, names, origin)
-    placed = _lower_placements(scene, built, entities, names, origin)
+    sections = _SectionLowerer(scene, origin, names, selections, sampling, tables, materials, entities, built)
+    plan = sections.plan(name, physics)
     # A material may be unused only because its name was misspelt where it was meant.
     if sink.failed or _is_exhausted(sampling, origin, sink):
         return None
@@ -286,7 +282,12 @@ def lower(
     report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     if sink.failed:
         return None
-    plan = _make_plan(scene, name, built, constraints, placed, rendering, physics, tables, sampling, origin)
+    plan = replace(
+        plan,
+        files=tables.files.rows,
+        physical_materials=tables.physical_materials.rows,
+        visual_materials=tables.visual_materials.rows,
+    )
     return Lowered(plan, tables.file_origins, tables.material_origins, sampling, entities.frames)
 
 
@@ -311,8 +312,9 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
 
     plan = lowered.plan
     recipes = RecipeBuilder(sampling, lowered.frames)
+    recipes.keep_draws(plan.expectations)
     if plan.placements:
-        from scenecc.lower.placed_poses import place_as_built  # noqa: PLC0415 - loaded where there are any
+        from scenecc.lower.placements import place_as_built  # noqa: PLC0415 - loaded where there are any
 
         plan = replace(plan, placements=tuple(map(recipes.placement, plan.placements)))
         place_as_built(plan, sampling, lowered.frames, sink)
@@ -353,82 +355,85 @@ def _articulation_lowerer(
     return ArticulationLowerer(scene.entities, tables, shapes, materials, groups, robots, sink)
 
 
-def _lower_rendering(
-    scene: SceneFile,
-    built: tuple[Entity, ...],
-    entities: EntityLowerer,
-    names: NameScopes,
-    tables: PlanTables,
-    materials: MaterialLowerer,
-    fields: FieldLowerer,
-    origin: Origin,
-) -> RenderObjects | None:
-    if scene.environment is None and not scene.lights and not scene.cameras:
-        return None
-    from scenecc.lower.rendering import lower_render_objects  # noqa: PLC0415 - loaded where there are any
+@frozen
+class _SectionLowerer:
+    """Lowers the sections of a document that refer to its entities, once these are lowered.
 
-    return lower_render_objects(scene, built, entities, names, tables, materials, fields, origin, fields.sink)
+    Attributes:
+        scene, origin, names, selections: as of `lower`.
+        sampling, tables, materials: of the plan.
+        entities: has lowered `built`.
+        built: entities of the plan.
+    """
 
+    scene: SceneFile
+    origin: Origin
+    names: NameScopes
+    selections: Mapping[str, tuple[int, ...]]
+    sampling: SamplingContext
+    tables: PlanTables
+    materials: MaterialLowerer
+    entities: EntityLowerer
+    built: tuple[Entity, ...]
 
-def _lower_constraints(
-    scene: SceneFile,
-    built: tuple[Entity, ...],
-    entities: EntityLowerer,
-    sampling: SamplingContext,
-    names: NameScopes,
-    origin: Origin,
-) -> tuple[Constraint, ...]:
-    if not scene.constraints and not entities.constraints:
-        return ()
-    from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
-    from scenecc.lower.rendering import MountLookup  # noqa: PLC0415 - likewise
+    def plan(self, name: str, physics: Physics) -> ScenePlan:
+        """The plan without files and materials, of which unused ones come last. `name`: if the document has none."""
+        seen = self._rendering()
+        return ScenePlan(
+            name=self.scene.name or name,
+            description=self.scene.description,
+            num_scenes=self.sampling.num_scenes,
+            seed=self.sampling.seed,
+            entities=self.built,
+            constraints=self._constraints(),
+            placements=self._placements(),
+            expectations=self._expectations(),
+            environment=None if seen is None else seen.environment,
+            lights=() if seen is None else seen.lights,
+            cameras=() if seen is None else seen.cameras,
+            physics=physics,
+            origin=self.origin,
+        )
 
-    mounts = MountLookup(built, entities.frames.unread, names, sampling.sink)
-    lowering = ConstraintLowerer(built, entities, mounts, sampling, names, sampling.sink)
-    return lowering.lower(scene.constraints, origin.child("constraints")) + lowering.describe()
+    def _rendering(self) -> RenderObjects | None:
+        scene = self.scene
+        if scene.environment is None and not scene.lights and not scene.cameras:
+            return None
+        from scenecc.lower.rendering import lower_render_objects  # noqa: PLC0415 - loaded where there are any
 
+        fields = self.sampling.fields()
+        return lower_render_objects(
+            scene, self.built, self.entities, self.names, self.tables, self.materials, fields, self.origin, fields.sink
+        )
 
-def _lower_placements(
-    scene: SceneFile, built: tuple[Entity, ...], entities: EntityLowerer, names: NameScopes, origin: Origin
-) -> tuple[Placement, ...]:
-    nodes = (*scene.entities.values(), *scene.frames.values())
-    if all(getattr(node, "place", None) is None for node in nodes):
-        return ()
-    from scenecc.lower.placements import lower_placements  # noqa: PLC0415 - loaded where there are any
+    def _constraints(self) -> tuple[Constraint, ...]:
+        if not self.scene.constraints and not self.entities.constraints:
+            return ()
+        from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
+        from scenecc.lower.rendering import MountLookup  # noqa: PLC0415 - likewise
 
-    return lower_placements(scene, built, entities, names, origin)
+        sink = self.sampling.sink
+        mounts = MountLookup(self.built, self.entities.frames.unread, self.names, sink)
+        lowering = ConstraintLowerer(self.built, self.entities, mounts, self.sampling, self.names, sink)
+        return lowering.lower(self.scene.constraints, self.origin.child("constraints")) + lowering.describe()
 
+    def _placements(self) -> tuple[Placement, ...]:
+        nodes = (*self.scene.entities.values(), *self.scene.frames.values())
+        if all(getattr(node, "place", None) is None for node in nodes):
+            return ()
+        from scenecc.lower.placements import PlacementLowerer  # noqa: PLC0415 - loaded where there are any
 
-def _make_plan(
-    scene: SceneFile,
-    name: str,
-    entities: tuple[Entity, ...],
-    constraints: tuple[Constraint, ...],
-    placements: tuple[Placement, ...],
-    seen: RenderObjects | None,
-    physics: Physics,
-    tables: PlanTables,
-    sampling: SamplingContext,
-    origin: Origin,
-) -> ScenePlan:
-    """The plan of what was lowered. `name`: where the document gives none."""
-    return ScenePlan(
-        name=scene.name or name,
-        description=scene.description,
-        num_scenes=sampling.num_scenes,
-        seed=sampling.seed,
-        entities=entities,
-        constraints=constraints,
-        placements=placements,
-        environment=None if seen is None else seen.environment,
-        lights=() if seen is None else seen.lights,
-        cameras=() if seen is None else seen.cameras,
-        physics=physics,
-        files=tables.files.rows,
-        physical_materials=tables.physical_materials.rows,
-        visual_materials=tables.visual_materials.rows,
-        origin=origin,
-    )
+        return PlacementLowerer(self.scene, self.built, self.entities, self.names, self.origin).lower()
+
+    def _expectations(self) -> tuple[Expectation, ...]:
+        if self.scene.expect is None:
+            return ()
+        from scenecc.lower.expect import lower_expectations  # noqa: PLC0415 - loaded where there are any
+
+        place, unread = self.origin.child("expect"), self.entities.frames.unread
+        return lower_expectations(
+            self.scene.expect, self.built, unread, self.sampling, self.names, self.selections, place
+        )
 
 
 def _check_names(scene: SceneFile, origin: Origin, sink: Sink) -> None:

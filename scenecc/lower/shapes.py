@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -19,25 +19,17 @@ from scenecc.lower.materials import (
     MaterialLowerer,
     with_base_color,
 )
-from scenecc.lower.references import qualified, scope_of, select_per_scene
+from scenecc.lower.references import PlanTables, qualified, scope_of, select_per_scene
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
-from scenecc.plan.body import DEFAULT_COLLISION_GROUPS, groups_collide
-from scenecc.plan.body import VisualMaterial as SeenMaterial
+from scenecc.plan.body import DEFAULT_COLLISION_GROUPS, VisualMaterial
 from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS, REVOLVED_SOLIDS, SOLIDS, heights_fault
 from scenecc.plan.properties import DEFAULT_DENSITY, properties_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.articulations.drafts import ArticulationDraft
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.lower.references import PlanTables
-    from scenecc.plan import BodyStructure
-    from scenecc.plan.body import VisualMaterial
     from scenecc.spec.physics import CollisionGroup
-
 
 GROUPS = 31
 """32 bits of an integer, less the one for what has no group."""
@@ -105,74 +97,6 @@ def find_group(groups: dict[str, GroupBits], name: str, place: Origin, scope: st
     return bits
 
 
-def warn_ignored_pairs_collide(
-    draft: ArticulationDraft,
-    bodies: Sequence[BodyStructure],
-    written: Mapping[int, Origin],
-    whole: Origin | None,
-    sink: Sink,
-) -> None:
-    """Warns of `collision_bits` by which links collide that were to ignore one another, each place once.
-
-    Args:
-        draft: of the articulation.
-        bodies: of its links, as they are built.
-        written: where the `collision_bits` of a link are written, by its number.
-        whole: the key by which no two of its links collide; None: there is none.
-        sink: takes the warnings.
-    """
-    from scenecc.plan.articulation import MAX_LINKS  # noqa: PLC0415 - loaded where there are articulations
-
-    if len(bodies) > MAX_LINKS:
-        # Which is an error; so many pairs take long.
-        return
-    found: dict[Origin, list[tuple[int, int]]] = {}
-    for link, place in written.items():
-        pairs = list(_colliding(link, draft, bodies, all_of_them=whole is not None))
-        if pairs:
-            found.setdefault(place, []).extend(pairs)
-    for place, pairs in found.items():
-        (first, second), count = pairs[0], len({frozenset(pair) for pair in pairs}) - 1
-        names = f"`{cut(draft.links[first].name)}` and `{cut(draft.links[second].name)}`"
-        more = f", and {count} other pair{'s' if count > 1 else ''}" if count else ""
-        message = f"by these bits {names}{more} collide, which are to ignore one another"
-        hint = "say `collision_group` instead, which keeps what is ignored, or give all of them a bit in common"
-        related = [("are to ignore one another", _ignore_origin(first, second, draft, whole), "value")]
-        sink.report("SC524", message, place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
-
-
-def _colliding(
-    number: int, draft: ArticulationDraft, bodies: Sequence[BodyStructure], *, all_of_them: bool
-) -> Iterator[tuple[int, int]]:
-    link = draft.links[number]
-    if not bodies[number].collisions:
-        return
-    mine = _bits(bodies[number])
-    for other, body in enumerate(bodies):
-        near = other in (number, link.parent) or draft.links[other].parent == number
-        if near or not body.collisions:
-            continue
-        ignored = all_of_them or link.ignore_bits & draft.links[other].ignore_bits
-        if ignored and any(groups_collide(a, b) for a in mine for b in _bits(body)):
-            yield number, other
-
-
-def _bits(body: BodyStructure) -> list[tuple[int, ...]]:
-    """SAPIEN's four integers of the shapes of a link, each once."""
-    each = dict.fromkeys(body.shape_groups())
-    return [DEFAULT_BITS if groups is None else tuple(map(int, groups.numbers())) for groups in each]
-
-
-def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Origin | None) -> Origin:
-    """The place at which two links are told to ignore one another."""
-    if whole is not None:
-        return whole
-    links = draft.links
-    common = links[first].ignore_bits & links[second].ignore_bits
-    bit = (common & -common).bit_length() - 1
-    return draft.ignored.get(bit, links[second].origin)
-
-
 GeometryLowerer = Callable[[Any, "PlanTables", "FieldLowerer", "Origin"], Any]
 
 
@@ -228,7 +152,7 @@ def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: O
         fields.sink.report(code, f"a heightfield {message}", origin, hint="give one of `file` and `heights`")
         return None
     if shape.file is None:
-        heights, place = _height_rows(shape.heights), origin.child("heights")
+        heights, place = tuple(tuple(map(float, row)) for row in shape.heights), origin.child("heights")
     else:
         heights, place = _file_heights(shape.file, tables, origin.child("file"), fields.sink), origin.child("file")
     if heights is None:
@@ -250,10 +174,6 @@ def count_heights(heights: tuple[tuple[float, ...], ...], tables: PlanTables) ->
     if fault is None and tables.height_count > MAX_TOTAL_HEIGHTS:
         fault = f"all terrain of the scene has more than {MAX_TOTAL_HEIGHTS} heights"
     return fault
-
-
-def _height_rows(heights: list[list[float]]) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(map(float, row)) for row in heights)
 
 
 def _file_heights(uri: str, tables: PlanTables, origin: Origin, sink: Sink) -> tuple[tuple[float, ...], ...] | None:
@@ -447,7 +367,7 @@ class ShapeLowerer:
                 message = "in some scenes this mesh would have the materials of its file, and in others one of these"
                 hint = "give every alternative a `visual`"
                 self._sink.report("SC321", message, origin.child("material"), hint=hint)
-            fresh = self._tables.visual_materials.value(SeenMaterial())
+            fresh = self._tables.visual_materials.value(VisualMaterial())
             material = _select_or_default(visuals, fresh, surface.pick, len(fields.scenes))
         else:
             material = self._visual(surface.visual, color, default, named=named)

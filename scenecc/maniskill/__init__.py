@@ -8,20 +8,16 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from scenecc.backends.maniskill.loaded_scene import LoadedScene
-    from scenecc.maniskill.environment import YamlEnv, YamlSceneBuilder, register_env
-    from scenecc.maniskill.load import episode_seeds, load_into, sim_config
+from scenecc.extras import install_hint
 
-__all__ = [
-    "LoadedScene",
-    "YamlEnv",
-    "YamlSceneBuilder",
-    "episode_seeds",
-    "load_into",
-    "register_env",
-    "sim_config",
-]
+if TYPE_CHECKING:
+    from scenecc.backends.maniskill.loaded_scene import LoadedScene as LoadedScene
+    from scenecc.maniskill.environment import YamlEnv as YamlEnv
+    from scenecc.maniskill.environment import YamlSceneBuilder as YamlSceneBuilder
+    from scenecc.maniskill.environment import register_env as register_env
+    from scenecc.maniskill.load import episode_seeds as episode_seeds
+    from scenecc.maniskill.load import load_into as load_into
+    from scenecc.maniskill.load import sim_config as sim_config
 
 _NAME_MODULES = {
     "LoadedScene": "scenecc.backends.maniskill",
@@ -34,6 +30,8 @@ _NAME_MODULES = {
 }
 """Modules of the names."""
 
+__all__ = [*_NAME_MODULES]  # noqa: PLE0604  # pyright: ignore[reportUnsupportedDunderAll]
+
 
 def __getattr__(name: str) -> object:
     """The names above, loaded when somebody asks for them. Raises ImportError where ManiSkill is not installed."""
@@ -42,5 +40,5 @@ def __getattr__(name: str) -> object:
     try:
         return getattr(import_module(_NAME_MODULES[name]), name)
     except ImportError as error:
-        message = f"scenecc.maniskill.{name} needs ManiSkill: pip install torch 'scenecc[maniskill]' ({error})"
+        message = f"scenecc.maniskill.{name} needs ManiSkill: {install_hint('maniskill', 'torch')} ({error})"
         raise ImportError(message) from error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
     from scenecc.pipeline import Source
     from scenecc.plan import ScenePlan
-
 
 DEFAULT_QPOS_NOISE = 0.02
 """ManiSkill's, of joint positions at the start [rad]."""
@@ -172,6 +171,14 @@ class YamlEnv(BaseEnv):
             nothing = gym.spaces.Box(-1.0, 1.0, (0,), np.float32)
             self.single_action_space = self._orig_single_action_space = nothing
             self.action_space = nothing if self.num_envs == 1 else gym.vector.utils.batch_space(nothing, self.num_envs)
+
+    def reset(self, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        """As `BaseEnv.reset`. `info["passport"]` has the passports of all episodes; `str` of one makes its text."""
+        observed, info = cast("Any", super().reset(seed=seed, options=options))  # pyright: ignore[reportUnknownMemberType]
+        assert self.scene_builder.loaded is not None
+        passports = np.full(self.num_envs, None, object)
+        passports[:] = self.scene_builder.loaded.passports()
+        return observed, {**info, "passport": passports}
 
     @property
     def _default_sim_config(self) -> Any:
@@ -351,7 +358,10 @@ def register_env(
         ValueError: there is such an environment, and it is not to be overridden.
     """
     _check_registration(name, scene_yaml, override=override)
-    options = _compile_options(params, asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
+    # The file is read more than once, and the roots may be an iterator.
+    roots = tuple(asset_roots)
+    options: dict[str, Any] = {"params": params, "asset_roots": roots, "limits": limits}
+    options["allow_outside_assets"] = allow_outside_assets
     made = _make_environment_class(
         name,
         compile_scene(scene_yaml, **options),
@@ -370,22 +380,6 @@ def _check_registration(name: str, scene_yaml: Source, *, override: bool) -> Non
         raise TypeError("an environment reads its scene more than once: give a path or a mapping, not a stream")
     if name in compat.REGISTERED_ENVS and not override:
         raise ValueError(f"there is an environment '{name}' already; `override=True` takes its place")
-
-
-def _compile_options(
-    params: Mapping[str, Any] | None,
-    asset_roots: Iterable[str | PathLike[str]],
-    *,
-    allow_outside_assets: bool,
-    limits: Mapping[str, int] | None,
-) -> dict[str, Any]:
-    """How the file is read. It is read more than once, and the roots may be an iterator."""
-    return {
-        "params": params,
-        "asset_roots": tuple(asset_roots),
-        "allow_outside_assets": allow_outside_assets,
-        "limits": limits,
-    }
 
 
 def _make_environment_class(name: str, plan: ScenePlan, **attributes: object) -> type[YamlEnv]:

@@ -12,7 +12,7 @@ from scenecc.backends import maniskill
 from scenecc.diagnostics import Sink
 from scenecc.errors import SceneError
 from scenecc.options import Options
-from scenecc.pipeline import compile_or_raise
+from scenecc.pipeline import Source, compile_or_raise
 from scenecc.scene import check_environments, load_scene
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from scenecc.backends.maniskill import ManiSkillScene
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
-    from scenecc.pipeline import Source
 
 
 def load_into(

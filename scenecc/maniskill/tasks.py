@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from scenecc.backends.maniskill.compat import REGISTERED_ENVS, gym, torch
-from scenecc.backends.sapien.build import DRIVER_HINT
 from scenecc.backends.sapien.engine import render_problem
-from scenecc.decompiler.decompile import decompile
+from scenecc.decompiler.decompile import Decompiled, decompile
 from scenecc.decompiler.record import record
 from scenecc.diagnostics.messages import suggest
+from scenecc.extras import DRIVER_HINT
 from scenecc.scene_file.parallel import UnlikeScenes
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from scenecc.decompiler.decompile import Decompiled
 
 
 class TaskFailure(Exception):

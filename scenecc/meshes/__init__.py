@@ -3,17 +3,6 @@
 Triangles, normals and texture coordinates of primitives are SAPIEN's own; mesh files are read by trimesh.
 """
 
-from scenecc.meshes.builder import BakedMesh, MeshBuilder, bake_scale
-from scenecc.meshes.surface import Image, MeshError, MeshPart, MeshShape, Surface, SurfaceMaterial
+from scenecc.meshes.surface import Image, MeshError, MeshPart, Surface, SurfaceMaterial
 
-__all__ = [
-    "BakedMesh",
-    "Image",
-    "MeshBuilder",
-    "MeshError",
-    "MeshPart",
-    "MeshShape",
-    "Surface",
-    "SurfaceMaterial",
-    "bake_scale",
-]
+__all__ = ["Image", "MeshError", "MeshPart", "Surface", "SurfaceMaterial"]

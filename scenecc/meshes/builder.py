@@ -11,10 +11,10 @@ import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotation_arrays import pose_matrix
-from scenecc.geometry.rotations import IDENTITY_POSE, to_pose, to_vector
+from scenecc.geometry.rotations import IDENTITY_POSE, Vec3, to_pose, to_vector
 from scenecc.meshes import primitives
 from scenecc.meshes.files import MeshFiles
-from scenecc.meshes.surface import MaterialCache, MeshError, MeshPart, MeshShape, SurfaceMaterial
+from scenecc.meshes.surface import MaterialCache, MeshError, MeshPart, MeshShape, Surface, SurfaceMaterial
 from scenecc.plan import Heightfield, Mesh
 from scenecc.plan.rendering import COLLISION_COLORS
 from scenecc.plan.schema import type_name
@@ -25,11 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Origin
-    from scenecc.geometry.rotations import Vec3
-    from scenecc.meshes.surface import Surface
     from scenecc.plan import BodyStructure, ScenePlan, VisualGeometry, VisualShape
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredMesh, MeasuredScene, MeasuredShape
-
 
 _COLLISION_MATERIALS: Final = {kind: SurfaceMaterial(base_color=color) for kind, color in COLLISION_COLORS.items()}
 

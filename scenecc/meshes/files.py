@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.extras import install_hint
 from scenecc.files import ChangedError, read_checked
 from scenecc.geometry.rotations import to_vector
 from scenecc.meshes.primitives import make_surface
-from scenecc.meshes.surface import ImageCache, MeshError, MeshPart, SurfaceMaterial, convert_image
+from scenecc.meshes.surface import ImageCache, MeshError, MeshPart, SurfaceMaterial, Vec4, convert_image
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.meshes.surface import Vec4
     from scenecc.plan import AssetFile, NamedFile
 
 _WHITE: Final = (1.0, 1.0, 1.0, 1.0)
@@ -132,9 +132,7 @@ def _load_meshes(data: bytes, file: AssetFile, **options: bool) -> list[tuple[An
     """Each mesh of a file in the file's frame [m], and whether the file has normals of its vertices."""
     path, suffix = file.path, file.path.suffix.lower()
     if suffix == ".dae" and find_spec("collada") is None:
-        raise MeshError(
-            "SC813", f"'{path.name}' is COLLADA, which needs pycollada", 'run `pip install "scenecc[export]"`'
-        )
+        raise MeshError("SC813", f"'{path.name}' is COLLADA, which needs pycollada", install_hint("export"))
     trimesh: Any = import_module("trimesh")  # which says half of its types
 
     try:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from scenecc.diagnostics import Location
+from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.frozen import frozen
+from scenecc.extras import install_hint
 from scenecc.files import ChangedError, read_checked
 
 if TYPE_CHECKING:
@@ -21,10 +22,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from PIL.Image import Image as Pixels
 
-    from scenecc.diagnostics import Origin, Sink
     from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.plan import ScenePlan, Value
-
 
 Vec4 = tuple[float, float, float, float]
 
@@ -234,7 +233,7 @@ def _open_image(path: Path, digest: str | None) -> tuple[bytes, Suffix, Pixels]:
     try:
         pillow: Any = import_module("PIL.Image")
     except ImportError as error:
-        raise MeshError("SC813", f"textures need Pillow: {error}", 'run `pip install "scenecc[export]"`') from error
+        raise MeshError("SC813", f"textures need Pillow: {error}", install_hint("export")) from error
     try:
         data = read_checked(path, digest)
         pixels = pillow.open(BytesIO(data))

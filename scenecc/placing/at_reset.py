@@ -16,10 +16,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.geometry.rotation_arrays import Floats
     from scenecc.plan import ScenePlan
     from scenecc.variation.evaluation import Batch
-
-    Floats = NDArray[np.float64]
 
 
 def placed_members(plan: ScenePlan) -> dict[str, str]:

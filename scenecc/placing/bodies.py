@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.geometry.surfaces import revolved_parts
+from scenecc.meshes.files import read_collada_triangles
 from scenecc.placing.distances import Cores
 from scenecc.plan import BodyStructure
 from scenecc.plan.body import DEFAULT_COLLISION_GROUPS
@@ -34,12 +36,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.geometry.rotation_arrays import Floats, Indices
     from scenecc.plan import AssetFile, CollisionGeometry, Entity, Value
     from scenecc.plan.articulation import ArticulationStructure
     from scenecc.variation.evaluation import Batch
 
-    Floats = NDArray[np.float64]
-    Indices = NDArray[np.intp]
 
 _CHUNK: Final = 500_000
 """How many pairs of bodies and triangles are looked at together."""
@@ -189,13 +190,8 @@ def entity_parts(entity: Entity, files: Sequence[AssetFile], batch: Batch) -> li
         UnsupportedShapeError: a shape is not known here.
         MeshError: a file cannot be read.
     """
-    rows, there = rows_in(entity.scene_idxs, batch.scenes)
-    pick = None if entity.pick is None else rows_of(entity.pick, rows)
     found: list[Part] = []
-    for number, structure in enumerate(entity.structures):
-        mine = there if pick is None else there & (pick == number)
-        if not mine.any():
-            continue
+    for structure, rows, mine in _structures(entity, batch.scenes):
         if isinstance(structure, BodyStructure):
             if structure.body_type != "none":
                 found += _body_parts(structure, files, rows, mine)
@@ -206,6 +202,32 @@ def entity_parts(entity: Entity, files: Sequence[AssetFile], batch: Batch) -> li
                 moved.link = link.name
                 found.append(moved)
     return found
+
+
+def body_parts(entity: Entity, files: Sequence[AssetFile], scenes: NDArray[np.int64]) -> list[Part]:
+    """The same, each in the frame of its own body or link. `scenes`: indices (B,)."""
+    found: list[Part] = []
+    for structure, rows, mine in _structures(entity, scenes):
+        if isinstance(structure, BodyStructure):
+            found += _body_parts(structure, files, rows, mine) if structure.body_type != "none" else ()
+            continue
+        for link in structure.links:
+            for part in _body_parts(link.body, files, rows, mine):
+                part.link = link.name
+                found.append(part)
+    return found
+
+
+def _structures(
+    entity: Entity, scenes: NDArray[np.int64]
+) -> Iterator[tuple[BodyStructure | ArticulationStructure, Indices, NDArray[np.bool_]]]:
+    """The structures that an entity has in any of some scenes (B,), its rows (B,), and which of them have it."""
+    rows, there = rows_in(entity.scene_idxs, scenes)
+    pick = None if entity.pick is None else rows_of(entity.pick, rows)
+    for number, structure in enumerate(entity.structures):
+        mine = there if pick is None else there & (pick == number)
+        if mine.any():
+            yield structure, rows, mine
 
 
 def link_pose(entity: Entity, link: str, batch: Batch) -> Floats:
@@ -314,8 +336,6 @@ _UNSUPPORTED: dict[type, str] = {
 def _mesh_cores(
     geometry: ConvexMesh | ConvexParts | TriangleMesh, files: Sequence[AssetFile], rows: Indices
 ) -> Iterator[_Core]:
-    from scenecc.placing.meshes import connected_hulls, mesh_of  # noqa: PLC0415 - loads trimesh
-
     which: Any = rows_of(geometry.file, rows)
     scale = np.asarray(rows_of(geometry.scale, rows), np.float64)
     numbers: list[int] = np.unique(which).tolist()
@@ -334,3 +354,38 @@ def _mesh_cores(
 
 def _along_x(half_length: Floats) -> Floats:
     return np.stack([half_length, np.zeros(len(half_length)), np.zeros(len(half_length))], axis=1)
+
+
+Mesh = tuple[Any, Any]
+"""Corners (V, 3) [m] and triangles (T, 3)."""
+
+
+@lru_cache(maxsize=256)
+def mesh_of(file: AssetFile) -> Mesh:
+    """All of a file as one mesh, corners in one place joined.
+
+    Raises:
+        MeshError: it cannot be read.
+    """
+    parts = read_collada_triangles(file)
+    first = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+    vertices = np.concatenate([vertices for vertices, _ in parts]).astype(np.float64)
+    faces = np.concatenate([faces + start for (_, faces), start in zip(parts, first, strict=False)])
+    points, index = np.unique(vertices, axis=0, return_inverse=True)
+    return points, index.reshape(-1)[faces]
+
+
+@lru_cache(maxsize=256)
+def connected_hulls(file: AssetFile) -> tuple[Floats, ...]:
+    """The corners of each connected part of a file [m]."""
+    points, faces = mesh_of(file)
+    label = np.arange(len(points))
+    while True:
+        least = label[faces].min(axis=1)
+        before = label.copy()
+        np.minimum.at(label, faces, least[:, None])
+        label = label[label]
+        if (label == before).all():
+            break
+    used = np.unique(faces)
+    return tuple(points[used][label[used] == one] for one in np.unique(label[used]))

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
-    Indices = NDArray[np.intp]
+    from scenecc.geometry.rotation_arrays import Floats, Indices
+
 
 _TOLERANCE: Final = 1e-8
 """How near the two bounds of a distance come to one another [m]."""

@@ -6,19 +6,20 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from scenecc.placing.distances import Cores, distances
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from numpy.typing import NDArray
-
+    from scenecc.geometry.rotation_arrays import Floats, Indices
     from scenecc.placing.bodies import Part
-    from scenecc.placing.distances import Cores
-
-    Indices = NDArray[np.intp]
 
 
 _LOT: Final = 500_000
 """How many pairs are looked at together, at most."""
+
+_SLACK: Final = 1e-6
+"""[m] Added to a bound, of which the rounding is far smaller."""
 
 _BOXES_PER_OPERATION: Final = 16
 """How many boxes around triangles are looked at in the time of one operation."""
@@ -91,3 +92,37 @@ def core_pairs(a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
         return pair, a.cores(a_rows[pair]), theirs
     again, first, second = _triangle_pairs(a, a_rows[pair], theirs, within)
     return pair[again], first, second
+
+
+def part_distances(a: Part, b: Part) -> Floats:
+    """The distance of two parts in each scene (B,) [m]: 0 where they overlap, infinite where one is not there.
+
+    Of a triangle mesh the surface counts: what is deep inside of it is some way from it.
+    """
+    found = np.full(len(a.p), np.inf)
+    rows = np.flatnonzero(a.there & b.there)
+    if not rows.size:
+        return found
+    if a.is_plane or b.is_plane:
+        plane, other = (a, b) if a.is_plane else (b, a)
+        normal = plane.turn[:, :, 0]
+        height = -other.extent(-normal) - np.einsum("ij,ij->i", normal, plane.p)
+        found[rows] = 0.0 if other.is_plane else np.maximum(height[rows], 0.0)
+        return found
+    near = _point_near(b, _point_near(a, b.p))
+    within = float(np.linalg.norm(near - _point_near(a, near), axis=1)[rows].max()) + _SLACK
+    for pair, first, second in core_pair_lots(a, rows, b, rows, within, lambda _: None):
+        np.minimum.at(found, rows[pair], distances(first, second))
+    return found
+
+
+def _point_near(part: Part, target: Floats) -> Floats:
+    """A point (B, 3) of a part near to targets (B, 3): of a mesh the nearest corner."""
+    if part.points is None:
+        return part.p
+    local = np.matmul((target - part.p)[:, None], part.turn)[:, 0]
+    nearest = [
+        points[((points - one) ** 2).sum(axis=1).argmin()]
+        for one, points in zip(local, part.points * part.scale[:, None], strict=True)
+    ]
+    return np.matmul(part.turn, np.array(nearest)[:, :, None])[:, :, 0] + part.p

@@ -23,7 +23,7 @@ from scenecc.placing.regions import (
 )
 from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, level_triangles, upward_surfaces
 from scenecc.plan.body import groups_collide
-from scenecc.variation.evaluation import to_field_rows
+from scenecc.variation.evaluation import Batch, to_field_rows
 from scenecc.variation.nodes import Placed
 
 if TYPE_CHECKING:
@@ -31,13 +31,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.geometry.rotation_arrays import Flags, Floats, Indices
     from scenecc.plan import Mount, ScenePlan, Value
     from scenecc.plan.placement import Nearness, Placement
-    from scenecc.variation.evaluation import Batch
 
-    Floats = NDArray[np.float64]
-    Indices = NDArray[np.intp]
-    Flags = NDArray[np.bool_]
 
 _ROWS: Final = 4096
 """How many tries are looked at together, at most, where there are fewer scenes."""

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from scenecc.placing.bodies import entity_parts, matrices
-from scenecc.placing.distances import witnesses
+from scenecc.placing.bodies import Part, entity_parts, matrices
+from scenecc.placing.distances import Cores, witnesses
 from scenecc.plan.body import groups_collide
 
 if TYPE_CHECKING:
@@ -20,14 +20,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.placing.bodies import Part
-    from scenecc.placing.distances import Cores
+    from scenecc.geometry.rotation_arrays import Floats, Indices
     from scenecc.plan import ScenePlan
     from scenecc.plan.placement import Placement
     from scenecc.variation.evaluation import Batch
 
-    Floats = NDArray[np.float64]
-    Indices = NDArray[np.intp]
 
 _TOLERANCE: Final = 2e-6
 """By how much less than asked for a distance may be [m]."""

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.placing.bodies import matrices
+from scenecc.placing.bodies import Part, matrices
 from scenecc.placing.surfaces import footprint, hull_order
-from scenecc.variation.evaluation import units, words
+from scenecc.variation.evaluation import Batch, units, words
 from scenecc.variation.nodes import Key
 
 if TYPE_CHECKING:
@@ -18,13 +18,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.placing.bodies import Part
+    from scenecc.geometry.rotation_arrays import Floats, Indices
     from scenecc.plan import Value
     from scenecc.plan.placement import Placement
-    from scenecc.variation.evaluation import Batch
-
-    Floats = NDArray[np.float64]
-    Indices = NDArray[np.intp]
 
 
 def headings(q: Floats) -> Floats:

@@ -12,10 +12,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.geometry.rotation_arrays import Flags, Floats
     from scenecc.placing.bodies import Part
 
-    Floats = NDArray[np.float64]
-    Flags = NDArray[np.bool_]
 
 LEVEL: Final = 0.9998
 """Least z of the normal of a surface that things stand on: within about a degree."""

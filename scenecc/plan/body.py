@@ -44,7 +44,7 @@ class AssetFile:
         names: the files that it names in turn, and which a build opens.
         state: of the file when it was checked. A build compares it to detect a later change.
         optional_names: whether images and material files that it names may be missing, and are then not seen.
-        data: what it holds, where no file of the scene does: a PLY of `robots.numeric_meshes`, which lies in the
+        data: what it holds, where no file of the scene does: a PLY of `robots.mujoco.shapes`, which lies in the
             user's cache folder. None: the scene's own file holds it.
         read_by: the program that read it and its version, for a robot's file: "mujoco 4.0.0". None: scenecc itself.
     """

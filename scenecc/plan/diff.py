@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from scenecc.plan.articulation import Link, Mimic
-from scenecc.plan.constraint import AxisDrive, AxisLimit, Constraint
+from scenecc.diagnostics.messages import index_ranges
+from scenecc.plan.articulation import Link
+from scenecc.plan.constraint import Constraint
 from scenecc.plan.display import (
+    ITEM_KEYS,
     field_path,
     format_material_pair,
     format_reset_pair,
@@ -23,24 +25,21 @@ from scenecc.plan.display import (
     name_suffix,
     truncate,
 )
+from scenecc.plan.expect import Condition, Expectation, describe_expectation
 from scenecc.plan.placement import Placement
-from scenecc.plan.properties import Quantity
+from scenecc.plan.properties import Quantity, TableName
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import Entity, ScenePlan, structure_type
 from scenecc.plan.schema import FieldKind, ListKind, ObjectKind, ScalarKind, UnionKind, plan_fields, type_name
 from scenecc.plan.value import Value
-from scenecc.variation.evaluation import to_field_rows
+from scenecc.plan.walk import walk_fields
+from scenecc.variation.evaluation import Batch, to_field_rows
 from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Sequence
-
     from numpy.typing import NDArray
 
     from scenecc.plan.body import AssetFile, VisualMaterial
-    from scenecc.plan.properties import TableName
-    from scenecc.variation.evaluation import Batch
-
 
 Side = Literal[0, 1]
 
@@ -186,8 +185,6 @@ class ResetComparison:
         return numbers.reshape(seeds, len(scenes), -1).view(np.uint8)
 
     def _batch(self, side: Side, scenes: NDArray[np.int64], seeds: int) -> Batch:
-        from scenecc.variation.evaluation import Batch  # noqa: PLC0415 - most plans have no recipes
-
         key = (side, scenes.tobytes())
         if key not in self._batches:
             plan = self.plans[side]
@@ -241,10 +238,6 @@ class FieldDifference:
     scene_count: int | None = None
 
 
-_ITEM_KEYS: dict[type, str] = {Link: "name", Mimic: "joint", AxisLimit: "axis", AxisDrive: "axis"}
-"""By which of their fields items of lists are found."""
-
-
 class FieldComparison:
     """Compares two objects."""
 
@@ -269,7 +262,7 @@ class FieldComparison:
             yield FieldDifference("changed", path, self._words(kind, x, 0, path), self._words(kind, y, 1, path))
         elif isinstance(kind, Quantity):
             yield from self._values(kind, x, y, path)
-        elif isinstance(kind, ListKind) and isinstance(kind.item, ObjectKind) and kind.item.cls in _ITEM_KEYS:
+        elif isinstance(kind, ListKind) and isinstance(kind.item, ObjectKind) and kind.item.cls in ITEM_KEYS:
             yield from self._named(kind.item.cls, x, y, path)
         elif isinstance(kind, ListKind) and isinstance(kind.item, ListKind):
             yield from _rows_of_numbers(x, y, path)
@@ -286,7 +279,7 @@ class FieldComparison:
 
     def _named(self, cls: type, x: tuple[Any, ...], y: tuple[Any, ...], path: str) -> Iterator[FieldDifference]:
         """By their names, or by another key that is unique."""
-        key = _ITEM_KEYS[cls]
+        key = ITEM_KEYS[cls]
         first, second = ({getattr(item, key): (place, item) for place, item in enumerate(items)} for items in (x, y))
         elsewhere = find_moved([second[name][0] for name in first if name in second])
         for name, (place, item) in first.items():
@@ -454,17 +447,10 @@ def _differing_rows(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:
 
 def _material_values(material: Any, row: int) -> dict[str, Any]:
     """What a material holds in a row, by the path of the field."""
-    held: dict[str, Any] = {}
-    for slot in plan_fields(material.__class__):
-        item = getattr(material, slot.name)
-        if item is None:
-            continue
-        if isinstance(slot.kind, Quantity):
-            held[slot.name] = item.row(row).tolist()
-        else:
-            held[f"{slot.name}.file"] = int(item.file.row(row))
-            held |= {f"{slot.name}.{key}": value for key, value in item.sampling().items()}
-    return held
+    return {
+        path: item.row(row).tolist() if isinstance(kind, Quantity) else item
+        for path, kind, item in walk_fields(material)
+    }
 
 
 def _rows_of_numbers(
@@ -483,7 +469,9 @@ def _rows_of_numbers(
     yield FieldDifference("changed", path, a, b)
 
 
-Section = Literal["plan", "physics", "entities", "constraints", "environment", "lights", "cameras", "placements"]
+Section = Literal[
+    "plan", "physics", "entities", "constraints", "environment", "lights", "cameras", "placements", "expect"
+]
 
 _Object = Entity | Constraint | Light | Camera | Placement
 
@@ -540,7 +528,23 @@ def diff_plans(a: ScenePlan, b: ScenePlan) -> list[Difference]:
     found += _compare_sections("lights", a, b, tables, resets)
     found += _compare_sections("cameras", a, b, tables, resets)
     found += _compare_sections("placements", a, b, tables, resets)
+    found += _compare_expectations(a, b)
     return found
+
+
+def _compare_expectations(a: ScenePlan, b: ScenePlan) -> Iterator[Difference]:
+    first, second = ({one.name: one for one in plan.expectations} for plan in (a, b))
+    for name in dict.fromkeys((*first, *second)):
+        one, other = first.get(name), second.get(name)
+        if one != other:
+            kind = "added" if one is None else "removed" if other is None else "changed"
+            x, y = (None if each is None else _describe_expectation(each) for each in (one, other))
+            yield Difference(kind, "expect", name, "", x, y)
+
+
+def _describe_expectation(one: Expectation) -> str:
+    scenes = f", in scenes {index_ranges(one.scene_idxs)}" if isinstance(one, Condition) else ""
+    return describe_expectation(one) + scenes
 
 
 def _to_difference(one: FieldDifference, section: Section, name: str) -> Difference:

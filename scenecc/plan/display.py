@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from scenecc.diagnostics.diagnostic import dotted
-from scenecc.plan.articulation import ArticulationStructure
+from scenecc.diagnostics.diagnostic import Origin, dotted
+from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
 from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
+from scenecc.plan.constraint import AxisDrive, AxisLimit
 from scenecc.variation.bounds import ValueBounds
 
 if TYPE_CHECKING:
@@ -16,10 +17,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.scene import ScenePlan
     from scenecc.plan.value import Value
-
 
 SPEC_FIELD_NAMES: Final = {
     "disable_gravity": "gravity",
@@ -38,6 +37,9 @@ _INLINED_FIELDS: Final = frozenset(
     }
 )
 """Fields whose own fields a scene file has where they stand, by the dataclass that has them."""
+
+ITEM_KEYS: Final[dict[type, str]] = {Link: "name", Mimic: "joint", AxisLimit: "axis", AxisDrive: "axis"}
+"""By which of their fields items of lists are found; others are by their place."""
 
 _SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
 
@@ -78,10 +80,12 @@ def item_path(above: str, index: int, item: Any, *, count: int) -> str:
     """An item of a list below the list, `count` being how many there are: a single structure is the entity's own."""
     if isinstance(item, BodyStructure | ArticulationStructure):
         return "" if count == 1 else f"variants[{index}]"
+    if item.__class__ in ITEM_KEYS:
+        return above + name_suffix(getattr(item, ITEM_KEYS[item.__class__]))
     place = f"{above}[{index}]"
     if not isinstance(item, CollisionShape | VisualShape):
         return place
-    return link_shape_path(above, item.origin, place) if "links." in above else shape_path(item.origin, place)
+    return link_shape_path(above, item.origin, place) if "links" in above else shape_path(item.origin, place)
 
 
 _MAX_ALTERNATIVES: Final = 4
@@ -155,11 +159,6 @@ def format_pair(a: Sequence[Any], b: Sequence[Any], show: Callable[[Any, int], s
     return both
 
 
-def format_set(items: Sequence[Any], show: Callable[[Any, int], str] = format_item) -> str:
-    """A set of items that occur."""
-    return _format_set(_unique_items(items), DIGITS, show)
-
-
 def _unique_items(items: Sequence[Any]) -> list[Any]:
     return list({repr(item): item for item in items}.values())
 
@@ -223,7 +222,8 @@ def format_row_pair(
 
 def format_rows(path: str, rows: NDArray[Any], name: Callable[[int], str] | None = None) -> str:
     """An array of rows (B, …) of which the other plan has nothing."""
-    return format_set([_to_tuples(row) for row in rows.tolist()], _item_formatter(path, name))
+    items = _unique_items([_to_tuples(row) for row in rows.tolist()])
+    return _format_set(items, DIGITS, _item_formatter(path, name))
 
 
 def _item_formatter(path: str, name: Callable[[int], str] | None) -> Callable[[Any, int], str]:

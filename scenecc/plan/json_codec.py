@@ -6,7 +6,7 @@ import difflib
 import json
 import re
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -18,12 +18,14 @@ from scenecc.files import keep_file
 from scenecc.plan.articulation import ArticulationStructure, Joint, Link, Mimic
 from scenecc.plan.body import AssetFile, BodyStructure, CollisionShape, VisualShape, rebase_file
 from scenecc.plan.constraint import Constraint, Drive
-from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS, Heightfield
+from scenecc.plan.expect import Condition, NoOverlap, Settled
+from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS, Heightfield, Heights
 from scenecc.plan.json_values import (
     JsonProblem,
     RepeatedKeyError,
     check_articulation,
     check_axes,
+    check_expectations,
     check_heights,
     check_joint,
     check_link,
@@ -55,6 +57,7 @@ from scenecc.plan.schema import (
     ScalarKind,
     SceneSelectionKind,
     SharedDrawsKind,
+    TemplateKind,
     UnionKind,
     VectorKind,
     plan_fields,
@@ -63,13 +66,10 @@ from scenecc.plan.schema import (
 from scenecc.plan.value import Value, recalled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from scenecc.diagnostics import Sink
-    from scenecc.plan.geometry import Heights
     from scenecc.plan.recipes import Shape
+    from scenecc.variation.forms import Template
     from scenecc.variation.nodes import Node as RecipeNode
-
 
 PLAN_VERSION = 2
 """The value of a plan's `scenecc_plan` key. In version 1, which is read too, files have no hashes."""
@@ -87,6 +87,10 @@ _OMITTED_WHEN_EMPTY = frozenset(
         "placements",
         "carriers",
         "near",
+        "expectations",
+        "excepted",
+        "readings",
+        "because",
     )
 )
 """Lists that are left out where they are empty, and a flag where it is false."""
@@ -174,8 +178,8 @@ def _format_item(kind: FieldKind, item: Any, indent: str) -> str:
         case ScalarKind():
             # By the field's type, not the item's: a plan with the integer 1 equals one with 1.0, and -0.0 equals 0.0.
             text = _dumps(item + 0.0 if kind.type is float else int(item) if kind.type is int else item)
-        case ChoiceKind():
-            text = _dumps(item)
+        case ChoiceKind() | TemplateKind():
+            text = _dumps(item) if isinstance(kind, ChoiceKind) else _format_template(item, indent)
         case BytesKind():
             text = _dumps(b64encode(item).decode("ascii"))
         case VectorKind():
@@ -214,6 +218,12 @@ def _format_recipe(node: RecipeNode, indent: str) -> str:
     from scenecc.plan.recipes import recipe_to_data  # noqa: PLC0415 - most plans have no recipes
 
     return _format_data(recipe_to_data(node), indent)
+
+
+def _format_template(template: Template, indent: str) -> str:
+    from scenecc.plan.recipes import template_to_data  # noqa: PLC0415 - few plans have any
+
+    return _format_data(template_to_data(template), indent)
 
 
 def _format_data(data: Any, indent: str) -> str:
@@ -285,9 +295,12 @@ _CLASSES_WITH_ORIGIN = {
     Environment,
     Camera,
     Placement,
+    Settled,
+    NoOverlap,
+    Condition,
 }
 
-_CLASSES_WITH_SCENES = {Entity, Constraint, Light, Camera, Placement}
+_CLASSES_WITH_SCENES = {Entity, Constraint, Light, Camera, Placement, Condition}
 """What says in which scenes it is; an environment has a row for every scene."""
 
 _RULES: Final[dict[type, Callable[[dict[str, Any]], Iterator[JsonProblem]]]] = {
@@ -353,7 +366,7 @@ class PlanDecoder:
         plan = self._node(ScenePlan, data, ())
         if self._told(check_names(data), ()) or not isinstance(plan, ScenePlan) or self._told(check_mounts(plan), ()):
             return INVALID
-        if self._told(check_placements(plan), ()):
+        if self._told(check_placements(plan), ()) or self._told(check_expectations(plan), ()):
             return INVALID
         wrong = check_materials(plan)
         return plan if wrong is None else self._fault(wrong[0].code, wrong[0].message, wrong[1])
@@ -382,8 +395,8 @@ class PlanDecoder:
                 read = self._value(kind, data, path)
             case ScalarKind():
                 read = self._plain(kind, data, path)
-            case ChoiceKind():
-                read = self._choice(kind, data, path)
+            case ChoiceKind() | TemplateKind():
+                read = self._choice(kind, data, path) if isinstance(kind, ChoiceKind) else self._template(data, path)
             case BytesKind():
                 read = self._bytes(data, path)
             case VectorKind():
@@ -402,6 +415,12 @@ class PlanDecoder:
             case UnionKind():
                 read = self._one_of(kind, data, path)
         return read
+
+    def _template(self, data: object, path: Keys) -> object:
+        from scenecc.plan.recipes import read_template  # noqa: PLC0415 - few plans have any
+
+        read = read_template(data)
+        return self._fault(read.code, read.message, (*path, *read.keys)) if isinstance(read, JsonProblem) else read
 
     def _choice(self, kind: ChoiceKind, data: object, path: Keys) -> object:
         if data in kind.options:

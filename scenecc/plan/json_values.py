@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, TypeGuard
@@ -25,18 +25,18 @@ from scenecc.plan.articulation import (
     Link,
     Mimic,
 )
+from scenecc.plan.expect import Condition, Reading, Settled
 from scenecc.plan.geometry import heights_fault
-from scenecc.plan.properties import FLOAT32_MAX
+from scenecc.plan.properties import FLOAT32_MAX, Bounds, Quantity
+from scenecc.plan.scene import Entity, ScenePlan, find_body, has_joint
 from scenecc.plan.value import Value
+from scenecc.variation.expression import OBSERVATIONS
+from scenecc.variation.nodes import BUILTIN_NAMES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     from numpy.typing import NDArray
 
     from scenecc.plan.body import Mount, PhysicalMaterial, VisualMaterial
-    from scenecc.plan.properties import Bounds, Quantity
-    from scenecc.plan.scene import Entity, ScenePlan
     from scenecc.plan.schema import ScalarKind
 
 
@@ -289,7 +289,7 @@ def _check_unique(above: str, key: str, names: Iterable[tuple[int, str]]) -> Ite
             yield JsonProblem("SC710", message, (above, index, *key.split(".")))
 
 
-NAMESPACES = (("entities", "cameras"), ("constraints",), ("lights",), ("placements",))
+NAMESPACES = (("entities", "cameras"), ("constraints",), ("lights",), ("placements",), ("expectations",))
 """Sections whose objects have different names."""
 
 _MOUNT_KEYS = (("constraints", "child"), ("constraints", "parent"), ("lights", "mount"), ("cameras", "mount"))
@@ -337,6 +337,48 @@ def check_placements(plan: ScenePlan) -> Iterator[JsonProblem]:
             if name not in known:
                 message = f"no entity is called {describe_json(name)}"
                 yield JsonProblem("SC715", message, ("placements", index, key))
+
+
+def check_expectations(plan: ScenePlan) -> Iterator[JsonProblem]:
+    """What expectations name and is not there."""
+    entities = {entity.name: entity for entity in plan.entities}
+    draws = {name for name, _ in plan.draws}
+    for index, one in enumerate(plan.expectations):
+        keys = ("expectations", index)
+        if isinstance(one, Condition):
+            meant = {reading.name for reading in one.readings}
+            for name in sorted({*one.that.names, *one.that.observations} - BUILTIN_NAMES - meant):
+                yield JsonProblem("SC708", f"no reading is called {describe_json(name)}", (*keys, "that"))
+            for number, reading in enumerate(one.readings):
+                yield from _check_reading(reading, entities, draws, (*keys, "readings", number))
+            continue
+        excepted = (
+            one.excepted if isinstance(one, Settled) else [name for each in one.excepted for name in (each.a, each.b)]
+        )
+        for key, names in (("entities", one.entities or ()), ("excepted", excepted)):
+            for name in names:
+                if find_body(name, entities) is None:
+                    yield JsonProblem("SC715", f"no entity or link is called {describe_json(name)}", (*keys, key))
+
+
+def _check_reading(
+    reading: Reading, entities: dict[str, Entity], draws: set[str], keys: tuple[str | int, ...]
+) -> Iterator[JsonProblem]:
+    count = len(OBSERVATIONS.get(reading.kind, ("draw",)))
+    if len(reading.of) != count:
+        yield JsonProblem("SC706", f"{count} names are wanted here", (*keys, "of"))
+    elif reading.kind == "draw":
+        if reading.of[0] not in draws:
+            yield JsonProblem("SC708", f"there is no shared draw {describe_json(reading.of[0])}", (*keys, "of"))
+    else:
+        bodies, joints = (reading.of[:1], reading.of[1:]) if reading.kind == "qpos" else (reading.of, ())
+        for name in bodies:
+            found = find_body(name, entities)
+            if found is None:
+                yield JsonProblem("SC715", f"no entity or link is called {describe_json(name)}", (*keys, "of"))
+            elif missing := [joint for joint in joints if not has_joint(found[0], joint)]:
+                message = f"no joint that moves is called {describe_json(missing[0])}"
+                yield JsonProblem("SC715", message, (*keys, "of"))
 
 
 def _check_mount(mount: Mount, entities: dict[str, Entity], scene_idxs: tuple[int, ...]) -> Iterator[JsonProblem]:

@@ -70,8 +70,6 @@ MAX_BODY_OFFSET = 1e4
 """How far a shape or the centre of mass of a body that moves is from it [m]: beyond, the engine moves the body by
 millimetres when it goes from the one to the other, and its inertia is noise."""
 
-MAX_COORDINATE = 1e6
-"""Largest coordinate of a mesh or of terrain [m]. At 1e9 m PhysX can no longer compute the mass of a hull."""
 
 ANY = Bounds(-FLOAT32_MAX, FLOAT32_MAX)
 

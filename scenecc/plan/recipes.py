@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     Shapes = Mapping[str, "Shape"]
 
-
 Shape = tuple[int, ...] | None
 """None: unknown before evaluation; with -1 in it: no numbers, or not of one shape."""
 
@@ -151,12 +150,17 @@ def _item_to_data(item: Any) -> Any:
     if isinstance(item, Key):
         return _node_fields(item)
     if isinstance(item, Template):
-        constants = {name: _item_to_data(value) for name, value in item.constants}
-        return {"text": item.text, **({"constants": constants} if constants else {})}
+        return template_to_data(item)
     if isinstance(item, tuple | list):
         several: list[Any] = list(item)  # pyright: ignore[reportUnknownArgumentType]
         return [_item_to_data(one) for one in several]
     return item
+
+
+def template_to_data(template: Template) -> dict[str, Any]:
+    """An expression as JSON has it."""
+    constants = {name: _item_to_data(value) for name, value in template.constants}
+    return {"text": template.text, **({"constants": constants} if constants else {})}
 
 
 MAX_RECIPE_DEPTH = 100
@@ -200,6 +204,14 @@ def read_recipe(data: object, draws: Mapping[str, Shape], shape: Shape = None) -
     if shape is None or gives is None or gives == shape:
         return node, gives
     return JsonProblem("SC706", f"this gives {_describe_shape(gives)}, and {_describe_shape(shape)} are wanted")
+
+
+def read_template(data: object) -> Template | JsonProblem:
+    """An expression with its constants, or what is wrong below `data`."""
+    try:
+        return _RecipeReader(()).template(data, 0)
+    except _RecipeError as wrong:
+        return JsonProblem(wrong.code, str(wrong), tuple(reversed(wrong.keys)))
 
 
 def _describe_shape(shape: tuple[int, ...]) -> str:

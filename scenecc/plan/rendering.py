@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import field, replace
+from math import radians
 from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.plan.body import BodyStructure
-from scenecc.plan.value import literal, per_scene
+from scenecc.plan.body import BodyStructure, Mount, Texture
+from scenecc.plan.value import Value, literal, per_scene
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.articulation import ArticulationStructure
-    from scenecc.plan.body import Mount, Texture
-    from scenecc.plan.scene import Entity, ScenePlan
-    from scenecc.plan.value import Value
+    from scenecc.plan.scene import ScenePlan
 
 
 @frozen
@@ -228,6 +227,9 @@ COLLISION_COLORS: Final = {
 }
 """What collides, by type of body, wherever it is drawn: blue, orange, grey, green as linear RGBA."""
 
+PLANE_HALF_SIZE: Final = 1e4
+"""Half the side of a plane [m] as it is drawn, as in SAPIEN's viewer."""
+
 FRAMING_DIRECTION: Final = (1.0, 0.75, 0.75)
 """Where a camera that frames a scene stands from the middle of it: before it, to the left and above."""
 
@@ -235,15 +237,22 @@ FLAT_THICKNESS: Final = 1e-4
 """What is thinner than this [m] is ground, or paint: it counts for such a camera where there is nothing else."""
 
 
-def restrict_to_camera(plan: ScenePlan, camera: Camera | None, *, collision: bool) -> ScenePlan:
+def restrict_to_camera(plan: ScenePlan, camera: Camera | None, *, collision: bool, unlit: bool = False) -> ScenePlan:
     """The plan with this camera alone, or none.
 
     Args:
         plan: the plan.
         camera: one of its own, or one of these resized.
         collision: whether its pictures will show what collides: nothing else is seen in it then.
+        unlit: whether to leave out its lights and its environment too.
     """
-    entities = tuple(map(_remove_entity_visuals, plan.entities)) if collision else plan.entities
+    if unlit:
+        plan = replace(plan, lights=(), environment=None)
+    entities = plan.entities
+    if collision:
+        entities = tuple(
+            replace(one, structures=tuple(map(_remove_structure_visuals, one.structures))) for one in entities
+        )
     return replace(plan, entities=entities, cameras=() if camera is None else (camera,))
 
 
@@ -270,10 +279,6 @@ def _scale_value(value: Value, factor: float) -> Value:
     return per_scene(value.data * factor)
 
 
-def _remove_entity_visuals(entity: Entity) -> Entity:
-    return replace(entity, structures=tuple(map(_remove_structure_visuals, entity.structures)))
-
-
 def _remove_structure_visuals(
     structure: BodyStructure | ArticulationStructure,
 ) -> BodyStructure | ArticulationStructure:
@@ -288,10 +293,49 @@ def _remove_body_visuals(body: BodyStructure) -> BodyStructure:
     return replace(body, visuals=(), visibility=None, shading_mode=None)
 
 
-DEFAULT_AMBIENT_LIGHT: Final = (0.3, 0.3, 0.3)
+@frozen
+class RigLight:
+    """A directional light of a rig; `azimuth` [rad] is to the camera's right, seen from the subject."""
 
-DEFAULT_LIGHT_DIRECTIONS: Final = ((1.0, 1.0, -1.0), (0.0, 0.0, -1.0))
-"""Ambient light, and where two white directional lights without shadows shine to: as in ManiSkill's tasks."""
+    azimuth: float
+    elevation: float
+    brightness: float
+
+
+@frozen
+class LightRig:
+    """Lights for a scene that has none.
+
+    Attributes:
+        ambient: brightness from everywhere.
+        lights: key, fill and rim, white; the first throws a shadow where `shadow` is set.
+        background: of what is beyond the scene, as "#rrggbb".
+    """
+
+    ambient: float
+    lights: tuple[RigLight, ...]
+    shadow: bool
+    background: str
+
+
+Preset = Literal["studio", "plain", "dark"]
+
+
+def _rig(ambient: float, key: float, fill: float, rim: float, background: str, *, shadow: bool = True) -> LightRig:
+    """The directions keep apart the shades of the sides and the top of a box, however it is turned around z."""
+    places = ((-68, 49, key), (30, 16, fill), (-170, 43, rim))
+    lights = tuple(RigLight(radians(azimuth), radians(elevation), value) for azimuth, elevation, value in places)
+    return LightRig(ambient, lights, shadow, background)
+
+
+LIGHT_RIGS: Final[dict[Preset, LightRig]] = {
+    "studio": _rig(0.15, 2.0, 0.12, 0.6, "#e6e8eb"),
+    "plain": _rig(0.24, 1.65, 0.04, 0.3, "#ffffff", shadow=False),
+    "dark": _rig(0.04, 1.35, 0.06, 0.85, "#16181d"),
+}
+"""By what `preset` calls them. No diffuse surface is brighter than white under them, and none is black."""
+
+DEFAULT_PRESET: Final[Preset] = "studio"
 
 
 def is_unlit(plan: ScenePlan) -> bool:

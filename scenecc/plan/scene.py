@@ -8,14 +8,16 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.plan.body import BodyStructure
+from scenecc.plan.body import AssetFile, BodyStructure, Friction, PhysicalMaterial, VisualMaterial
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.geometry.rotations import Vec3
     from scenecc.plan.articulation import ArticulationStructure
-    from scenecc.plan.body import AssetFile, Friction, PhysicalMaterial, VisualMaterial
     from scenecc.plan.constraint import Constraint
+    from scenecc.plan.expect import Condition, NoOverlap, Settled
     from scenecc.plan.placement import Placement
     from scenecc.plan.rendering import Camera, Environment, Light
     from scenecc.plan.value import Value
@@ -157,9 +159,9 @@ class ScenePlan:
     """A whole batch, ready to be instantiated or emitted.
 
     `entities` stand in the order in which they are built: PhysX gives other trajectories in another.
-    `draws` are the shared draws that recipes read, by name; one may read those before it. Among them are poses that
-    recipes go on from, see `scenecc.plan.scene`. `placements` stand in the order in which they are made. Constraints,
-    lights and cameras are built after the entities.
+    `draws` are the shared draws that recipes and expectations read, by name; one may read those before it. Among them
+    are poses that recipes go on from, see `scenecc.plan.scene`. `placements` stand in the order in which they are made.
+    Constraints, lights and cameras are built after the entities. Nothing is built of `expectations`.
     """
 
     name: str
@@ -176,6 +178,7 @@ class ScenePlan:
     description: str = ""
     seed: int = 0
     placements: tuple[Placement, ...] = ()
+    expectations: tuple[Settled | NoOverlap | Condition, ...] = ()
     draws: tuple[tuple[str, Node], ...] = ()
     origin: Origin | None = field(default=None, compare=False)
 
@@ -199,3 +202,28 @@ def kept_draw_name(path: str) -> str:
 def is_unnamed_draw(name: str) -> bool:
     """Whether a shared draw is a pose or the value of a `once`. A draw of a file has no dot after its scope."""
     return "." in name.rpartition("/")[2]
+
+
+def find_body(name: str, entities: Mapping[str, Entity]) -> tuple[Entity, str | None] | None:
+    """The entity of ENTITY or ENTITY/LINK, by its longest name, and the link; None where there is none.
+
+    A link that only some of the articulation's structures have is one.
+    """
+    ahead = name
+    while ahead not in entities and "/" in ahead:
+        ahead = ahead.rpartition("/")[0]
+    entity, link = entities.get(ahead), name[len(ahead) + 1 :] or None
+    if entity is None or link is None:
+        return None if entity is None else (entity, None)
+    links = (part for one in entity.structures if not isinstance(one, BodyStructure) for part in one.links)
+    return (entity, link) if any(part.name == link for part in links) else None
+
+
+def has_joint(entity: Entity, joint: str) -> bool:
+    """Whether a joint of the name moves in any of an articulation's structures."""
+    return any(
+        link.joint is not None and link.joint.name == joint and link.joint.type != "fixed"
+        for one in entity.structures
+        if not isinstance(one, BodyStructure)
+        for link in one.links
+    )

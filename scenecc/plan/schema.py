@@ -18,6 +18,7 @@ from scenecc import plan as _plan
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.geometry.rotations import Vec3
 from scenecc.plan import scene as _physics
+from scenecc.plan.expect import MAX_SECONDS
 from scenecc.plan.properties import (
     ANY,
     COUNT,
@@ -92,6 +93,11 @@ class SharedDrawsKind:
     """The shared draws, in order."""
 
 
+@dataclass(frozen=True, slots=True)
+class TemplateKind:
+    """An expression, with its constants."""
+
+
 FieldKind = (
     Quantity
     | ScalarKind
@@ -103,6 +109,7 @@ FieldKind = (
     | ObjectKind
     | UnionKind
     | SharedDrawsKind
+    | TemplateKind
 )
 
 
@@ -135,7 +142,8 @@ SCALAR_BOUNDS: dict[str, Bounds] = {
     "solver_velocity_iterations": VELOCITY_ITERATIONS,
     "mipmap_levels": Bounds(1, 32),
     "threshold": Bounds(0.01, 1),
-    **dict.fromkeys(("apart", "gap", "least", "most"), NON_NEGATIVE),
+    **dict.fromkeys(("apart", "gap", "least", "most", "within", "angle", "deeper_than"), NON_NEGATIVE),
+    **dict.fromkeys(("after", "seconds"), Bounds(0, MAX_SECONDS)),
     "tries": Bounds(1, 10_000),
     "cpu_workers": Bounds(0, 256),
     "num_threads_for_construction": Bounds(1, 256),
@@ -147,7 +155,11 @@ SCALAR_BOUNDS: dict[str, Bounds] = {
 
 _Row = TypeVar("_Row")
 
-_KINDS_BY_NAME: dict[str, FieldKind] = {"scene_idxs": SceneSelectionKind(), "draws": SharedDrawsKind()}
+_KINDS_BY_NAME: dict[str, FieldKind] = {
+    "scene_idxs": SceneSelectionKind(),
+    "draws": SharedDrawsKind(),
+    "that": TemplateKind(),
+}
 
 _TYPE_NAMES = {
     "VisualPlane": "plane",
@@ -167,6 +179,7 @@ _TYPE_HINT_NAMES: dict[str, Any] = {
     "State": tuple,
     "Vec3": Vec3,
     "Node": object,
+    "Template": object,
 }
 
 
@@ -204,7 +217,7 @@ def _field_kind(cls: type, name: str, hint: Any) -> FieldKind:
     if hint is _plan.Value:
         kind = _lookup(QUANTITIES, cls, name)
     elif hint in {bool, str, int, float}:
-        kind = _scalar_kind(cls, name, hint)
+        kind = ScalarKind(hint, _lookup(SCALAR_BOUNDS, cls, name, default=COUNT if hint is int else ANY))
     elif hint is bytes:
         kind = BytesKind()
     elif get_origin(hint) is Literal:
@@ -218,10 +231,6 @@ def _field_kind(cls: type, name: str, hint: Any) -> FieldKind:
     else:
         kind = ObjectKind(hint)
     return kind
-
-
-def _scalar_kind(cls: type, name: str, hint: type[bool | int | float | str]) -> ScalarKind:
-    return ScalarKind(hint, _lookup(SCALAR_BOUNDS, cls, name, default=COUNT if hint is int else ANY))
 
 
 def _lookup(table: dict[str, _Row], cls: type, name: str, *, default: _Row | None = None) -> _Row:

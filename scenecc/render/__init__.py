@@ -1,5 +1,7 @@
 """Pictures and films of a scene, as `scenecc render` writes them: build, simulate, look."""
 
-from scenecc.render.render import LegendRow, Picture, RenderChoices, Rendering, render_scene
+from scenecc.render.choices import RenderChoices
+from scenecc.render.recorder import Picture
+from scenecc.render.render import LegendRow, Rendering, render_scene
 
 __all__ = ["LegendRow", "Picture", "RenderChoices", "Rendering", "render_scene"]

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
 What = Literal["color", "depth", "segmentation", "normal"]
 
-WHATS: Final[tuple[What, ...]] = ("color", "depth", "segmentation", "normal")
-
 _MILLIMETRES: Final = 1000.0
 _FARTHEST: Final = 65535
 
@@ -255,8 +253,6 @@ def _saved(image: Images.Image) -> bytes:
     image.save(file, "PNG", optimize=True)
     return file.getvalue()
 
-
-INSTALL: Final = "pip install 'scenecc[pictures]'"
 
 _PILLOW: Final = {"PIL": "pillow"}
 _FFMPEG: Final = {"imageio_ffmpeg": "imageio-ffmpeg"}

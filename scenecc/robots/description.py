@@ -10,13 +10,12 @@ import math
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.diagnostics.diagnostic import Location
-    from scenecc.geometry.rotations import Pose7, Vec3
 
 SapienJointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
 

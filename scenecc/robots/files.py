@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.codes import CODES
-from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.diagnostics.diagnostic import Location, Origin, RelatedPlace
 from scenecc.diagnostics.messages import nearest
 from scenecc.files import open_regular
 from scenecc.robots.description import DescribedFile
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import RelatedPlace
-
 
 _MAX_SUGGESTIONS, _MAX_CANDIDATES = 20, 1000
 """Maximum number of errors with a suggested name, and of names to compare."""
@@ -97,9 +95,9 @@ class FileReport:
         found = nearest(word, tuple(islice(names, _MAX_CANDIDATES))) if self.errors < _MAX_SUGGESTIONS else None
         return None if found is None else f"did you mean `{found}`?"
 
-    def guess(self, code: str, kind: str, word: str, names: Iterable[str]) -> str | None:
-        """A similar name, if a finding of this kind is not reported yet and few kinds are."""
-        is_wanted = (code, kind) not in self.reported_kinds and len(self.reported_kinds) < _MAX_SUGGESTIONS
+    def guess(self, kind: str, word: str, names: Iterable[str]) -> str | None:
+        """A similar name, if no such name of this kind (SC454) is reported yet and few kinds are."""
+        is_wanted = ("SC454", kind) not in self.reported_kinds and len(self.reported_kinds) < _MAX_SUGGESTIONS
         return nearest(word, tuple(islice(names, _MAX_CANDIDATES))) if is_wanted else None
 
     def report_once(self, code: str, kind: str, message: str, location: Location, hint: str | None = None) -> None:

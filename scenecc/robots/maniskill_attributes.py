@@ -9,21 +9,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan.properties import round_to_float32
-from scenecc.robots.xml import parse_numbers
+from scenecc.robots.xml import SourceElement, parse_numbers
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from scenecc.diagnostics.diagnostic import Location
     from scenecc.robots.mjcf_files import MjcfReport
-    from scenecc.robots.xml import SourceElement
-
 
 _INTEGER_PATTERN = re.compile(r"[+-]?\d{1,9}", re.ASCII)
 
@@ -108,11 +104,9 @@ class MjcfAttributes:
             self.wrong(name, str(error))
             return default
 
-    def singles(
-        self, name: str, default: tuple[float, ...], *, least: int | None = None, infinite: bool = False
-    ) -> tuple[float, ...]:
+    def singles(self, name: str, default: tuple[float, ...], *, least: int | None = None) -> tuple[float, ...]:
         """As `numbers`, in single precision."""
-        return tuple(map(round_to_float32, self.numbers(name, default, least=least, infinite=infinite)))
+        return tuple(map(round_to_float32, self.numbers(name, default, least=least)))
 
     def orientation(self) -> str | None:
         """The orientation attribute in use: the element's own before its class's; two at once are an error."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.names import UniqueNames
 from scenecc.robots import maniskill_bodies, maniskill_geoms
 from scenecc.robots.description import DescribedRobot, RobotDescription
@@ -20,10 +20,8 @@ from scenecc.source.limits import Limits
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.geometry.rotations import Pose7
     from scenecc.robots.xml import SourceElement
     from scenecc.source.paths import AssetScope, ResolvedFile
-
 
 _DEFAULT_LIMITS = Limits()
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut
 from scenecc.robots.files import FileReport, RobotFiles, read_robot_bytes
-from scenecc.robots.xml import XmlBounds, parse_xml
+from scenecc.robots.xml import SourceElement, XmlBounds, parse_xml
 from scenecc.source.paths import ResolvedFile
 
 if TYPE_CHECKING:
@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics.diagnostic import Location
     from scenecc.robots.description import DescribedFile
-    from scenecc.robots.xml import SourceElement
     from scenecc.source.limits import Limits
-
 
 UNREAD_ELEMENT_HINTS: dict[str, str] = {
     "actuator": "say under `drives` what drives the joints",

@@ -8,19 +8,15 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, multiply, rotate
-from scenecc.robots.maniskill_attributes import ORIENTATION_ATTRIBUTES
+from scenecc.geometry.rotations import IDENTITY, Pose7, Quat, Vec3, multiply, rotate
+from scenecc.robots.maniskill_attributes import ORIENTATION_ATTRIBUTES, CompilerSettings, MjcfAttributes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from scenecc.geometry.rotations import Pose7, Quat, Vec3
-    from scenecc.robots.maniskill_attributes import CompilerSettings, MjcfAttributes
-
     Array = NDArray[np.floating[Any]]
-
 
 _F = np.float32
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.plan.articulation import MAX_LINKS
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS
 from scenecc.robots.description import (
@@ -25,18 +25,22 @@ from scenecc.robots.description import (
     DescribedLink,
     DescribedRobot,
     DescribedVisual,
+    Geometry,
     RobotDescription,
 )
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_bytes
 from scenecc.robots.urdf_joints import (
     LinkTree,
     build_link_trees,
+    check_mimics,
+    move_over_fixed_joints,
     read_joint,
     read_joint_element,
+    resolve_fixed_mimics,
+    scale_mimics,
 )
 from scenecc.robots.urdf_links import UrdfMaterials, read_geometry, read_inertial, read_origin
-from scenecc.robots.urdf_mimics import check_mimics, move_over_fixed_joints, resolve_fixed_mimics, scale_mimics
-from scenecc.robots.xml import XmlBounds, parse_xml, read_text
+from scenecc.robots.xml import SourceElement, XmlBounds, parse_xml, read_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -45,9 +49,6 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Location, Origin
-    from scenecc.geometry.rotations import Pose7
-    from scenecc.robots.description import Geometry
-    from scenecc.robots.xml import SourceElement
     from scenecc.source.paths import AssetScope, Refusal, ResolvedFile
 
 
@@ -127,7 +128,7 @@ def check_urdf_schema(robot: SourceElement, findings: FileReport) -> None:
                 _check_sensor(child, findings)
             else:
                 known = kind.single + kind.many + kind.skipped
-                near = findings.guess("SC454", f"{element.tag}/{child.tag}", child.tag, known)
+                near = findings.guess(f"{element.tag}/{child.tag}", child.tag, known)
                 hint = _XACRO_HINT if child.tag.startswith("xacro:") else near and f"did you mean <{near}>?"
                 findings.report_once(
                     "SC454",
@@ -142,7 +143,7 @@ _XACRO_HINT = "the file is a xacro: make it a URDF by `xacro robot.urdf.xacro > 
 
 
 def _report_unknown(element: SourceElement, name: str, kind: _ElementSchema, findings: FileReport) -> None:
-    near = findings.guess("SC454", f"{element.tag}@{name}", name, kind.attributes)
+    near = findings.guess(f"{element.tag}@{name}", name, kind.attributes)
     findings.report_once(
         "SC454",
         f"{element.tag}@{name}",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.robots.description import (
@@ -21,7 +21,7 @@ from scenecc.robots.description import (
     ball_moment,
 )
 from scenecc.robots.poses import compose_poses, pose_numbers, pose_of_matrix
-from scenecc.robots.xml import read_number, read_numbers, read_text, read_vector3, warn_if_degrees
+from scenecc.robots.xml import SourceElement, read_number, read_numbers, read_text, read_vector3, warn_if_degrees
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,10 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics.diagnostic import Location
-    from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.robots.files import FileReport, RobotFiles
-    from scenecc.robots.xml import SourceElement
-
 
 GEOMETRY_TAGS = (*SOLIDS, "mesh")
 

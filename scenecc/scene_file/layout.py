@@ -24,7 +24,8 @@ KEY_ORDER: Final[tuple[str, ...]] = tuple(
         """
     scenecc name description repeat if type use prefix with urdf mjcf variants pick
     num_scenes seed params draws include physics environment ambient_light map
-    materials collision_groups frames entities constraints lights cameras
+    materials collision_groups frames entities constraints lights cameras expect
+    settled no_overlap holds after that because seconds within within_deg deeper_than except
     body_type scene_idxs hidden mount parent child pose fix_root_link
     p q rpy rpy_deg axis_angle look_at matrix anchor relative_to
     joint file size half_size radius half_length inner_radius outer_radius axis normal offset texture_repeat heights

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 from scenecc.scene_file import Node, is_list, is_mapping
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 _STRUCTURE: Final = frozenset(
     re.findall(

@@ -5,14 +5,12 @@ document with forms where they differ.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from scenecc.names import UniqueNames
 from scenecc.scene_file import Node, is_list, is_mapping
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
 
 _SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien import SceneBatch
-    from scenecc.plan import Entity
+    from scenecc.plan import Entity, ScenePlan
     from scenecc.plan.articulation import ArticulationStructure
 
     Floats = NDArray[np.float64]
@@ -55,6 +55,16 @@ def moving_bodies(batch: SceneBatch) -> list[MovingBody]:
         if index in there
     )
     return [body for body in found if body is not None]
+
+
+def constrained_entities(plan: ScenePlan) -> set[str]:
+    """The entities that a constraint ties to something."""
+    return {mount.entity for one in plan.constraints for mount in (one.child, one.parent) if mount is not None}
+
+
+def gravity_of(plan: ScenePlan) -> Floats:
+    """(3,) in the world frame [m/s²]; SAPIEN's own where the plan gives none."""
+    return np.array(plan.physics.gravity or (0.0, 0.0, -9.81))
 
 
 def poses(bodies: list[MovingBody]) -> Floats:

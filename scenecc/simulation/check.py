@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from os import PathLike, fspath
 from typing import TYPE_CHECKING
 
 from typing_extensions import Unpack
 
-from scenecc.checks.effects import check_effects
+from scenecc.checks.effects import check_declared_names, check_effects
 from scenecc.checks.house_rules import run_rules
+from scenecc.checks.mesh_quality import check_meshes
+from scenecc.checks.physics import plan_origin
 from scenecc.checks.plausibility import check_values
 from scenecc.checks.views import check_views
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import is_of_check
-from scenecc.diagnostics.silencing import Silencings, report_unused
+from scenecc.diagnostics.diagnostic import Silencings, report_unused
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import as_plan, build_batch, compile_source, read_input
 from scenecc.simulation.bodies import moving_bodies
-from scenecc.simulation.findings import report_findings
-from scenecc.simulation.loads import long_steps, mass_ratios, weak_drives
+from scenecc.simulation.bounds import scenes_in_doubt
+from scenecc.simulation.expect import Judge, expectation_origins, overlap_rules, report_unused_exceptions
+from scenecc.simulation.findings import report_findings, view_command
+from scenecc.simulation.loads import joint_positions, jumps, long_steps, mass_ratios, uneven_scenes, weak_drives
 from scenecc.simulation.settle import simulate
-from scenecc.simulation.start import overlaps, unsupported
-from scenecc.simulation.torn_constraints import torn_constraints
+from scenecc.simulation.start import OVERLAP, SPACING, crowded, overlaps, torn_constraints, unsupported
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -34,6 +38,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.pipeline import CompileResult, Source
     from scenecc.plan import ScenePlan
+    from scenecc.simulation.expect import Excuse
     from scenecc.simulation.findings import Finding
     from scenecc.source.paths import PathCache
 
@@ -54,7 +59,7 @@ def check_scene(
 
     Args:
         source: as for `validate`.
-        settle: how long it is simulated [s]; 0: the start alone is looked at.
+        settle: how long it is simulated [s], and longer where `expect` asks for it; 0: only as long as that.
         seeds: each is checked; the file's own (or `seed` of the options) by default. A stream has one.
         progress: called with (scenes done, scenes in all).
         rules: as for `validate`.
@@ -117,28 +122,28 @@ class _Check:
         self._progress = progress
         self._told: dict[Diagnostic, None] = {}
         self._findings: list[Finding] = []
+        self._excused: set[Excuse] = set()
+        self._complete = True
         self._silencings = Silencings()
-        self._first: tuple[CompileResult, Sink] | None = None
+        self._first: tuple[CompileResult, Sink, Options] | None = None
+        self._file: str | None = None
 
     def run(self, number: int, source: Source, options: Options, memory: PathCache | None) -> bool:
         """Checks it with the seed of the options; false where it cannot be compiled. `number`: of the seed."""
         sink = Sink()
         sink.silencings = self._silencings
+        if isinstance(source, str | PathLike):
+            self._file = fspath(source)  # of a pack, the document's name goes on inside it
         result = compile_source(source, options, sink, memory=memory)
         if self._rules and result is not None:
             run_rules(result.plan, self._rules, result.document and result.document.name, sink)
         self._tell(sink)
         if result is None:
+            self._complete = False
             return False
-        self._first = self._first or (result, sink.another())
+        self._first = self._first or (result, sink.another(), options)
         doubts = sink.another()
-        check_values(result.plan, result.material_origins or {}, doubts)
-        check_effects(result.plan, doubts)
-        check_views(result.plan, doubts)
-        if result.plan.files:
-            from scenecc.checks.mesh_quality import check_meshes  # noqa: PLC0415 - loaded where there is a mesh
-
-            check_meshes(result.plan, doubts)
+        check_plan(result, doubts)
         self._tell(doubts)
         self._simulate(number, result.plan, sink)
         return True
@@ -146,9 +151,13 @@ class _Check:
     def diagnostics(self) -> list[Diagnostic]:
         """Everything that was found, in the order of the file."""
         if self._first is not None:
-            (result, sink), document = self._first, self._first[0].document
-            file = document.name if document is not None and document.path is not None else None
-            report_findings(self._findings, _origins(result.plan), file, sink, several_seeds=self._seeds > 1)
+            (result, sink, options), document = self._first, self._first[0].document
+            command = None
+            if document is not None and document.path is not None and document.name is not None:
+                command = view_command(self._file or document.name, options)
+            report_findings(self._findings, origins_of(result.plan), command, sink, several_seeds=self._seeds > 1)
+            if self._complete:
+                report_unused_exceptions(result.plan, self._excused, sink)
             self._tell(sink)
             if self._silencings and self._settle and document is not None:
                 report_unused(sink, document.name, is_of_check)
@@ -168,25 +177,53 @@ class _Check:
                 with build_batch(
                     plan, sink.another(), backend="cpu", scene_idxs=scene_idxs, render=False, audit="fast"
                 ) as batch:
-                    self._findings += (replace(finding, seed=plan.seed) for finding in _findings(batch, self._settle))
+                    found = batch_findings(batch, self._settle, self._excused)
+                    self._findings += (replace(finding, seed=plan.seed) for finding in found)
             except SceneError as error:
+                self._complete = False
                 self._told |= dict.fromkeys(error.diagnostics)
 
 
-def _findings(batch: SceneBatch, settle: float) -> Iterator[Finding]:
+def check_plan(result: CompileResult, sink: Sink) -> None:
+    """Reports values that nobody means, what has no effect, and doubtful meshes."""
+    check_values(result.plan, result.material_origins or {}, sink)
+    check_effects(result.plan, sink)
+    if result.document is not None:
+        check_declared_names(result.document, sink)
+    check_views(result.plan, sink)
+    check_meshes(result.plan, sink)
+
+
+def batch_findings(batch: SceneBatch, settle: float, excused: set[Excuse]) -> Iterator[Finding]:
+    """What shows in live scenes at the start, and when they are simulated for `settle` [s].
+
+    `excused` takes the exceptions of expectations that excuse something.
+
+    Raises:
+        SceneError: a state is not finite (SC820).
+    """
     moving = moving_bodies(batch)
+    rules = overlap_rules(batch.plan, excused, OVERLAP)
+    judge = Judge(batch, moving, excused) if batch.plan.expectations else None
     yield from unsupported(batch, moving)
+    yield from crowded(batch)
     yield from torn_constraints(batch)
     yield from weak_drives(batch)
     yield from long_steps(batch, moving)
+    positions = joint_positions(batch)
+    doubted = {*scenes_in_doubt(batch, rules.least), *uneven_scenes(moving)}
     batch.step(1)
-    yield from overlaps(batch.contacts(), batch.plan)
-    yield from mass_ratios(batch, moving, batch.contacts())
-    if settle:
-        yield from simulate(batch, settle)
+    contacts = batch.contacts(scene_idxs=doubted)
+    yield from jumps(positions, batch.timestep)
+    yield from overlaps(contacts, batch.plan, rules)
+    yield from mass_ratios(batch, moving, contacts)
+    if settle or judge:
+        yield from simulate(batch, moving, settle, rules, judge)
 
 
-def _origins(plan: ScenePlan) -> dict[str, Origin | None]:
+def origins_of(plan: ScenePlan) -> dict[str, Origin | None]:
     """Where what findings name is written."""
     constraints = {f"constraints/{constraint.name}": constraint.origin for constraint in plan.constraints}
-    return {entity.name: entity.origin for entity in plan.entities} | constraints
+    entities = {entity.name: entity.origin for entity in plan.entities}
+    physics = plan.physics.origin or plan_origin(plan).child("physics")
+    return entities | constraints | expectation_origins(plan) | {SPACING: physics.child("scene_spacing")}

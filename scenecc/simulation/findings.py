@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+import shlex
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import index_ranges
+from scenecc.source import Limits
+from scenecc.source.paths import asset_roots
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin, RelatedPlace
+    from scenecc.options import Options
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +31,7 @@ class Finding:
         amount: how bad it is: larger is worse.
         message: about this scene, without the scene.
         seed: of the draws.
+        span: the part of an expression that is at fault.
     """
 
     code: str
@@ -35,6 +41,7 @@ class Finding:
     message: str
     hint: str | None = None
     seed: int = 0
+    span: tuple[int, int] | None = None
 
 
 def length_text(length: float) -> str:
@@ -42,15 +49,42 @@ def length_text(length: float) -> str:
     return f"{length:.3g} m" if length >= 1 else f"{length * 1000:.3g} mm"
 
 
+def view_command(file: str, options: Options) -> str | None:
+    """The command that shows what was checked, but its seed and scene; None where no command can say the options."""
+    if options.draws:
+        return None
+    command = ["scenecc", "view", file]
+    try:
+        for name, value in options.params.items():
+            command += ["--set", f"{name}={json.dumps(value, ensure_ascii=False, allow_nan=False)}"]
+    except (TypeError, ValueError):  # an object of Python, or an infinite number
+        return None
+    if options.num_scenes is not None:
+        command += ["--num-scenes", str(options.num_scenes)]
+    of_environment = {*asset_roots(())}
+    for folder in options.asset_roots:
+        command += [] if folder in of_environment else ["--asset-root", str(folder)]
+    if options.allow_outside_assets:
+        command.append("--allow-outside-assets")
+    for name, limit in sorted(asdict(options.limits).items() - asdict(Limits()).items()):
+        command += ["--limit", f"{name}={limit}"]
+    return shlex.join(command)
+
+
 def report_findings(
-    findings: list[Finding], origins: Mapping[str, Origin | None], file: str | None, sink: Sink, *, several_seeds: bool
+    findings: list[Finding],
+    origins: Mapping[str, Origin | None],
+    command: str | None,
+    sink: Sink,
+    *,
+    several_seeds: bool,
 ) -> None:
     """Reports each fault once: where it is worst, and in how many other scenes it is.
 
     Args:
         findings: of all scenes and seeds.
         origins: of the entities, by name.
-        file: of the scene, to show it; None: there is none.
+        command: shows the scenes, as `view_command` gives it; None: there is none.
         sink: takes the diagnostics.
         several_seeds: whether more than one seed was checked.
     """
@@ -65,14 +99,15 @@ def report_findings(
             for name, place in zip(names[1:], places[1:], strict=True)
             if place is not None and place != places[0]
         ]
-        show = f"`scenecc view {file} --seed {worst.seed} --scene {worst.scene}` shows it" if file else None
+        show = f"`{command} --seed {worst.seed} --scene {worst.scene}` shows it" if command else None
         sink.report(
             code,
             f"{worst.message}, {_where(worst, group, several_seeds=several_seeds)}",
             places[0] or Location(None),
-            at="key",
+            at="key" if worst.span is None else "value",
             hint="; ".join(text for text in (worst.hint, show) if text) or None,
             related=others,
+            span=worst.span,
         )
 
 
@@ -82,7 +117,8 @@ def _where(worst: Finding, group: list[Finding], *, several_seeds: bool) -> str:
     if len(found) == 1:
         return f"in {one}"
     scenes = f"{len(found)} scenes" if several_seeds else f"scenes {index_ranges(sorted({i for _, i in found}))}"
-    return f"in {scenes}; worst in {one}"
+    word = "worst" if any(other.amount < worst.amount for other in group) else "such as"
+    return f"in {scenes}; {word} in {one}"
 
 
 def _origin_of(name: str, origins: Mapping[str, Origin | None]) -> Origin | None:

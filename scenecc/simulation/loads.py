@@ -1,4 +1,6 @@
-"""Findings about what a simulation can carry: weak drives, masses that differ too much, and steps that are too long."""
+"""Findings about what a simulation cannot carry: drives that are too weak or too stiff, joints beyond their limits,
+masses that differ too much, and steps that are too long.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +9,38 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.plan import ArticulationStructure
-from scenecc.simulation.findings import Finding
+from scenecc.simulation.bodies import constrained_entities, gravity_of
+from scenecc.simulation.bounds import bounding_boxes
+from scenecc.simulation.findings import Finding, length_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from numpy.typing import NDArray
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.backends.sapien.contacts import Contacts
     from scenecc.plan import Entity
     from scenecc.simulation.bodies import MovingBody
 
+    Positions = list[tuple[str, int, Any, NDArray[np.float64]]]
+
 MASS_RATIO: Final = 1e4
 """Up to which PhysX's solver keeps two bodies apart or together."""
 
-_GRAVITY: Final = (0.0, 0.0, -9.81)
+JUMP: Final = {False: 0.5, True: 0.1}
+"""How far a drive may move a joint in one step: [rad], and [m] of a prismatic joint. PhysX's drives are implicit and
+diverge at no stiffness, but a link does not touch what it passes within one step. ManiSkill's tasks reach 0.39 rad."""
+
+BEYOND: Final = {False: np.radians(1), True: 0.002}
+"""[rad], [m] How far a joint may be beyond its limits: PhysX gives way by a tenth of that under a robot's load."""
+
 _TIMESTEP: Final = 0.01
 
 
 def weak_drives(batch: SceneBatch) -> Iterator[Finding]:
     """Drives of fixed robots that gravity is stronger than at the start, of a batch that was not stepped."""
-    held = {mount.entity for one in batch.plan.constraints for mount in (one.child, one.parent) if mount is not None}
+    held = constrained_entities(batch.plan)
     there = set(batch.scene_idxs)
     for entity in batch.plan.entities:
         if not isinstance(entity.structures[0], ArticulationStructure) or entity.name in held:
@@ -47,7 +61,7 @@ def _weak_drives(batch: SceneBatch, entity: Entity, row: int, index: int) -> Ite
     coupled = {name for mimic in structure.mimics for name in (mimic.joint, mimic.source)}
     weights = np.array([link.mass * (not link.disable_gravity) for link in links])
     centres = np.array([(link.entity_pose * link.cmass_local_pose).p for link in links], np.float64)
-    pull = np.array(batch.plan.physics.gravity or _GRAVITY)
+    pull = gravity_of(batch.plan)
     carried = [{number} for number in range(len(links))]
     for number in range(len(links) - 1, 0, -1):
         parent = structure.links[number].parent
@@ -77,13 +91,21 @@ def _weak_drives(batch: SceneBatch, entity: Entity, row: int, index: int) -> Ite
             )  # fmt: skip
 
 
+def uneven_scenes(moving: list[MovingBody]) -> set[int]:
+    """The scenes in which masses differ by more than `MASS_RATIO`."""
+    masses: dict[int, list[float]] = {}
+    for body in moving:
+        masses.setdefault(body.scene, []).append(float(body.component.mass))
+    return {scene for scene, found in masses.items() if max(found) > MASS_RATIO * min(found)}
+
+
 def mass_ratios(batch: SceneBatch, moving: list[MovingBody], contacts: Contacts) -> Iterator[Finding]:
     """Bodies that touch or are tied to each other, and whose masses differ by more than `MASS_RATIO`.
 
     Args:
         batch: after one step.
         moving: its bodies. Links are left out: an articulation keeps its joints whatever its masses.
-        contacts: of the step.
+        contacts: of the step, at least those of `uneven_scenes`.
     """
     masses = {(body.scene, body.entity): float(body.component.mass) for body in moving if body.entity in batch.entities}
     near = contacts.separation <= 0
@@ -105,10 +127,10 @@ def mass_ratios(batch: SceneBatch, moving: list[MovingBody], contacts: Contacts)
 
 
 def long_steps(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
-    """Bodies that fall so far in one step that they may pass through what is below them."""
+    """Bodies that fall or fly so far in one step that they may pass through what is in their way."""
     physics = batch.plan.physics
-    gravity, step = -(physics.gravity or _GRAVITY)[2], physics.timestep or _TIMESTEP
-    if gravity <= 0 or physics.enable_ccd:
+    gravity, step = -float(gravity_of(batch.plan)[2]), physics.timestep or _TIMESTEP
+    if physics.enable_ccd:
         return
     for scene in batch.scene_idxs:
         bodies = [body for body in moving if body.scene == scene and body.entity in batch.entities]
@@ -116,10 +138,33 @@ def long_steps(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]
         fixed = [each for each in system.get_rigid_static_components() if each.collision_shapes and _is_thick(each)]
         if not bodies or not fixed:
             continue
-        boxes = np.array([each.get_global_aabb_fast() for each in fixed], np.float64)
+        boxes = bounding_boxes(fixed)
         for body in bodies:
-            if body.component.collision_shapes and not body.component.get_disable_gravity():
+            if not body.component.collision_shapes:
+                continue
+            yield from _passed_wall(body, fixed, boxes, step)
+            if gravity > 0 and not body.component.get_disable_gravity():
                 yield from _long_step(body, fixed, boxes, gravity, step)
+
+
+def _passed_wall(body: MovingBody, fixed: list[Any], boxes: Any, step: float) -> Iterator[Finding]:
+    """What a body may pass through that keeps the velocity of its start, within a second."""
+    velocity = np.array(body.component.get_linear_velocity(), np.float64)
+    if not velocity[:2].any():
+        return
+    low, high = np.array(body.component.get_global_aabb_fast(), np.float64)
+    # The times at which it begins and ends to overlap each box along each axis [s].
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.stack([boxes[:, 0] - high, boxes[:, 1] - low]) / velocity
+    enters, leaves = np.nanmax(ends.min(axis=0), axis=1), np.nanmin(ends.max(axis=0), axis=1)
+    for target in np.flatnonzero((enters > 0) & (enters < 1) & (leaves > enters) & (leaves - enters < step)).tolist():
+        speed, name = float(np.linalg.norm(velocity)), fixed[target].entity.name
+        yield Finding(
+            "SC540", (body.entity, name), body.scene, step / float(leaves[target] - enters[target]),
+            f"`{body.entity}` may pass through `{name}`: it flies at {speed:.3g} m/s, {speed * step:.3g} m a step",
+            "lower `timestep`, write `enable_ccd: true` under `physics`, or make what is in its way thicker",
+        )  # fmt: skip
+        return
 
 
 def _is_thick(component: Any) -> bool:
@@ -148,3 +193,57 @@ def _long_step(body: MovingBody, fixed: list[Any], boxes: Any, gravity: float, s
             f"{speed:.3g} m/s, {speed * step:.3g} m a step",
             "lower `timestep`, write `enable_ccd: true` under `physics`, or make the one below thicker",
         )  # fmt: skip
+
+
+def joint_positions(batch: SceneBatch) -> Positions:
+    """Entity, scene index, `PhysxArticulation` and its `qpos` (dof,) [rad] or [m], each."""
+    return [
+        (name, index, obj, np.array(obj.get_qpos(), np.float64))
+        for name, built in batch.articulations.items()
+        for index, obj in zip(built.scene_idxs, built.objs, strict=True)
+    ]
+
+
+def jumps(before: Positions, timestep: float) -> Iterator[Finding]:
+    """Drives that move their joints too far in one step.
+
+    Args:
+        before: positions before a step that was made since.
+        timestep: of it [s].
+    """
+    for entity, scene, obj, start in before:
+        moved = np.abs(np.array(obj.get_qpos(), np.float64) - start)
+        for joint, link, way in zip(obj.get_active_joints(), _children(obj), moved.tolist(), strict=True):
+            slides = joint.type == "prismatic"
+            if joint.stiffness and way > JUMP[slides]:
+                yield Finding(
+                    "SC864", (f"{entity}/{link}",), scene, way / JUMP[slides],
+                    f"the drive of joint `{joint.name}` of `{entity}` is too stiff for a time step of {timestep:g} s: "
+                    f"it moves {_amount(way, slides=slides)} in the first step",
+                    "start at the target, lower `stiffness`, or set `force_limit` or `max_velocity`",
+                )  # fmt: skip
+
+
+def beyond_limits(batch: SceneBatch, seconds: float) -> Iterator[Finding]:
+    """Joints that are beyond their limits after a simulation of so many seconds."""
+    for entity, scene, obj, end in joint_positions(batch):
+        low, high = np.array(obj.get_qlimits(), np.float64).reshape(-1, 2).T
+        excess = np.maximum(low - end, end - high)
+        for joint, link, way in zip(obj.get_active_joints(), _children(obj), excess.tolist(), strict=True):
+            slides = joint.type == "prismatic"
+            if way > BEYOND[slides]:
+                yield Finding(
+                    "SC865", (f"{entity}/{link}",), scene, way / BEYOND[slides],
+                    f"joint `{joint.name}` of `{entity}` is {_amount(way, slides=slides)} beyond its limits after "
+                    f"{seconds:g} s",
+                    "what pushes it is stronger than the limit: look for an overlap, a constraint, or unequal masses",
+                )  # fmt: skip
+
+
+def _children(articulation: Any) -> list[str]:
+    """The names of the links that its joints move, in the order of `qpos`."""
+    return [joint.child_link.name for joint in articulation.get_active_joints()]
+
+
+def _amount(way: float, *, slides: bool) -> str:
+    return length_text(way) if slides else f"{np.degrees(way):.3g}°"

@@ -1,12 +1,19 @@
-"""Findings at the start: bodies that overlap, links of a robot that clash, and bodies that nothing supports."""
+"""Findings at the start: bodies that overlap, links of a robot that clash, bodies that nothing supports, constraints
+that do not hold.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from scenecc.plan import BodyStructure
+from scenecc.plan.body import groups_collide
+from scenecc.plan.constraint import Connection, Distance, Drive, Weld
+from scenecc.simulation.bodies import constrained_entities, gravity_of
+from scenecc.simulation.bounds import bounding_boxes, is_plane, solid_components
 from scenecc.simulation.findings import Finding, length_text
 
 if TYPE_CHECKING:
@@ -14,49 +21,69 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien import SceneBatch
     from scenecc.backends.sapien.contacts import Contacts
-    from scenecc.plan import ScenePlan
+    from scenecc.plan import Constraint, ScenePlan
     from scenecc.simulation.bodies import MovingBody
+    from scenecc.simulation.expect import OverlapRules
 
 OVERLAP: Final = 0.0005
 """By how much bodies may penetrate each other at the start [m]: PhysX pushes them apart slowly enough to go unseen."""
 
+TORN: Final = 0.001
+"""[m] Bodies may start this far from where a constraint holds them: PhysX pulls them together as hard as it can."""
 
-def overlaps(contacts: Contacts, plan: ScenePlan) -> Iterator[Finding]:
+TORN_TURN: Final = math.radians(1)
+"""[rad] Likewise of turns."""
+
+SPACING: Final = "physics:scene_spacing"
+"""What a finding about the distance of the scenes names. No entity's name has a colon."""
+
+
+def overlaps(contacts: Contacts, plan: ScenePlan, rules: OverlapRules) -> Iterator[Finding]:
     """Bodies that penetrate each other, by the contacts of the first step, which PhysX finds before anything moves.
 
     Args:
         contacts: of that step.
         plan: of the scenes.
+        rules: of the plan, otherwise `OVERLAP`.
     """
-    articulations = {entity.name for entity in plan.entities if not isinstance(entity.structures[0], BodyStructure)}
-    fixed = _fixed_bodies(plan)
-    deep = np.flatnonzero(contacts.separation < -OVERLAP)
+    articulations = articulation_names(plan)
+    fixed = fixed_bodies(plan)
+    deep = np.flatnonzero(contacts.separation < -rules.least)
     deepest: dict[tuple[int, str, str], tuple[float, str, str]] = {}
     for number in deep.tolist():
         a, b = str(contacts.a[number]), str(contacts.b[number])
         if a in fixed and b in fixed:
             continue
-        owners = _owner(a, articulations), _owner(b, articulations)
+        owners = owner(a, articulations), owner(b, articulations)
+        if -contacts.separation[number] <= rules.allowed(*owners) or rules.excuses((a, owners[0]), (b, owners[1])):
+            continue
+        if a in fixed and a == owners[0]:  # what stands wrong is seldom the ground
+            a, b, owners = b, a, (owners[1], owners[0])
         # Of two entities the deepest pair of links is told, of one robot every pair.
         key = int(contacts.scene[number]), *((a, b) if owners[0] == owners[1] else owners)
         deepest[key] = max(deepest.get(key, (0.0, "", "")), (-float(contacts.separation[number]), a, b))
     for (scene, *names), (depth, a, b) in deepest.items():
         by = f"by {length_text(depth)} at the start"
-        if _owner(a, articulations) == _owner(b, articulations):
+        if owner(a, articulations) == owner(b, articulations):
             yield Finding("SC851", tuple(names), scene, depth, f"the links `{a}` and `{b}` overlap {by}")
         else:
             yield Finding("SC850", tuple(names), scene, depth, f"`{a}` and `{b}` overlap {by}")
 
 
-def _owner(name: str, articulations: set[str]) -> str:
-    """The entity of ENTITY or ENTITY/LINK."""
-    owner = name
-    while owner not in articulations and "/" in owner:
-        owner = owner.rpartition("/")[0]
-    return owner if owner in articulations else name
+def articulation_names(plan: ScenePlan) -> set[str]:
+    """The entities that have links."""
+    return {entity.name for entity in plan.entities if not isinstance(entity.structures[0], BodyStructure)}
 
 
-def _fixed_bodies(plan: ScenePlan) -> set[str]:
+def owner(name: str, articulations: set[str]) -> str:
+    """The entity of ENTITY or ENTITY/LINK. `articulations`: as `articulation_names` gives them."""
+    ahead = name
+    while ahead not in articulations and "/" in ahead:
+        ahead = ahead.rpartition("/")[0]
+    return ahead if ahead in articulations else name
+
+
+def fixed_bodies(plan: ScenePlan) -> set[str]:
     """Static and kinematic bodies, and links that nothing can move: fixed to a root that is fixed, in each scene."""
     fixed: set[str] = set()
     for entity in plan.entities:
@@ -77,23 +104,47 @@ def _fixed_bodies(plan: ScenePlan) -> set[str]:
     return fixed
 
 
+def crowded(batch: SceneBatch) -> Iterator[Finding]:
+    """Bodies that reach beyond the half of `scene_spacing`, of scenes that share one space on a GPU."""
+    spacing = batch.plan.physics.scene_spacing
+    if spacing is None or batch.plan.num_scenes < 2:
+        return
+    for index, scene in zip(batch.scene_idxs, batch.scenes, strict=True):
+        solid = [each for each in solid_components(scene.physx_system) if not any(map(is_plane, each.collision_shapes))]
+        reach = np.abs(bounding_boxes(solid)[:, :, :2]).max(axis=(1, 2), initial=0.0)
+        if (reach > spacing / 2).any():
+            far, name = float(reach.max()), solid[int(reach.argmax())].entity.name
+            yield Finding(
+                "SC541", (SPACING,), index, far,
+                f"scenes stand {spacing:g} m apart, and `{name}` reaches {far:.3g} m from the middle of its own",
+                f"make it {2 * far:.2g} or more: neighbours on a GPU cost time",
+            )  # fmt: skip
+
+
 def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding]:
     """Dynamic bodies with nothing below them that could hold them, so that they fall for ever."""
-    held = {mount.entity for one in batch.plan.constraints for mount in (one.child, one.parent) if mount is not None}
+    if gravity_of(batch.plan)[2] >= 0:
+        return
+    held = constrained_entities(batch.plan)
     falling = [body for body in moving if body.entity not in held and _falls(body)]
     by_scene: dict[int, list[MovingBody]] = {}
     for body in falling:
         by_scene.setdefault(body.scene, []).append(body)
     for scene, bodies in by_scene.items():
-        components = [each for each in _components(batch, scene) if each.collision_shapes]
-        if any(_is_endless(each) for each in components):
-            continue
-        boxes = np.array([each.get_global_aabb_fast() for each in components], np.float64).reshape(-1, 2, 3)
+        solid = solid_components(batch.scenes[batch.scene_idxs.index(scene)].physx_system)
+        # A plane is below everything that it meets: what is beneath it is pushed up.
+        planes = [each for each in solid if any(map(is_plane, each.collision_shapes))]
+        boxes = bounding_boxes(solid)
         for body in bodies:
-            own = np.array([_is_part(each, body.component) for each in components])
+            if any(_meet(body.component, plane) for plane in planes):
+                continue
+            own = np.array([_is_part(each, body.component) for each in solid])
             low, high = boxes[own].min(axis=0)[0], boxes[own].max(axis=0)[1]
             below = (boxes[:, 0, :2] <= high[:2]).all(axis=1) & (boxes[:, 1, :2] >= low[:2]).all(axis=1)
-            if not (below & ~own & (boxes[:, 0, 2] < high[2])).any():
+            below &= ~own & (boxes[:, 0, 2] < high[2])
+            parts = [solid[number] for number in np.flatnonzero(own).tolist()]
+            under = [solid[number] for number in np.flatnonzero(below).tolist()]
+            if not any(_meet(part, each) for each in [*under, *planes] for part in parts):
                 yield Finding(
                     "SC852",
                     (body.entity,),
@@ -111,16 +162,68 @@ def _is_part(component: Any, of: Any) -> bool:
     )
 
 
+def _meet(one: Any, other: Any) -> bool:
+    """Whether any of the shapes of two components collide."""
+    return any(
+        groups_collide(a.collision_groups, b.collision_groups)
+        for a in one.collision_shapes
+        for b in other.collision_shapes
+    )
+
+
 def _falls(body: MovingBody) -> bool:
     return not body.component.get_disable_gravity() and bool(body.component.collision_shapes)
 
 
-def _components(batch: SceneBatch, scene: int) -> Iterator[Any]:
-    system = batch.scenes[batch.scene_idxs.index(scene)].physx_system
-    yield from system.get_rigid_static_components()
-    yield from system.get_rigid_dynamic_components()
-    yield from system.get_articulation_link_components()
+def torn_constraints(batch: SceneBatch) -> Iterator[Finding]:
+    """Constraints whose limits the start does not keep, of a batch that was not stepped."""
+    for constraint in batch.plan.constraints:
+        if constraint.name not in batch.constraints:
+            continue
+        built = batch.constraints[constraint.name]
+        row_of = {index: row for row, index in enumerate(constraint.scene_idxs)}
+        for index, component in zip(built.scene_idxs, built.objs, strict=True):
+            if not component.is_enabled:
+                continue
+            errors = list(_errors(constraint, row_of[index], component))
+            if errors:
+                excess, text = max(errors)
+                yield Finding(
+                    "SC853", (f"constraints/{constraint.name}",), index, excess,
+                    f"the constraint `{constraint.name}` is torn at the start: {text}",
+                )  # fmt: skip
 
 
-def _is_endless(component: Any) -> bool:
-    return any(type(shape).__name__ == "PhysxCollisionShapePlane" for shape in component.collision_shapes)
+def _errors(constraint: Constraint, row: int, component: Any) -> Iterator[tuple[float, str]]:
+    """By how many times the tolerance something is out of its limits, and what it is."""
+    joint = constraint.joint
+    pose = component.relative_pose
+    if isinstance(joint, Connection):
+        yield from _beyond(component.distance, 0.0, 0.0, TORN, "its frames are {} apart")
+    elif isinstance(joint, Distance) and joint.stiffness is None:
+        low, high = map(float, joint.limits.row(row))
+        yield from _beyond(component.distance, low, high, TORN, f"its frames are {{}} beyond {low:g}…{high:g} m apart")
+    elif isinstance(joint, Weld):
+        distance = math.hypot(*map(float, pose.p))
+        yield from _beyond(distance, 0.0, 0.0, TORN, "its frames are {} apart")
+        turn = 2 * math.acos(min(1.0, abs(float(pose.q[0]))))
+        yield from _beyond(turn, 0.0, 0.0, TORN_TURN, "its frames are turned by {} against each other")
+    elif isinstance(joint, Drive):
+        twist = 2 * math.atan2(float(pose.q[1]), float(pose.q[0]))
+        twist = math.remainder(twist, 2 * math.pi)
+        for limit in joint.limits:
+            if limit.stiffness is not None:
+                continue
+            low, high = map(float, limit.limits.row(row))
+            if limit.axis == "twist":
+                yield from _beyond(twist, low, high, TORN_TURN, "its twist is {} beyond its limits")
+            else:
+                where = float(pose.p["xyz".index(limit.axis)])
+                yield from _beyond(where, low, high, TORN, f"along {limit.axis} it is {{}} beyond its limits")
+
+
+def _beyond(value: float, low: float, high: float, tolerance: float, text: str) -> Iterator[tuple[float, str]]:
+    excess = max(low - value, value - high)
+    if excess > tolerance:
+        shown = f"{math.degrees(excess):.3g}°" if tolerance == TORN_TURN else length_text(excess)
+        yield excess / tolerance, text.format(shown)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from scenecc.diagnostics.silencing import MARKER, Silencing, silencings_of
+from scenecc.diagnostics.diagnostic import MARKER, Silencing, silencings_of
 from scenecc.source.events import ScalarEvent, StreamEndEvent, next_event
 
 if TYPE_CHECKING:

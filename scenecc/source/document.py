@@ -32,6 +32,7 @@ from scenecc.source.events import (
     has_index_keys,
     next_event,
 )
+from scenecc.source.text import LONE_SURROGATES, SEPARATORS
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
@@ -46,26 +47,57 @@ Place = tuple[int, int]
 """0-based line and column."""
 
 
-class _Node:
-    """A node, and the nodes below it by key or index; an alias is the node that it names."""
+class WrittenNode:
+    """A node as it is written.
+
+    Attributes:
+        span: of the first line of it.
+        text: of a scalar, without its quotes; None of a mapping or a list.
+        entries: of a mapping, by key; those of its merge keys too.
+        items: of a list.
+        is_block: whether it is a collection in block style.
+
+    An alias is the node that it names, so that a node may be reached in several ways, and be inside itself.
+    """
 
     __slots__ = ("entries", "is_block", "items", "span", "text")
 
-    def __init__(self, span: Span, text: str = "") -> None:
+    def __init__(self, span: Span, text: str | None = None) -> None:
         self.span = span
         self.text = text
-        self.entries: Mapping[str, _Entry] = _NO_ENTRIES
-        self.items: Sequence[_Node] = ()
+        self.entries: Mapping[str, WrittenEntry] = _NO_ENTRIES
+        self.items: Sequence[WrittenNode] = ()
         self.is_block = False
 
 
-class _Entry(NamedTuple):
+class WrittenEntry(NamedTuple):
+    """An entry of a mapping. `key`: where its key is; `merged`: whether a merge key brought it in."""
+
     key: Span
-    node: _Node
+    node: WrittenNode
     merged: bool = False
 
 
-_NO_ENTRIES: Mapping[str, _Entry] = {}
+_NO_ENTRIES: Mapping[str, WrittenEntry] = {}
+
+
+class WrittenTree(NamedTuple):
+    """What is written in a text. `is_whole`: whether it is YAML; otherwise the tree ends where that is wrong."""
+
+    root: WrittenNode
+    is_whole: bool
+
+
+def written_tree(text: str) -> WrittenTree:
+    """The nodes of a text, with their places, also of one that is half typed.
+
+    There are none where a character breaks lines for YAML 1.1 alone: what the parser tells of places is wrong there.
+    Nor are there any where half a character is typed, which the parser does not take.
+    """
+    walk = _EventWalk("\0" if SEPARATORS.search(text) or LONE_SURROGATES.search(text) else text)
+    with collector_paused():
+        root = walk.root()
+    return WrittenTree(root, walk.is_whole)
 
 
 class PositionIndex:
@@ -97,7 +129,7 @@ def find_duplicate_keys(text: str, last: Place) -> dict[Place, Span]:
     return walk.firsts
 
 
-def _first_line(node: _Node) -> Span:
+def _first_line(node: WrittenNode) -> Span:
     """What to underline of a node. A block's end mark runs past blank lines and comments, and is no use."""
     line, start, end = node.span
     while node.is_block and node.span[0] == line:
@@ -126,60 +158,60 @@ class _EventWalk:
     def __init__(self, text: str, last: Place | None = None) -> None:
         self._get = next_event(text)
         self._last = last
-        self._anchors: dict[str, _Node] = {}
+        self._anchors: dict[str, WrittenNode] = {}
+        self.is_whole = False
         self.firsts: dict[Place, Span] = {}
 
-    def root(self) -> _Node:
+    def root(self) -> WrittenNode:
         """The document's node; what was read of it, where the walk ended early."""
-        root = _Node((0, 0, None))
+        root = WrittenNode((0, 0, None))
         get = self._get
         try:
             get()  # the start of the stream
-            if isinstance(get(), StreamEndEvent):
-                return root
-            event: NodeEvent = get()
-            root = self._opened(event)
-            if not isinstance(event, ScalarEvent):
+            if not isinstance(get(), StreamEndEvent):
+                event: NodeEvent = get()
+                root = self._opened(event)
                 self._fill(event, root)
+            self.is_whole = True
         except (yaml.YAMLError, _WalkFinished, RecursionError):
             pass  # with the limit of depth raised; the places above are still found
         return root
 
-    def _node(self, event: NodeEvent) -> _Node:
+    def _opened(self, event: NodeEvent) -> WrittenNode:
+        """A node as far as its first event tells."""
         if isinstance(event, AliasEvent):
-            return self._anchors.get(event.anchor or "", _Node(_event_span(event, event)))
-        node = self._opened(event)
-        if not isinstance(event, ScalarEvent):
-            self._fill(event, node)
-        return node
-
-    def _opened(self, event: NodeEvent) -> _Node:
-        node = _Node(_event_span(event, event), event.value if isinstance(event, ScalarEvent) else "")
+            return self._anchors.get(event.anchor or "", WrittenNode(_event_span(event, event)))
+        node = WrittenNode(_event_span(event, event), event.value if isinstance(event, ScalarEvent) else None)
         if event.anchor is not None:
             self._anchors[event.anchor] = node
         return node
 
-    def _fill(self, start: NodeEvent, node: _Node) -> None:
-        """Reads what is in a collection, up to and with its end."""
+    def _fill(self, start: NodeEvent, node: WrittenNode) -> None:
+        """Reads what is in a collection, up to and with its end. Each part is in it before it is read itself."""
+        if isinstance(start, (ScalarEvent, AliasEvent)):
+            return
         get = self._get
         event: NodeEvent = get()
         if isinstance(start, MappingStartEvent):
-            node.entries = entries = dict[str, _Entry]()
+            node.entries = entries = dict[str, WrittenEntry]()
             while not isinstance(event, MappingEndEvent):
                 self._entry(event, entries)
                 event = get()
         else:
-            node.items = items = list[_Node]()
+            node.items = items = list[WrittenNode]()
             while not isinstance(event, SequenceEndEvent):
-                items.append(self._node(event))
+                items.append(self._opened(event))
+                self._fill(event, items[-1])
                 event = get()
         node.is_block = not start.flow_style
         node.span = _event_span(start, event)
 
-    def _entry(self, event: NodeEvent, entries: dict[str, _Entry]) -> None:
+    def _entry(self, event: NodeEvent, entries: dict[str, WrittenEntry]) -> None:
         """Reads a key and its value. On a duplicate the first entry stays."""
         span = _event_span(event, event)
-        key = self._node(event).text
+        node = self._opened(event)
+        self._fill(event, node)
+        key = node.text or ""
         known = entries.get(key)
         is_merge = isinstance(event, ScalarEvent) and event.value == "<<" and event.implicit[0]
         first = None if known is None or known.merged or is_merge else known
@@ -187,13 +219,15 @@ class _EventWalk:
             self.firsts[span[:2]] = first.key
             if self._last is not None and span[:2] >= self._last:
                 raise _WalkFinished
-        value = self._node(self._get())
+        event = self._get()
+        value = self._opened(event)
+        if not is_merge and first is None:
+            entries[key] = WrittenEntry(span, value)
+        self._fill(event, value)
         if is_merge:
             for source in value.items or [value]:
                 for name, entry in source.entries.items():
-                    entries.setdefault(name, _Entry(entry.key, entry.node, merged=True))
-        elif first is None:
-            entries[key] = _Entry(span, value)
+                    entries.setdefault(name, WrittenEntry(entry.key, entry.node, merged=True))
 
 
 def _event_span(first: Event, last: Event) -> Span:
@@ -223,7 +257,7 @@ class Document:
         return None if self._lines is None else self._lines.text
 
     def locate(self, origin: Origin, at: At) -> Location:
-        """Where an origin in this document is written: a `scenecc.diagnostics.Locator`.
+        """Where an origin in this document is written: a `scenecc.diagnostics.diagnostic.Locator`.
 
         Aliases and merge keys are followed to the text inside their anchors; of a path that does not
         exist the deepest part that does is shown. The index is made at the first question.

@@ -16,7 +16,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+from scenecc.diagnostics.messages import keyboard_hint
+from scenecc.files import State, state_now
+
+if TYPE_CHECKING:
+    from scenecc.source.document import Document
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 
@@ -34,7 +40,7 @@ def check_uri(uri: str) -> Refusal | None:
     if not uri.strip():
         return Refusal("SC403", "the path is empty", "name a file")
     if any(ord(c) < 32 or c == "\x7f" for c in uri):
-        return Refusal("SC403", f"the path {shorten_uri(uri)!r} holds a control character")
+        return Refusal("SC403", f"the path {shorten_uri(uri)!r} holds a control character", "write `/` between folders")
     try:
         os.fsencode(uri)
     except UnicodeEncodeError:
@@ -59,7 +65,7 @@ def check_scheme(uri: str, known: tuple[str, ...]) -> Refusal | None:
         "http": "download the file and name it by its path",
         "https": "download the file and name it by its path",
         "file": "write the path alone, without file://",
-        "package": "write pkg://PACKAGE/PATH for a Python package, or asset://PATH and --asset-root for a ROS one",
+        "package": "write asset://PATH with --asset-root, or pkg://PACKAGE/PATH of a Python package",
         "model": "write asset://PATH and give the model folder with --asset-root",
     }
     fallback = (
@@ -101,17 +107,20 @@ class NameSuggestions:
         self._listings: dict[Path, _FolderListing] = {}
         self._guesses_left = _MAX_GUESSES
 
-    def hint(self, path: Path) -> str | None:
+    def hint(self, path: Path, written: str) -> str | None:
         """What to say about a missing file.
 
         Args:
             path: absolute, without links and `..`.
+            written: how it is named, which the suggestion keeps but for the part that is missing.
         """
         folder = next((parent for parent in path.parents if parent.is_dir()), Path(path.anchor))
         missing, *rest = path.relative_to(folder).parts
         guess = self._guess(missing, self._listing(folder))
         if guess is not None:
-            return f"did you mean `{'/'.join([guess, *rest])}`?"
+            parts = written.split("/")
+            before = parts[: -len(rest) - 1] if parts[-len(rest) - 1 :] == [missing, *rest] else []
+            return f"did you mean `{shorten_uri('/'.join([*before, guess, *rest]))}`?"
         return f"there is no folder {folder / missing}" if rest else None
 
     def _guess(self, missing: str, listing: _FolderListing) -> str | None:
@@ -139,6 +148,8 @@ class NameSuggestions:
 
 ASSET_PATH_VARIABLE = "SCENECC_ASSET_PATH"
 """Environment variable with asset roots, separated by `os.pathsep`; they come after `--asset-root`."""
+
+_PACK_HINT = "`scenecc pack` takes the files of other values with --set, and further files with --add"
 
 _OUTSIDE_HINT = (
     "move the file beside the scene, give its folder with --asset-root, or allow it with --allow-outside-assets"
@@ -171,11 +182,29 @@ class FileReference:
         uri: of the file, as `ResolvedFile` has it.
         by: the files that name it, as messages have them, in the order in which they did.
         role: "include" or "prefab" for a scene file; "" for any other, whose role follows from the plan.
+        state: of the file when it was first named; None where it is gone.
     """
 
     uri: str
     by: dict[str, None] = field(default_factory=dict[str, None])
     role: str = ""
+    state: State | None = None
+
+
+class Lookup(NamedTuple):
+    """A file, or a folder of ROS packages, that was found.
+
+    Attributes:
+        written: as the scene or asset names it.
+        joined: the same as a path, with all its links and `..`.
+        path: where it is, as of `ResolvedFile`.
+        package: the folder of the package in which it was looked for, None outside of packages.
+    """
+
+    written: str
+    joined: Path
+    path: Path
+    package: Path | None
 
 
 class PathCache:
@@ -184,19 +213,36 @@ class PathCache:
     Attributes:
         named: every file that is used, by its path.
         missing: where a file was looked for and is none.
+        lookups: what was found, as it was looked for.
+        texts: scene files that are read from here, by their paths, whatever the disk has: what an editor holds.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, texts: Mapping[Path, str] | None = None) -> None:
+        self.texts: Mapping[Path, str] = texts or {}
         self.found: dict[tuple[str, str], ResolvedFile | Refusal] = {}
         self.named: dict[Path, FileReference] = {}
         self.missing: set[Path] = set()
+        self.lookups: list[Lookup] = []
         self.packages: dict[str, _Package | Refusal] = {}
         self.trees: tuple[Path, ...] | None = None
         self.near = NameSuggestions()
 
+    def package_folders(self) -> dict[str, Path]:
+        """The folders of the Python packages that were found, by name."""
+        return {name: one.folder for name, one in self.packages.items() if isinstance(one, _Package)}
+
+    def files_by_name(self, top: Document) -> dict[str, Path]:
+        """The files that were used, by the names that origins give them. `top`: the document that was compiled."""
+        found = {reference.uri: path for path, reference in self.named.items()}
+        if top.name is not None and top.path is not None:
+            found[top.name] = top.path
+        return found
+
     def note(self, file: ResolvedFile, by: str, role: str = "") -> None:
         """Remembers that a file is used, and what names it."""
-        naming = self.named.setdefault(file.path, FileReference(file.uri))
+        naming = self.named.get(file.path)
+        if naming is None:
+            naming = self.named[file.path] = FileReference(file.uri, state=state_now(file.path))
         naming.by[by] = None
         naming.role = naming.role or role
 
@@ -210,12 +256,14 @@ class AssetScope:
         asset_roots: where `asset://` looks, in order; see `asset_roots`.
         allow_outside: whether paths may leave the trees.
         memory: what was looked up.
+        packages: folders of the Python packages that a pack holds, by name; None: those that are installed are used.
     """
 
     root: Path | None = None
     asset_roots: tuple[Path, ...] = ()
     allow_outside: bool = False
     memory: PathCache = field(default_factory=PathCache, repr=False, compare=False)
+    packages: Mapping[str, Path] | None = None
 
 
 def asset_roots(
@@ -294,8 +342,15 @@ def _cached_package(uri: str, scope: AssetScope) -> _Package | Refusal:
     name = uri[len("pkg://") :].split("/", 1)[0]
     found = scope.memory.packages.get(name)
     if found is None:
-        found = scope.memory.packages[name] = _find_package(name)
+        found = _find_package(name) if scope.packages is None else _find_packed(name, scope.packages)
+        scope.memory.packages[name] = found
     return found
+
+
+def _find_packed(name: str, packages: Mapping[str, Path]) -> _Package | Refusal:
+    if name in packages:
+        return _Package(_real_path(packages[name]), name)
+    return Refusal("SC405", f"the pack holds no Python package `{shorten_uri(name)}`", _PACK_HINT)
 
 
 def _find_package(name: str) -> _Package | Refusal:
@@ -332,6 +387,8 @@ def _resolve_in_roots(uri: str, scope: AssetScope) -> ResolvedFile | Refusal:
     refusal = check_inner_path(uri, inner)
     if refusal is not None:
         return refusal
+    if not scope.asset_roots and scope.packages is not None:
+        return Refusal("SC406", f"`{shorten_uri(uri)}` needs an asset root, and the pack has none", _PACK_HINT)
     if not scope.asset_roots:
         return Refusal(
             "SC406",
@@ -358,14 +415,16 @@ def _check_path(
         if not scope.allow_outside and not any(
             real.is_relative_to(tree) for tree in (*_readable_folders(scope), *extra)
         ):
-            return Refusal(
-                "SC402", f"`{shorten_uri(written)}` leaves the folders that this scene may read", _OUTSIDE_HINT
+            places, hint = (
+                ("folders that this scene may read", _OUTSIDE_HINT) if scope.packages is None else ("pack", None)
             )
+            return Refusal("SC402", f"`{shorten_uri(written)}` leaves the {places}", hint)
         kept = real if joined.name == ".." else _real_path(joined.parent) / joined.name
         # As written: `nowhere/../mug.obj` is there in words alone, and SAPIEN would go and look elsewhere.
         status = joined.stat()
     except OSError as error:
         return _refuse_unreachable(error, joined, written, scope)
+    scope.memory.lookups.append(Lookup(written, joined, kept, extra[0] if extra else None))
     if not stat.S_ISREG(status.st_mode):
         kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
         return Refusal("SC404", f"`{shorten_uri(written)}` is {kind}", "name a file")
@@ -381,9 +440,12 @@ def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: Asset
         return Refusal("SC407", f"`{shorten_uri(written)}` is a link to itself", "fix the link")
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
         scope.memory.missing.add(_real_path(joined))
-        return Refusal(
-            "SC401", f"there is no file `{shorten_uri(written)}`", scope.memory.near.hint(_real_path(joined))
-        )
+        hint = scope.memory.near.hint(_real_path(joined), written) if scope.packages is None else _PACK_HINT
+        if written.startswith("$"):
+            hint = "no variables are read: write a path relative to the scene, or use asset://"
+        hint = keyboard_hint(written) or hint
+        where = "" if scope.packages is None else " in the pack"
+        return Refusal("SC401", f"there is no file `{shorten_uri(written)}`{where}", hint)
     if error.errno == errno.ENAMETOOLONG:
         return Refusal("SC401", f"there is no file `{shorten_uri(written)}`", "no file name is this long")
     return Refusal(
@@ -394,6 +456,18 @@ def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: Asset
 def _canonical_uri(path: Path, scope: AssetScope) -> str:
     root = _readable_folders(scope)[0]
     return (path.relative_to(root) if path.is_relative_to(root) else path).as_posix()
+
+
+def name_of_file(path: Path, scope: AssetScope) -> str:
+    """A name of a file that does not depend on the machine; see `hash_files`. `path`: as of `ResolvedFile`."""
+    for package in scope.memory.packages.values():
+        if isinstance(package, _Package) and path.is_relative_to(package.folder):
+            return f"pkg://{package.name}/{path.relative_to(package.folder).as_posix()}"
+    root, *others = _readable_folders(scope)
+    folder = None if path.is_relative_to(root) else next((one for one in others if path.is_relative_to(one)), None)
+    if folder is None:
+        return Path(os.path.relpath(path, root)).as_posix()
+    return f"asset://{path.relative_to(folder).as_posix()}"
 
 
 def _root_folder(scope: AssetScope) -> Path:

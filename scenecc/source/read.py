@@ -7,6 +7,7 @@ reader.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
@@ -22,6 +23,7 @@ from scenecc.source.document import Document, copy_mapping, find_duplicate_keys
 from scenecc.source.events import (
     RESERVED_CHARACTER,
     RESERVED_IN_KEY_MESSAGE,
+    TOO_DEEP,
     AliasEvent,
     DocumentStartEvent,
     MappingEndEvent,
@@ -59,6 +61,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
 
 
+_COMMENTED_COLOUR = re.compile(r"[ \t]*:[ \t]+(#[0-9A-Fa-f]{3,8})[ \t,}\]]*$")
+
 _TYPE_OF: Callable[[object], object] = type
 
 
@@ -71,19 +75,30 @@ def read_yaml(faults: SourceReporter, limits: Limits) -> dict[str, Any] | None:
 def read_strict(faults: SourceReporter, limits: Limits) -> dict[str, Any] | None:
     """As `read_yaml`, by the parser alone."""
     try:
-        reader = _StrictReader(next_event(faults.lines.text), faults, limits)
+        return _read_events(next_event(faults.lines.text), faults, limits)
+    except yaml.MarkedYAMLError as error:
+        if error.problem != TOO_DEEP or faults.any:
+            report_syntax(error, faults)
+            return None
     except yaml.YAMLError as error:
         report_syntax(error, faults)
         return None
+    try:
+        return _read_events(next_event(faults.lines.text, libyaml=False), faults, limits)
+    except yaml.YAMLError as error:
+        report_syntax(error, faults)
+        return None
+
+
+def _read_events(get: NextEvent, faults: SourceReporter, limits: Limits) -> dict[str, Any] | None:
+    """The mapping of a parser's events. Raises yaml.YAMLError where the text is no YAML."""
+    reader = _StrictReader(get, faults, limits)
     try:
         return reader.document()
     except ReadAborted:
         return None
     except RecursionError:
         faults.report("SC602", "the document is deeper than Python's stack allows", Location(faults.lines.file))
-        return None
-    except yaml.YAMLError as error:
-        report_syntax(error, faults)
         return None
     finally:
         reader.report_duplicates()
@@ -254,10 +269,22 @@ class _StrictReader:
                 hint = "give it a value, or remove the key to get its default"
                 if isinstance(under, str) and ":" in under.strip(":"):
                     hint = "a colon that ends a key is followed by a blank: write `key: value`"
+                elif self._next_line(key_event).startswith("-{"):
+                    hint = "write a blank after the `-` of each item: `- {…}`"
+                elif colour := _COMMENTED_COLOUR.match(self._rest_of_line(key_event)):
+                    hint = f'`#` begins a comment, so quote it: `{under}: "{colour[1]}"`'
                 self._faults.at("SC006", f"{subject} has no value", key_event, path=self._path(under), hint=hint)
         if event.anchor is not None:
             self._aliases.define(event.anchor, value)
         return value
+
+    def _rest_of_line(self, event: NodeEvent) -> str:
+        """What stands behind an event."""
+        return self._faults.lines.line(event.end_mark.line)[event.end_mark.column :]
+
+    def _next_line(self, event: NodeEvent) -> str:
+        """The line below an event, without its indentation."""
+        return self._faults.lines.line(event.end_mark.line + 1).lstrip()
 
     def _odd_entry(self, event: NodeEvent, node: dict[str, Any]) -> None:
         """Reads an entry whose key is not simply a new string."""

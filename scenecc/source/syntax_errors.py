@@ -10,16 +10,13 @@ from typing import TYPE_CHECKING, Any, cast
 from yaml import MarkedYAMLError, YAMLError
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.source.events import describe_type
-from scenecc.source.text import find_control_character, report_character
+from scenecc.source.events import Event, Mark, NodeEvent, describe_type
+from scenecc.source.text import TextLines, find_control_character, report_character
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Location, Path
-    from scenecc.source.events import Event, Mark, NodeEvent
     from scenecc.source.limits import Limits
-    from scenecc.source.text import TextLines
-
 
 MAX_ERRORS = 1000
 """A text of nothing but errors (`- ` a million times) must not fill the memory with reports."""
@@ -180,10 +177,25 @@ def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
 
 
 def _find_advice(problem: _Problem) -> _Advice:
+    if advice := _commented_colour(problem):
+        return advice
     for beginning, advise in _ADVICE_BY_PROBLEM.items():
         if problem.problem.startswith(beginning):
             return _tab(problem) or advise(problem)
     return _tab(problem) or _Advice(f"bad YAML: {problem.problem}")
+
+
+_COMMENTED_COLOUR = re.compile(r":[ \t]+(?P<colour>#[0-9A-Fa-f]{3,8})\b")
+
+
+def _commented_colour(problem: _Problem) -> _Advice | None:
+    """A colour without quotes, which hides the brackets behind it, in the line of the problem or up to two before."""
+    for line in range(problem.mark.line, max(problem.mark.line - 3, -1), -1):
+        if found := _COMMENTED_COLOUR.search(problem.lines.line(line)):
+            colour = found["colour"]
+            message = "a bracket is not closed: `#` begins a comment"
+            return _Advice(message, f'quote the colour: "{colour}"', line, found.start("colour"), len(colour))
+    return None
 
 
 def _tab(problem: _Problem) -> _Advice | None:
@@ -281,7 +293,7 @@ def _key(problem: _Problem) -> _Advice:
         hint = "quote the whole value, or start a new line"
         return _Advice("something follows a value that is complete", hint, length=problem.rest_length)
     if problem.rest.startswith("- "):
-        hint = "a list's dashes stand under one another, and no keys of the same mapping between them"
+        hint = "write either keys or list items at one indentation, not both"
         return _Advice("a list item among keys", hint, related="the mapping starts here")
     hint = "its indentation fits neither the keys above it nor a value of theirs"
     return _Advice("bad indentation", hint, length=problem.rest_length, related="the mapping starts here")

@@ -78,14 +78,25 @@ def _unify_line_breaks(text: str) -> str:
 _CONTROL_CHARACTERS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
 """What YAML may not hold (section 5.1 of its specification)."""
 
-_SEPARATORS = re.compile("[\x85\u2028\u2029]")
+SEPARATORS = re.compile("[\x85\u2028\u2029]")
 """Line breaks to YAML 1.1's parsers, and so to libyaml, but neither to YAML 1.2 nor to editors."""
+
+LONE_SURROGATES = re.compile("[\ud800-\udfff]")
+"""Halves of characters, which an editor may hold for a moment, and UTF-8 cannot."""
 
 _TAG_DIRECTIVE = re.compile(r"(?:^|[\r\n])%TAG")
 
 _MAX_TAG_DIRECTIVES = 100
 
 _TEXT_HINT = "a scene file is text in UTF-8"
+
+
+_LANGUAGE_KEY = re.compile(r"""^(?:\{[ \t]*)?(?:scenecc|"scenecc"|'scenecc')[ \t]*:""", re.MULTILINE)
+
+
+def is_scene_text(text: str) -> bool:
+    """Whether a text has the key that every scene has at its top level."""
+    return _LANGUAGE_KEY.search(text) is not None
 
 
 def read_bytes(name: str, sink: Sink, limits: Limits) -> bytes | None:
@@ -161,7 +172,7 @@ def decode_text(text: str | bytes, name: str | None, sink: Sink, limits: Limits)
     if size > limits.text_bytes:
         _report_length(name, sink, limits)
         return None
-    separator = None if decoded.isascii() else _SEPARATORS.search(lines.text)
+    separator = None if decoded.isascii() else SEPARATORS.search(lines.text)
     if separator is not None:
         report_character(lines, separator.start(), sink)
         return None
@@ -185,11 +196,11 @@ def report_character(lines: TextLines, offset: int, sink: Sink) -> None:
     """Reports a character that must not stand in a scene file."""
     line, column = lines.position(offset)
     code = ord(lines.text[offset])
-    what, hint = f"the control character U+{code:04X}", _TEXT_HINT
+    what, hint = f"the control character U+{code:04X}", f'delete it, or write "\\u{code:04X}" in double quotes'
     if code == 0:
         what, hint = "a zero byte (U+0000)", "is this a binary file? " + _TEXT_HINT
     elif 0xD800 <= code <= 0xDFFF:
-        what = f"a lone surrogate (U+{code:04X})"
+        what, hint = f"a lone surrogate (U+{code:04X})", _TEXT_HINT
     elif code in (0x85, 0x2028, 0x2029):
         what = f"U+{code:04X}, a line break to some programs and not to others"
         hint = f'break the line, or write "\\u{code:04X}" in double quotes'

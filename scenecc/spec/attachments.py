@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-
 PART_TYPES = {
     PART_LABELS["urdf"]: LazyType("scenecc.spec.attachments", "UrdfPart"),
     PART_LABELS["mjcf"]: LazyType("scenecc.spec.attachments", "MjcfPart"),

@@ -12,6 +12,7 @@ from scenecc.spec.values import Fixed
 
 if TYPE_CHECKING:
     from scenecc.spec.constraint import Constraint
+    from scenecc.spec.expect import ExpectSpec
     from scenecc.spec.params import Draw
     from scenecc.spec.physics import CollisionGroup, PhysicsSpec
     from scenecc.spec.pose import FrameSpec
@@ -21,6 +22,7 @@ else:
     CameraSpec = Annotated[Any, LazyType("scenecc.spec.rendering", "CameraSpec")]
     Constraint = Annotated[Any, LazyType("scenecc.spec.constraint", "Constraint")]
     EnvironmentSpec = Annotated[Any, LazyType("scenecc.spec.rendering", "EnvironmentSpec")]
+    ExpectSpec = Annotated[Any, LazyType("scenecc.spec.expect", "ExpectSpec")]
     Light = Annotated[Any, LazyType("scenecc.spec.rendering", "Light")]
     Draw = Annotated[Any, LazyType("scenecc.spec.params", "Draw")]
     Material = Annotated[Any, LazyType("scenecc.spec.shapes", "Material")]
@@ -70,3 +72,4 @@ class SceneFile(SpecModel):
     cameras: dict[NewName, CameraSpec] = Field(
         default_factory=dict, description="Cameras; default: one that frames the scene."
     )
+    expect: Maybe[ExpectSpec] = key("What must hold in the scenes; `scenecc check` judges it.")

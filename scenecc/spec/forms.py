@@ -15,14 +15,13 @@ from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
 from scenecc.diagnostics.messages import cut, show
+from scenecc.geometry.rotations import AXES
 from scenecc.spec.base import NOTE_PREFIX, VALUE_NAME, ErrorCollector, custom_error
 from scenecc.spec.nodes import EXPANDED, any_varying, is_mapping, is_sequence, is_varying
-from scenecc.spec.params import MAX_DRAW_COMPONENTS
-from scenecc.spec.pose import AXES
-from scenecc.spec.values import Domain
+from scenecc.spec.values import MAX_DRAW_COMPONENTS, Domain
 from scenecc.variation import forms
 from scenecc.variation.conversions import to_rgba
-from scenecc.variation.distributions import DISTRIBUTIONS, WIDEST_INTEGERS
+from scenecc.variation.distributions import DISTRIBUTIONS, WIDEST_INTEGERS, Condition, Distribution
 from scenecc.variation.forms import FORM_KEYS, Template
 from scenecc.variation.operations import ExpressionError
 
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from scenecc.diagnostics.diagnostic import PathKey
-    from scenecc.variation.distributions import Condition, Distribution
 
     Loc = tuple[PathKey, ...]
     Validate = Callable[[Any], Any]

@@ -1,62 +1,6 @@
-"""Hints for common mistakes: unknown keys, misplaced keys, and values of a wrong kind."""
+"""Hints for common mistakes, as tables: unknown keys, misplaced keys, words that others use."""
 
 from __future__ import annotations
-
-import re
-from typing import TYPE_CHECKING, Any
-
-from scenecc.diagnostics.messages import cut, nearest
-from scenecc.spec.nodes import is_mapping
-from scenecc.variation.forms import FORM_KEYS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from scenecc.diagnostics.diagnostic import Path
-
-
-_SHAPE = "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"
-
-_TYPE = f"of a body it is `body_type: static`; {_SHAPE}"
-
-_PHYSICAL = "write it under `physical`: `material: {physical: {…}}`"
-
-_VISUAL = "write it under `visual`: `material: {visual: {…}}`"
-
-_USE_ARGUMENTS = "write it beside `use`: `{use: FILE, with: {…}}`"
-
-_USE = "did you mean `use`?"
-
-_PICK = "write it beside `variants`: `{variants: [{…}, {…}], pick: …}`"
-
-_ROBOT = "`variants` takes bodies only; the file of a robot can vary: `urdf: {cycle: [a.urdf, b.urdf]}`"
-
-_ONE_OF = "an articulation has one of `urdf`, `mjcf` and `root`"
-
-_OF_LINKS = "the links of a tree have shapes: `root: {shapes: […]}`; the shapes of a robot come from its file"
-
-_LINK = "set it on links: `links: {NAME: {…: …}}`"
-
-_FIX_ROOT_LINK = "did you mean `fix_root_link`?"
-
-_DRIVE = "set it on drives: `drives: {JOINT: {stiffness: …, damping: …}}`"
-
-_AGENT = (
-    "give the robot's file, `urdf: …` or `mjcf: …`, or use ManiSkill's robots: "
-    "`{use: scenecc:table_scene, with: {robot: …}}`"
-)
-
-_POSE = "did you mean `pose`?"
-
-_LINK_POSE = "write it as the `origin` of its joint: `joint: {origin: …}`; of the root, beside `root`"
-
-_LOOK_AT = "write it in the pose: `pose: {p: […], look_at: […]}`"
-
-_HALF_LENGTH = "did you mean `half_length`? it is half of that"
-
-_RADII = "a ring has an `inner_radius` and an `outer_radius`"
-
-_COMMON_TO_VARIANTS = "write it beside `variants`, for all of them"
 
 INSTANCE_HINT = (
     "a prefab may hold many objects: write `override: {{NAME: {{{key}: …}}}}` for one of them, or `with: {{{key}: …}}` "
@@ -92,6 +36,13 @@ FORM_SYNONYMS = {
 }
 """What other languages call the forms of variation."""
 
+HALVES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("size", "sizes", "extents", "dimensions", "edges"), ("half_size",)),
+    **dict.fromkeys(("height", "length"), ("half_length",)),
+    **dict.fromkeys(("diameter", "width"), ("radius",)),
+}
+"""Unknown key → the keys that take half of what it would."""
+
 SYNTAX_HINTS: dict[str, str] = {
     "include": "write the files as a list: `include: [FILE]`",
     "repeat": "a number of copies is `{i: {count: 4}}`",
@@ -99,42 +50,159 @@ SYNTAX_HINTS: dict[str, str] = {
 """Key → how what stands there is written."""
 
 MISSING_KEY_HINTS: dict[str, str] = {
+    "color": "its numbers say how bright the light is: `color: [3, 3, 3]`",
+    "inertia": "write `inertia: [ixx, iyy, izz]`, along the axes of `com`",
+    "radius": "write `radius: …` [m]",
+    "half_size": "write `half_size: [x, y, z]`, from the centre to its faces [m]",
+    "half_length": "write `half_length: …`, half of its straight part [m], and turn it by `axis` or `pose`",
     "pick": "it says which variant each scene has: `pick: {cycle: [0, 1]}`, or any form over their indices",
 }
 """Missing key → what it is for."""
 
-KEY_SYNONYMS = {
-    "filename": "file",
-    "color": "base_color",
-    "position": "p",
-    "quaternion": "q",
-    "friction": "static_friction",
+KEY_SYNONYMS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("filename", "path", "src", "uri", "mesh_file", "mesh"), ("file",)),
+    **dict.fromkeys(("rgb", "rgba", "colour", "color", "diffuse", "albedo"), ("color", "base_color")),
+    **dict.fromkeys(("texture", "texture_file", "diffuse_texture", "albedo_texture"), ("base_color_texture",)),
+    **dict.fromkeys(("half_extents", "half_extent"), ("half_size",)),
+    **dict.fromkeys(("num_envs", "n_envs", "num_environments"), ("num_scenes",)),
+    **dict.fromkeys(("joint_positions", "joint_pos", "init_qpos", "initial_qpos"), ("qpos",)),
+    **dict.fromkeys(("joint_velocities", "init_qvel"), ("qvel",)),
+    "wxyz": ("q",),
+    **dict.fromkeys(("friction", "mu", "mu1", "lateral_friction"), ("static_friction",)),
+    **dict.fromkeys(("linvel", "lin_vel", "velocity"), ("linear_velocity",)),
+    **dict.fromkeys(("angvel", "ang_vel"), ("angular_velocity",)),
+    **dict.fromkeys(("dt", "time_step", "sim_dt"), ("timestep",)),
+    **dict.fromkeys(("kp", "p_gain"), ("stiffness",)),
+    **dict.fromkeys(("kd", "kv", "d_gain"), ("damping",)),
+    **dict.fromkeys(("effort", "max_force", "forcerange"), ("force_limit",)),
+    "drive_mode": ("mode",),
+    "r": ("radius",),
+    **dict.fromkeys(("body1", "body_a", "entity1"), ("parent",)),
+    **dict.fromkeys(("body2", "body_b", "entity2"), ("child",)),
+    **dict.fromkeys(("condition", "check", "expr", "expression", "assert"), ("that",)),
+    **dict.fromkeys(("at", "time", "when"), ("after",)),
+    **dict.fromkeys(("reason", "message", "msg"), ("because",)),
+    "hfov": ("fovx",),
+    "vfov": ("fovy",),
+    "dir": ("direction",),
+    "base_mass": ("mass",),
+    **dict.fromkeys(("import", "imports"), ("include",)),
+    **dict.fromkeys(("variables", "vars", "constants", "args", "arguments", "properties"), ("params",)),
 }
 """Unknown key → what it is called here, where letters alone would not tell."""
 
-MISPLACED_KEY_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
-    "type": (("body_type", _TYPE),),
-    **dict.fromkeys(("half_size", "half_length"), (("body_type", _SHAPE),)),
-    "radius": (("body_type", _SHAPE), ("outer_radius", _RADII)),
-    "thickness": (("outer_radius", _RADII),),
-    **dict.fromkeys(("with", "prefix"), (("body_type", _USE_ARGUMENTS),)),
-    **dict.fromkeys(("uses", "using", "prefab"), (("body_type", _USE),)),
-    "pick": (("body_type", _PICK),),
-    **dict.fromkeys(("urdf", "mjcf", "root"), (("body_type", _ROBOT), ("fix_root_link", _ONE_OF))),
-    **dict.fromkeys(("shapes", "collisions", "visuals"), (("fix_root_link", _OF_LINKS),)),
-    **dict.fromkeys(("mass", "inertial", "linear_damping", "angular_damping"), (("fix_root_link", _LINK),)),
-    **dict.fromkeys(("fix_base", "fixed_base", "fixed", "use_fixed_base"), (("fix_root_link", _FIX_ROOT_LINK),)),
-    **dict.fromkeys(("stiffness", "damping", "force_limit"), (("fix_root_link", _DRIVE), ("armature", _DRIVE))),
-    **dict.fromkeys(("uid", "robot", "robot_uid", "robot_uids"), (("body_type", _AGENT), ("fix_root_link", _AGENT))),
-    **dict.fromkeys(("position", "initial_pose"), (("body_type", _POSE), ("fix_root_link", _POSE))),
-    "look_at": (("fovy", _LOOK_AT),),
-    **dict.fromkeys(("height", "length"), (("half_length", _HALF_LENGTH),)),
-    **dict.fromkeys(("scene_idxs", "repeat", "if"), (("body_type", _COMMON_TO_VARIANTS),)),
-    "pose": (("body_type", _COMMON_TO_VARIANTS), ("children", _LINK_POSE)),
-    **dict.fromkeys(("static_friction", "dynamic_friction", "restitution"), (("physical", _PHYSICAL),)),
-    **dict.fromkeys(("base_color", "roughness", "metallic", "specular", "emission"), (("visual", _VISUAL),)),
-}
-"""Unknown key → a key that is known where it stands, and what to say there."""
+MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
+    ("body_type", "type", "write `body_type: static`, or a shape: `shapes: [{type: box, …}]`"),
+    ("fix_root_link", "type", "leave it out: `urdf`, `mjcf` or `root` make it an articulation"),
+    ("body_type", ("half_size half_length geometry geom geoms box sphere capsule cylinder collider "
+     "shape sizes extents dimensions edges size radius"),
+     "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"),
+    ("body_type", "mesh file filename path uri src",
+     "write it in a shape: `shapes: [{type: convex_mesh, file: …}]`; a robot is `urdf: …` or `mjcf: …`"),
+    ("body_type", "visual", "write `visuals: [{type: …}]`, a list of shapes that are only seen"),
+    ("body_type", "collision", "write `collisions: [{type: …}]`, a list of shapes that only collide"),
+    ("body_type", "collidable contype conaffinity disable_collision collision_enabled",
+     "what does not collide stands in `visuals`; `collision_group` says what collides with what"),
+    ("material", "collision collidable contype conaffinity disable_collision collision_enabled",
+     "what does not collide stands in `visuals`; `collision_group` says what collides with what"),
+    ("body_type pose", "scale global_scaling",
+     "only meshes and robots have a `scale`: write the size of the shape itself"),
+    ("body_type", "usd usda usdc sdf world_file", "convert it: `scenecc import FILE -o scene.yaml`"),
+    ("body_type", "xml", "did you mean `mjcf`?"),
+    ("body_type", "joint joints children links link",
+     "a body has no joints: tie two by `constraints`, or write an articulation, `root: {name: …, children: […]}`"),
+    ("entities", "joint joints equality welds", "did you mean `constraints`?"),
+    ("mount", "parent attached_to parent_link", "did you mean `mount`?"),
+    ("body_type fix_root_link", "parent attached_to parent_link mount",
+     "write `pose: {relative_to: NAME, p: […]}`, or tie them: `constraints: {NAME: {type: weld, …}}`"),
+    ("pose_in_child", "parent attached_to parent_link child child_link",
+     "a link stands in the `children` of its parent: leave it out"),
+    ("body_type", "freejoint free_joint", "leave it out: a body moves freely, as `body_type: dynamic` says"),
+    ("body_type", "inertia com center_of_mass", "write `inertial: {mass: …, com: …, inertia: [ixx, iyy, izz]}`"),
+    ("body_type", "disable_gravity gravcomp no_gravity", "write `gravity: false`"),
+    ("body_type", "count num copies for n number", "copies are `repeat: {i: {count: 4}}`"),
+    ("fix_root_link", "body_type fix_base fixed_base use_fixed_base fixed", "did you mean `fix_root_link`?"),
+    ("material", "body_type", "write it beside `shapes`: it is of the body"),
+    ("body_type", "static immovable is_static fixed", "did you mean `body_type: static`?"),
+    ("body_type", "kinematic is_kinematic", "did you mean `body_type: kinematic`?"),
+    ("body_type", "dynamic is_dynamic movable", "`body_type` is one of dynamic, kinematic and static"),
+    ("rpy_deg", "quat quaternion orientation rotation rot",
+     "write `q: [w, x, y, z]`, w first, or `rpy_deg: [roll, pitch, yaw]`"),
+    ("rpy_deg", "euler angles euler_deg rpy rpy_deg", "write `rpy_deg: [roll, pitch, yaw]`, or `rpy` in radians"),
+    ("pose", "quat quaternion orientation rotation rot q base_orientation euler angles euler_deg rpy rpy_deg",
+     "write it in the pose: `pose: {p: [x, y, z], q: [w, x, y, z]}`, or `rpy_deg: [roll, pitch, yaw]` for `q`"),
+    ("origin", "quat quaternion orientation rotation rot q base_orientation euler angles euler_deg rpy rpy_deg",
+     "write it in the origin: `origin: {p: [x, y, z], rpy_deg: [roll, pitch, yaw]}`"),
+    ("rpy_deg", "xyzw", "`q` has w first: `q: [w, x, y, z]`"),
+    ("rpy_deg", "yaw heading", "write `rpy: [0, 0, yaw]`, or `rpy_deg: [0, 0, yaw]` in degrees"),
+    ("rpy_deg", "pos xyz translation location position p initial_pose base_position", "write `p: [x, y, z]`"),
+    ("pose", "pos xyz translation location position p initial_pose base_position origin", "did you mean `pose`?"),
+    ("body_type", "scene_idxs repeat if pose", "write it beside `variants`, for all of them"),
+    ("children", "pose", "write it as the `origin` of its joint: `joint: {origin: …}`; of the root, beside `root`"),
+    ("origin", "pos xyz translation location position p initial_pose base_position pose", "did you mean `origin`?"),
+    ("com", "pos xyz translation location position p initial_pose base_position origin", "did you mean `com`?"),
+    ("physical", "friction mu mu1 lateral_friction",
+     "write it under `physical`: `{physical: {static_friction: …, dynamic_friction: …}}`"),
+    ("physical", "static_friction dynamic_friction restitution",
+     "write it under `physical`: `material: {physical: {…}}`"),
+    ("patch_radius body_type", "friction mu mu1 lateral_friction static_friction dynamic_friction restitution",
+     "write it in the material: `material: {physical: {static_friction: …, dynamic_friction: …}}`"),
+    ("fix_root_link", "friction mu mu1 lateral_friction",
+     "write it in the material: `material: {physical: {static_friction: …, dynamic_friction: …}}`"),
+    ("entities", "gravity", "write it under `physics`: `physics: {gravity: …}`"),
+    ("entities", "timestep dt sim_dt", "write it under `physics`: `physics: {timestep: …}`"),
+    ("entities", "contact_offset", "write it under `physics`: `physics: {contact_offset: …}`"),
+    ("entities", "default_material", "write it under `physics`: `physics: {default_material: …}`"),
+    ("entities", ("actors objects bodies robots articulations models worldbody world scene "
+     "uid robot robot_uid robot_uids"),
+     "bodies and robots are written under `entities`: `entities: {NAME: {…}}`"),
+    ("entities", "option sim simulation sim_config physics_config", "did you mean `physics`?"),
+    ("entities timestep", "sim_freq control_freq frequency fps hz",
+     "write `physics: {timestep: …}` [s], one divided by the frequency"),
+    ("timestep entities", "substeps", "PhysX has none: write a smaller `timestep`"),
+    ("entities", "asset assets meshes textures",
+     "name a file where it is used: `shapes: [{type: convex_mesh, file: …}]`, `urdf: …` or `base_color_texture: …`"),
+    ("entities", "ground floor plane ground_plane",
+     "write it under `entities`: `entities: {ground: {use: scenecc:ground}}`"),
+    ("entities", "default defaults", "repeat values by an anchor and `<<: *NAME`, or name materials under `materials`"),
+    ("entities", "version format schema", "leave it out: `scenecc: 1` is the version of the language"),
+    ("entities", "randomization randomize domain_randomization distributions",
+     "write a form in place of a value, as in `mass: {uniform: [0.1, 0.2]}`"),
+    ("entities", "ambient_light", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),
+    ("color", "intensity power energy brightness", "the numbers of `color` say how bright it is: `color: [3, 3, 3]`"),
+    ("fovy", "fov fov_deg", "write `fovy_deg: …`, the vertical angle of view in degrees, or `fovy` in radians"),
+    ("fovy", "resolution image_size size", "write `width: …` and `height: …` [px]"),
+    ("outer_radius", "radius thickness", "a ring has an `inner_radius` and an `outer_radius`"),
+    ("body_type", "with prefix", "write it beside `use`: `{use: FILE, with: {…}}`"),
+    ("body_type", "uses using prefab", "did you mean `use`?"),
+    ("body_type", "pick", "write it beside `variants`: `{variants: [{…}, {…}], pick: …}`"),
+    ("body_type", "urdf mjcf root",
+     "`variants` takes bodies only; the file of a robot can vary: `urdf: {cycle: [a.urdf, b.urdf]}`"),
+    ("fix_root_link", "urdf mjcf root", "an articulation has one of `urdf`, `mjcf` and `root`"),
+    ("fix_root_link", "shapes collisions visuals",
+     "the links of a tree have shapes: `root: {shapes: […]}`; the shapes of a robot come from its file"),
+    ("fix_root_link", "mass inertial linear_damping angular_damping", "set it on links: `links: {NAME: {…: …}}`"),
+    ("material", "mass", "write `mass` beside `shapes`, or the `density` of this shape"),
+    ("fix_root_link", "color rgba colour", "the colours of a robot come from its file"),
+    ("children", "color rgba colour", "write it in the shapes of the link: `shapes: [{…, color: …}]`"),
+    ("visual", "color rgba colour base_color roughness metallic specular emission",
+     "write it under `visual`: `material: {visual: {…}}`"),
+    ("fix_root_link", "keyframe", "only `mjcf` has keyframes: write `qpos: […]`"),
+    ("fix_root_link", "controller control_mode controllers",
+     'a scene has drives and no controllers: `drives: {".*": {stiffness: …, damping: …}}`'),
+    ("limits", "range limit lower upper", "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
+    ("armature", "effort max_force forcerange", "set it on drives: `drives: {JOINT: {force_limit: …}}`"),
+    ("armature", "velocity max_velocity velocity_limit", "set it on joints: `joints: {JOINT: {max_velocity: …}}`"),
+    ("fix_root_link armature", "stiffness damping force_limit kp kd kv",
+     "set it on drives: `drives: {JOINT: {stiffness: …, damping: …}}`"),
+    ("body_type fix_root_link", "uid robot robot_uid robot_uids",
+     ("give the robot's file, `urdf: …` or `mjcf: …`, "
+      "or use ManiSkill's robots: `{use: scenecc:table_scene, with: {robot: …}}`")),
+    ("inside", "in", "did you mean `inside`, or `on` with a `region`?"),
+    ("fovy", "look_at lookat eye target xyaxes up", "write it in the pose: `pose: {p: […], look_at: […]}`"),
+    ("pose_in_parent", "axis", "its axis is x of both poses: for z turn them by `rpy_deg: [0, -90, 0]`"),
+)  # fmt: skip
+"""Keys, one of which is known where the mistake is; unknown keys; the hint. The first row that fits counts."""
 
 SHAPE_LIST_HINTS: dict[str, str] = {
     "mesh": "a `mesh` is only visible: write it under `visuals`; a convex_mesh, convex_parts or triangle_mesh collides",
@@ -144,6 +212,54 @@ SHAPE_LIST_HINTS: dict[str, str] = {
 }
 """Shape type → where it may stand, for the lists that do not have it."""
 
+VALUE_SYNONYMS: dict[str, tuple[str, ...]] = {
+    "fixed": ("static", "weld"),
+    **dict.fromkeys(("immovable", "frozen"), ("static",)),
+    **dict.fromkeys(("rigid", "movable", "free", "active"), ("dynamic",)),
+    **dict.fromkeys(("cube", "cuboid"), ("box",)),
+    "ball": ("sphere", "connection"),
+    "pill": ("capsule",),
+    **dict.fromkeys(("convex", "hull", "convex_hull"), ("convex_mesh",)),
+    **dict.fromkeys(("trimesh", "nonconvex"), ("triangle_mesh",)),
+    **dict.fromkeys(("terrain", "hfield"), ("heightfield",)),
+    "sun": ("directional",),
+    "fixed_joint": ("weld",),
+    **dict.fromkeys(("ball_joint", "spherical", "connect"), ("connection",)),
+    **dict.fromkeys(("revolute", "hinge"), ("hinge", "revolute")),
+    **dict.fromkeys(("prismatic", "slide", "slider"), ("slider", "prismatic")),
+    "ground": ("plane",),
+}
+"""What people write where one of several words may stand → the words that may be meant."""
+
+VALUE_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
+    **dict.fromkeys(
+        ("ball", "spherical"), (("continuous", "write three `revolute` joints, one an axis, with small links between"),)
+    ),
+    **dict.fromkeys(
+        ("floating", "free"), (("continuous", "of a robot that nothing holds write `fix_root_link: false`"),)
+    ),
+    "ellipsoid": (("sphere", "write a `sphere`, or a `convex_mesh` with a file of that form"),),
+    "ambient": (("directional", "write it under `environment`: `environment: {ambient_light: [r, g, b]}`"),),
+}
+"""What people write → a word that is known where it stands, and what to say there."""
+
+COLORS: dict[str, str] = {
+    "red": "#ff0000",
+    "green": "#008000",
+    "blue": "#0000ff",
+    "white": "#ffffff",
+    "black": "#000000",
+    "yellow": "#ffff00",
+    "orange": "#ffa500",
+    "gray": "#808080",
+    "grey": "#808080",
+    "brown": "#a52a2a",
+    "purple": "#800080",
+    "pink": "#ffc0cb",
+    "cyan": "#00ffff",
+}
+"""Names of CSS, in which people think, and their values."""
+
 ANGLE_KEYS = frozenset(("fovy", "fovx", "inner_fov", "outer_fov"))
 """Keys in radians that have a twin in degrees, and a bound that degrees are beyond."""
 
@@ -151,71 +267,12 @@ LENGTH_HINTS: dict[tuple[str, int], str] = {
     ("pose", 7): "a position and a rotation are {p: [x, y, z], q: [w, x, y, z]}",
     ("pose", 4): "a matrix is {matrix: [[…], […], […], […]]}, a rotation {q: [w, x, y, z]}",
     ("pose", 6): "a position and three angles are {p: [x, y, z], rpy: [roll, pitch, yaw]}, or rpy_deg",
+    ("inertia", 6): "[ixx, iyy, izz] along the axes of `com`: turn `com` until the others are 0",
+    ("gravity", 1): "one number an axis: [0, 0, -9.81]",
     ("half_size", 1): "one number an axis: [x, y, z]",
+    ("region", 4): "write two corners: [[x, y], [x, y]]",
 }
 """Key and the number of its values → what they were probably meant to be."""
-
-
-def kind_hint(expected: str, path: Path, found: Any) -> str | None:
-    """A hint; None where nothing is known.
-
-    Args:
-        expected: what a user may write there, as the message has it.
-        path: of the value in the document.
-        found: the value.
-    """
-    if is_mapping(found):
-        return _form_hint(expected, found)
-    if path[-1:] == ("repeat",) or (path[-2:-1] == ("repeat",) and isinstance(found, int)):
-        return SYNTAX_HINTS["repeat"]
-    if found.__class__ in {int, float} and path:
-        # A number alone is meant as a list of one.
-        return LENGTH_HINTS.get((str(path[-1]), 1))
-    return _text_hint(expected, path, found) if isinstance(found, str) else None
-
-
-def _text_hint(expected: str, path: Path, text: str) -> str | None:
-    if expected in {"a number", "a whole number"} and _reads_as_number(text):
-        return "remove the quotes"
-    if expected == "true or false":
-        is_condition = path[-1:] == ("if",)
-        expression = f"an expression is written `${{{cut(text)}}}`"
-        return expression if is_condition else "YAML 1.2 has only `true` and `false`, without quotes"
-    if len(text) <= _MAX_EXPRESSION_LENGTH and (other := _FOREIGN_EXPRESSION.fullmatch(text)):
-        return f'an expression is written `"${{{cut(next(filter(None, other.groups())))}}}"`'
-    if len(path) == 2 and path[0] == "entities":
-        return f"another scene file is used by `{{use: {cut(text)}}}`"
-    if path[-1:] == ("repair",):
-        return f"repairs are a list: `repair: [{cut(text)}]`"
-    return SYNTAX_HINTS["include"] if path == ("include",) else None
-
-
-_MAX_EXPRESSION_LENGTH = 200
-
-_FOREIGN_EXPRESSION = re.compile(r"\$([A-Za-z_]\w*)|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)")
-"""How other languages write expressions."""
-
-
-def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
-    """What form of variation an unknown mapping was probably meant to be."""
-    near = next((near for key in found if (near := nearest(key, FORM_KEYS))), None)
-    if near is not None:
-        return f"did you mean `{near}`?"
-    other = next((FORM_SYNONYMS[key] for key in found if key in FORM_SYNONYMS), None)
-    if other is not None:
-        return f"did you mean `{{{other}}}`?"
-    if expected in {"a number", "a whole number", "true or false"} or expected.startswith("["):
-        return f"values that differ from scene to scene use one of the forms {', '.join(sorted(FORM_KEYS))}"
-    return None
-
-
-def _reads_as_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    # Python reads 1_000, YAML does not.
-    return "_" not in text
 
 
 UNSUPPORTED_KEYS: dict[str, str] = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
@@ -12,15 +12,8 @@ from scenecc.spec.articulation import ChildLink
 from scenecc.spec.base import NOTE_SCHEMA
 from scenecc.spec.document import SceneFile
 from scenecc.spec.forms import COMPANIONS
-from scenecc.spec.nodes import is_mapping, is_sequence
-from scenecc.variation.distributions import DISTRIBUTIONS
-
-if TYPE_CHECKING:
-    from scenecc.variation.distributions import Distribution
-
-
-REF_KEY = "x-ref"
-"""Stands for `$ref` to one of `DEFINITIONS` until the schema is whole: pydantic's generator knows only its own."""
+from scenecc.spec.nodes import REF_KEY, is_mapping, is_sequence
+from scenecc.variation.distributions import DISTRIBUTIONS, Distribution
 
 EXPRESSION_REF = {REF_KEY: "Expression"}
 
@@ -146,37 +139,6 @@ DEFINITIONS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def varying_json_schema(plain: dict[str, Any], varying: str, component: str) -> dict[str, Any]:
-    """The JSON Schema of a value that may vary.
-
-    Args:
-        plain: of one that does not.
-        varying: the definition of what may stand in its place.
-        component: the same for one number of a list.
-    """
-    branches: list[dict[str, Any]] = plain["anyOf"] if plain.keys() == {"anyOf"} else [plain]
-    if varying == "Expression" and any(branch.keys() <= {"type", "minLength"} and branch.get("type") == "string"
-                                       for branch in branches):  # fmt: skip
-        # Any text, an expression among them.
-        return plain
-    return {"anyOf": [*(_component_schema(branch, component) for branch in branches), {REF_KEY: varying}]}
-
-
-def _component_schema(plain: dict[str, Any], component: str) -> dict[str, Any]:
-    """A list of numbers, each of which may vary; anything else as it is."""
-    items: list[Any] = plain.get("prefixItems", [plain.get("items")])
-    if plain.get("type") != "array" or not is_mapping(items[0]) or any(item != items[0] for item in items):
-        return plain
-    if items[0].get("type") == "array":
-        each = _component_schema(items[0], component)
-    elif items[0].get("type") in {"number", "integer"}:
-        each = {"anyOf": [items[0], {REF_KEY: component}]}
-    else:
-        return plain
-    rest = {key: value for key, value in plain.items() if key != "prefixItems"}
-    return {**rest, "items": each}
-
-
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
@@ -202,12 +164,8 @@ def json_schema() -> dict[str, Any]:
     link, copies = definitions["TreeLink"], definitions["RepeatedBody"]["properties"]
     keys = {**link["properties"], "repeat": copies["repeat"], "if": copies["if"]}
     definitions["ChildLink"] = {**link, "description": ChildLink.__doc__, "properties": keys}
-    ordered = {name: definitions[name] for name in sorted(definitions)}
-    return {"$schema": DIALECT, "title": "scenecc scene", **_tidy(schema), "$defs": _tidy_definitions(ordered)}
-
-
-def _tidy_definitions(definitions: dict[str, Any]) -> dict[str, Any]:
-    return {name: _tidy(definition) for name, definition in definitions.items()}
+    ordered = {name: _tidy(definitions[name]) for name in sorted(definitions)}
+    return {"$schema": DIALECT, "title": "scenecc scene", **_tidy(schema), "$defs": ordered}
 
 
 def _tidy(node: Any) -> Any:

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     Validate = Callable[[Any], Any]
 
-
 EXPRESSION_START = "${"
 """What a text holds that has an expression in it."""
 
@@ -355,3 +354,38 @@ class LazyUnion:
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         return {"oneOf": [branch.json_schema(handler) for branch in self._branches.values()]}
+
+
+REF_KEY = "x-ref"
+"""Stands for `$ref` to one of `DEFINITIONS` until the schema is whole: pydantic's generator knows only its own."""
+
+
+def varying_json_schema(plain: dict[str, Any], varying: str, component: str) -> dict[str, Any]:
+    """The JSON Schema of a value that may vary.
+
+    Args:
+        plain: of one that does not.
+        varying: the definition of what may stand in its place.
+        component: the same for one number of a list.
+    """
+    branches: list[dict[str, Any]] = plain["anyOf"] if plain.keys() == {"anyOf"} else [plain]
+    if varying == "Expression" and any(branch.keys() <= {"type", "minLength"} and branch.get("type") == "string"
+                                       for branch in branches):  # fmt: skip
+        # Any text, an expression among them.
+        return plain
+    return {"anyOf": [*(_component_schema(branch, component) for branch in branches), {REF_KEY: varying}]}
+
+
+def _component_schema(plain: dict[str, Any], component: str) -> dict[str, Any]:
+    """A list of numbers, each of which may vary; anything else as it is."""
+    items: list[Any] = plain.get("prefixItems", [plain.get("items")])
+    if plain.get("type") != "array" or not is_mapping(items[0]) or any(item != items[0] for item in items):
+        return plain
+    if items[0].get("type") == "array":
+        each = _component_schema(items[0], component)
+    elif items[0].get("type") in {"number", "integer"}:
+        each = {"anyOf": [items[0], {REF_KEY: component}]}
+    else:
+        return plain
+    rest = {key: value for key, value in plain.items() if key != "prefixItems"}
+    return {**rest, "items": each}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +14,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import show
 from scenecc.spec.base import AnyText, Finite
 from scenecc.spec.nodes import COMPONENTS, FLAG, NUMBER, WORD, is_mapping, is_sequence, union_by_kind
-from scenecc.spec.values import Leaf
+from scenecc.spec.values import MAX_DRAW_COMPONENTS, Leaf
 from scenecc.variation.conversions import is_color_text
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def infer_param_kind(default: Any) -> str | None:
 
 def describe_range_error(value: Any, low: Any, high: Any) -> str | None:
     """What is wrong with a number or vector that leaves a range, in words; a bound is one for each component or all."""
-    for bound, words, is_beyond in ((low, "at least", _is_below), (high, "at most", _is_above)):
+    for bound, words, is_beyond in ((low, "at least", operator.lt), (high, "at most", operator.gt)):
         if bound is None:
             continue
         bounds = bound if is_sequence(bound) else None
@@ -105,14 +106,6 @@ def describe_range_error(value: Any, low: Any, high: Any) -> str | None:
                 where = "" if index is None else f" in component {index}"
                 return f"must be {words} {show(limit)}{where}, not {show(part)}"
     return None
-
-
-def _is_below(part: Any, limit: Any) -> bool:
-    return part < limit
-
-
-def _is_above(part: Any, limit: Any) -> bool:
-    return part > limit
 
 
 ParamIssue = tuple[str, str]
@@ -172,10 +165,6 @@ class ParamType:
 
 def _is_same(value: Any, option: Any) -> bool:
     return type(value) is type(option) and value == option
-
-
-MAX_DRAW_COMPONENTS = 10_000
-"""Components of one drawn vector."""
 
 
 def _keep_integer(value: Any, validate: ValidatorFunctionWrapHandler) -> float:

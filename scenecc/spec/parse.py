@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from scenecc.diagnostics.diagnostic import MAX_REPORTS
+from scenecc.diagnostics.diagnostic import MAX_REPORTS, Origin
 from scenecc.spec.base import NOTE_PREFIX, SpecModel
 from scenecc.spec.document import SceneFile
 from scenecc.spec.nodes import EXPANDED, is_mapping, is_sequence
+from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.values import READ_VALUES
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin
-
 
 _MAX_UNCUT_ITEMS = 100
 """Items of a list or mapping that is never cut: more than any of the language's own has."""
@@ -60,11 +59,6 @@ def _model_keys(model: type[SpecModel]) -> set[str]:
     return keys
 
 
-_NAME_SECTIONS = (
-    "entities", "materials", "frames", "collision_groups", "params", "draws", "constraints", "lights", "cameras",
-)  # fmt: skip
-"""Mappings whose keys are names, so that a note among them would read as an entry."""
-
 MAX_PYDANTIC_ERRORS = 6 * MAX_REPORTS
 """Number of pydantic's errors that contains enough distinct mistakes: each branch of a union has its own error."""
 
@@ -87,7 +81,8 @@ def parse(data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = 
 
 
 def _validate(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:
-    if any(key.startswith(NOTE_PREFIX) for name in _NAME_SECTIONS for key in _keys(data.get(name))):
+    # Among names, a note would read as an entry.
+    if any(key.startswith(NOTE_PREFIX) for name in NAME_SECTIONS for key in _keys(data.get(name))):
         data = strip_notes(data)
     try:
         return SceneFile.model_validate(data)

@@ -11,7 +11,6 @@ from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
 
 AxisName = Literal["x", "y", "z"]
 
-AXES: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 Direction = Annotated[
     Annotated[Vec3, Tag(COMPONENTS)] | Annotated[AxisName, Tag(WORD)], union_by_kind("[x, y, z] or one of x, y, z")

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
     from scenecc.spec.params import ParamType
 
 
+NAME_SECTIONS = (
+    "params", "draws", "materials", "collision_groups", "frames", "entities", "constraints", "lights", "cameras"
+)  # fmt: skip
+"""Sections whose keys are names."""
+
 SHARED_NAMESPACE = ("frames", "entities", "cameras")
 """Sections whose names are one namespace."""
 

@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-
 _Variable = Annotated[str, StringConstraints(pattern=VARIABLE_PATTERN)]
 
 Variable = Annotated[_Variable, MAPPING_KEY]

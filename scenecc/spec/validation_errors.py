@@ -5,6 +5,7 @@ Pydantic's `loc` is traced to a path in the document and to the model whose keys
 
 from __future__ import annotations
 
+import re
 import types
 import typing
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.diagnostics.messages import cut, is_only_near, listed, nearest, show, suggest
+from scenecc.diagnostics.messages import cut, is_slip_of, keyboard_hint, listed, nearest, show, suggest
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.source.events import RESERVED_CHARACTER
 from scenecc.spec.base import CUSTOM_ERROR, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
@@ -22,10 +23,12 @@ from scenecc.spec.entities import ENTITY_TYPES, entity_model
 from scenecc.spec.forms import quote_names
 from scenecc.spec.hints import (
     ANGLE_KEYS,
+    COLORS,
+    HALVES,
     INSTANCE_HINT,
     KEY_SYNONYMS,
     LENGTH_HINTS,
-    MISPLACED_KEY_HINTS,
+    MISPLACED_KEYS,
     MISSING_KEY_HINTS,
     PARTS_HINT,
     PHYSICS_HINT,
@@ -33,8 +36,9 @@ from scenecc.spec.hints import (
     SHAPE_LIST_HINTS,
     SHARED_ROBOT_KEYS,
     UNSUPPORTED_KEYS,
+    VALUE_HINTS,
+    VALUE_SYNONYMS,
     VARIANTS_HINT,
-    kind_hint,
 )
 from scenecc.spec.nodes import (
     BODY,
@@ -56,12 +60,14 @@ from scenecc.spec.nodes import (
     is_varying,
     value_at,
 )
+from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.repetition import Repeat, RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
+from scenecc.spec.value_hints import kind_hint
 from scenecc.variation.forms import FORM_KEYS, ONCE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from pydantic_core import ErrorDetails
 
@@ -216,7 +222,9 @@ def report_error(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> 
     if kind == CUSTOM_ERROR:
         _report_custom_error(error, path, place, sink)
     elif path == ("scenecc",) and kind != "missing":
-        sink.report("SC100", f"this is scenecc 1; it does not read version {show(found)}", place)
+        sink.report(
+            "SC100", f"this is scenecc 1; it does not read version {show(found)}", place, hint="write `scenecc: 1`"
+        )
     elif kind == "extra_forbidden":
         _report_unknown_key(error, str(path[-1]), place, sink)
     elif kind == "missing":
@@ -262,8 +270,12 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
     hint = None
     if limit == FLOAT32_MIN and found <= 0:
         words, limit = "greater than", 0
+        if path and path[-1] == "mass":
+            hint = "leave it out to get it from `density`; what never moves is `body_type: static`"
     elif abs(limit) in {FLOAT32_MIN, FLOAT32_MAX}:
         hint = "the engine computes in single precision, whose range ends there"
+    elif limit == 1 and found > 1 and any(str(key).endswith("color") for key in path[-2:]):
+        hint = "colours are in 0..1: divide numbers up to 255 by 255"
     elif path and path[-1] in ANGLE_KEYS and found > limit:
         hint = f"angles are radians; `{path[-1]}_deg` takes degrees"
     sink.report(
@@ -279,17 +291,25 @@ def _report_unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink
         sink.report("SC110", f"version 1 of the language does not support {UNSUPPORTED_KEYS[key]}", place, at="key")
         return
     known = known_keys(error)
-    hint = next((hint for beside, hint in MISPLACED_KEY_HINTS.get(key, ()) if beside in known), None)
+    word = snake_case(key)
+    hint = _misplaced_key_hint(word, known)
     if hint is None and "use" in known and _is_key_of_entities(key):
         hint = INSTANCE_HINT.format(key=key)
     fix: tuple[Literal["key"], str] | None = None
     if hint is None:
         near = suggest_key(key, known)
-        hint = f"did you mean `{near}`?" if near else listed(known)
+        hint = f"did you mean `{near}`?" if near else listed(known, key)
+        if near in HALVES.get(word, ()):
+            hint = f"{hint} it is half of that"
         # A synonym may mean something else: `quat` is [x, y, z, w] to some.
-        if near and key not in KEY_SYNONYMS and is_only_near(key, known):
+        if near and not {word} & {*KEY_SYNONYMS, *HALVES} and is_slip_of(key, known):
             fix = "key", near
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint, fix=fix)
+
+
+def _misplaced_key_hint(word: str, known: tuple[str, ...]) -> str | None:
+    rows = (row for row in MISPLACED_KEYS if word in row[1].split())
+    return next((hint for beside, _, hint in rows if not set(beside.split()).isdisjoint(known)), None)
 
 
 def _is_key_of_entities(key: str) -> bool:
@@ -297,10 +317,19 @@ def _is_key_of_entities(key: str) -> bool:
     return any(key in model.model_fields for model in (BodySpec, *map(entity_model, ENTITY_TYPES)))
 
 
+def snake_case(key: str) -> str:
+    """`useFixedBase`, as other tools write keys, in the way of this language."""
+    return _HUMP.sub("_", key).lower()
+
+
+_HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+
+
 def suggest_key(key: str, known: tuple[str, ...]) -> str | None:
     """The known key that an unknown one was probably meant to be."""
-    renamed = KEY_SYNONYMS.get(key)
-    return renamed if renamed in known else nearest(key, known)
+    word = snake_case(key)
+    renamed = next((one for one in (*HALVES.get(word, ()), *KEY_SYNONYMS.get(word, ())) if one in known), None)
+    return renamed or nearest(key, known)
 
 
 def known_keys(error: ErrorDetails) -> tuple[str, ...]:
@@ -320,46 +349,52 @@ def _report_missing_key(path: Path, place: Origin, sink: Sink) -> None:
     sink.report("SC102", f"{value_name(path[:-1])} lacks the key `{path[-1]}`", parent, at="key", hint=hint)
 
 
-def report_wrong_length(path: Path, must: int, count: int, place: Origin, sink: Sink) -> None:
+def report_wrong_length(path: Path, must: int, found: Sequence[Any], place: Origin, sink: Sink) -> None:
     """Reports a list of a wrong length.
 
     Args:
         path: of the list.
         must: how many values it must have.
-        count: how many it has.
+        found: the list.
         place: the same path, as an origin.
         sink: takes the diagnostic.
     """
-    hint = LENGTH_HINTS.get((str(path[-1]), count)) if path else None
-    sink.report("SC106", f"{value_name(path)} must have {must} values, not {count}", place, hint=hint)
+    hint = LENGTH_HINTS.get((str(path[-1]), len(found))) if path else None
+    if len(found) == 1 and isinstance(found[0], str):
+        hint = kind_hint("a number", path, found[0])
+    sink.report("SC106", f"{value_name(path)} must have {must} values, not {len(found)}", place, hint=hint)
 
 
 def _report_length(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     context = error.get("ctx", {})
     if error["type"] == "too_long" and context.get("field_type") == "Tuple":
-        report_wrong_length(path, context["max_length"], len(error["input"]), place, sink)
+        report_wrong_length(path, context["max_length"], error["input"], place, sink)
         return
     bound = context.get("max_length", context.get("min_length"))
     words = "at most" if "max_length" in context else "at least"
     count = context.get("actual_length")
     values = "value" if bound == 1 else "values"
-    sink.report("SC106", f"{value_name(path)} must have {words} {bound} {values}, not {count}", place)
+    hint = LENGTH_HINTS.get((str(path[-1]), count)) if path and count else None
+    sink.report("SC106", f"{value_name(path)} must have {words} {bound} {values}, not {count}", place, hint=hint)
 
 
 def _report_choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     found, context = error["input"], error.get("ctx", {})
     if error["type"] == "literal_error":
-        choices = [word.strip("'") for word in context["expected"].replace(" or ", ", ").split(", ")]
+        choices = _quoted_words(context["expected"].replace(" or ", ", "))
         if not isinstance(found, str):
             _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
             return
-        sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=suggest(found, choices))
+        sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=_suggest_value(found, choices))
         return
     tag: Any = found.get("type") if is_mapping(found) else None
     if not is_mapping(found):
         _report_wrong_kind("a mapping", path, found, place, sink)
     elif "type" not in found:
-        sink.report("SC102", f"{value_name(path)} lacks the key `type`", place)
+        choices = _types_at(error["loc"])
+        hint = next((f"write `{{type: {key}, …}}`" for key in found if key in choices), None)
+        message = f"{value_name(path)} lacks the key `type`"
+        sink.report("SC102", message, place, hint=hint or listed(choices))
     elif is_varying(tag):
         reads = "" if is_mapping(tag) else f": it reads {quote_names(tag)}"
         message = f"`type` cannot differ from scene to scene{reads}"
@@ -367,18 +402,49 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -
     elif not isinstance(tag, str):
         _report_wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
     else:
-        choices = [word.strip("'") for word in context["expected_tags"].split(", ")]
-        hint = SHAPE_LIST_HINTS.get(tag) or suggest(tag, choices)
+        choices = _quoted_words(context["expected_tags"])
+        hint = SHAPE_LIST_HINTS.get(tag) or _suggest_value(tag, choices)
         kind = _TYPED_SECTIONS.get(str(path[0]), "shape")
         sink.report("SC105", f"there is no {kind} type {show(tag)} here", place.child("type"), hint=hint)
+
+
+def _types_at(loc: tuple[PathKey, ...]) -> tuple[str, ...]:
+    """The words that the missing `type` of a mapping may be."""
+    annotation: Any = SceneFile
+    for segment in loc:
+        annotation = _descend(_unwrap_annotation(annotation), segment)
+    union = _unwrap_annotation(annotation)
+    return union.types() if isinstance(union, LazyUnion) else ()
+
+
+def _quoted_words(text: str) -> list[str]:
+    return [word.strip("'") for word in text.split(", ")]
+
+
+def _suggest_value(found: str, choices: list[str]) -> str | None:
+    """A hint with the word that was probably meant."""
+    word = found.lower()
+    if hint := next((hint for beside, hint in VALUE_HINTS.get(word, ()) if beside in choices), None):
+        return hint
+    meant = next((one for one in (word, *VALUE_SYNONYMS.get(word, ())) if one in choices), None)
+    if meant:
+        return f"did you mean `{meant}`?"
+    if "z" in choices:
+        axis = _NEGATIVE_AXES.get(word)
+        return f"write its numbers: {axis}" if axis else kind_hint("a list", (), found) or suggest(found, choices)
+    return suggest(found, choices)
+
+
+_NEGATIVE_AXES = {"-x": "[-1, 0, 0]", "-y": "[0, -1, 0]", "-z": "[0, 0, -1]"}
 
 
 def _report_pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
     found = error["input"]
     if error["ctx"]["pattern"].startswith("^#"):  # pyright: ignore[reportTypedDictNotRequiredAccess]
-        sink.report(
-            "SC108", f"{show(found)} is not a colour", place, hint='three or four numbers in 0..1, or "#rrggbb[aa]"'
-        )
+        hint = 'three or four numbers in 0..1, or "#rrggbb[aa]"'
+        if found.lower() in COLORS:
+            hint = f'write "{COLORS[found.lower()]}"'
+        sink.report("SC108", f"{show(found)} is not a colour", place, hint=keyboard_hint(found) or hint)
         return
     at: At = "key" if KEY in error["loc"] else "value"
     sink.report(
@@ -446,11 +512,11 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
         owner = path[:-1] if error["type"] in {"extra_forbidden", "missing"} else path
         if owner in formed:
             if formed[owner] is not None:
-                _report_misplaced_form(owner, str(formed[owner]), origin.child(*owner), sink)
+                _report_misplaced_form(owner, str(formed[owner]), origin.child(*owner, str(formed[owner])), sink)
                 formed[owner] = None
             continue
         if error["type"] == "missing" and path[:-1] in short:
-            report_wrong_length(path[:-1], short[path[:-1]], len(error["input"]), origin.child(*path[:-1]), sink)
+            report_wrong_length(path[:-1], short[path[:-1]], error["input"], origin.child(*path[:-1]), sink)
             continue
         report_error(error, path, origin.child(*path), sink)
 
@@ -474,20 +540,15 @@ def _find_misplaced_forms(located: LocatedErrors, data: dict[str, Any]) -> dict[
     return formed
 
 
-_NAME_MAPPING_PATHS: frozenset[Path] = frozenset(
-    (
-        (),
-        *((name,) for name in ("entities", "materials", "frames", "collision_groups", "params", "draws")),
-        *((name,) for name in ("constraints", "lights", "cameras")),
-    )
-)
+_NAME_MAPPING_PATHS: frozenset[Path] = frozenset(((), *((name,) for name in NAME_SECTIONS)))
 """Mappings of names, and the document itself: what is in them may be called like a form."""
 
 
 def _report_misplaced_form(path: Path, form: str, place: Origin, sink: Sink) -> None:
     whole = {"shapes", "collisions", "visuals"} & set(path[-2:])
     hint = PHYSICS_HINT if path[0] == "physics" else VARIANTS_HINT if whole else PARTS_HINT
-    sink.report("SC116", f"{value_name(path)} cannot differ from scene to scene as a whole: `{form}`", place, hint=hint)
+    message = f"{value_name(path)} cannot differ from scene to scene as a whole: `{form}`"
+    sink.report("SC116", message, place, at="key", hint=hint)
 
 
 def _find_short_lists(located: LocatedErrors) -> dict[Path, int]:

@@ -26,6 +26,7 @@ from scenecc.spec.nodes import (
     ordered_union,
     plain_json_schema,
     union_branches,
+    varying_json_schema,
 )
 from scenecc.variation.distributions import SHAPE_BOUNDS
 
@@ -41,6 +42,9 @@ if TYPE_CHECKING:
 
     Refuse = Callable[[object], PydanticCustomError]
 
+
+MAX_DRAW_COMPONENTS = 10_000
+"""Components of one drawn vector."""
 
 _ROLE_BOUNDS: dict[str, dict[str, Any]] = {
     "mean": {"ge": -FLOAT32_MAX, "le": FLOAT32_MAX, "allow_inf_nan": False},
@@ -193,8 +197,6 @@ class VaryingAnnotation:
         return "VaryingInteger" if domain.whole else "VaryingNumber" if domain.of_numbers else "VaryingValue"
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        from scenecc.spec.json_schema import varying_json_schema
-
         varying: str = schema["metadata"]["varying"]  # pyright: ignore[reportTypedDictNotRequiredAccess]
         component = "Expression" if varying == "Expression" else "VaryingNumber"
         return varying_json_schema(plain_json_schema(schema, handler), varying, component)
@@ -256,8 +258,6 @@ class _FixedAnnotation:
         return union
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        from scenecc.spec.json_schema import varying_json_schema
-
         return varying_json_schema(plain_json_schema(schema, handler), "Expression", "Expression")
 
 

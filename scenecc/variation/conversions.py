@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
+from scenecc.geometry.rotations import MAX_COORDINATE
 
 COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"
 """What a colour is as a text: "#rrggbb" or "#rrggbbaa"."""
@@ -51,10 +50,6 @@ def _opposite(flag: Any) -> bool | None:
     return not flag if isinstance(flag, bool) else None
 
 
-_FAR = 1e6
-"""Beyond what any mesh reaches [m]."""
-
-
 def _corner(corner: Any, height: float) -> tuple[float, ...] | None:
     if not _are_numbers(corner) or len(corner) not in {2, 3}:
         return None
@@ -85,8 +80,8 @@ CONVERSIONS: dict[str, Conversion] = {
     "light_color": Conversion(_read_light_color, (3,)),
     "scale": Conversion(_read_scale, (3,)),
     "opposite": Conversion(_opposite, ()),
-    "low_corner": Conversion(partial(_corner, height=-_FAR), (3,)),
-    "high_corner": Conversion(partial(_corner, height=_FAR), (3,)),
+    "low_corner": Conversion(partial(_corner, height=-MAX_COORDINATE), (3,)),
+    "high_corner": Conversion(partial(_corner, height=MAX_COORDINATE), (3,)),
 }
 """By name, as nodes have them: colours with alpha, without it, one factor or three, the other one of true and false,
 and the corners of a region, which is without an end where they have no height.

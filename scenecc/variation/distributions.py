@@ -14,10 +14,10 @@ from scenecc.diagnostics.frozen import frozen
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
+    from scenecc.geometry.rotation_arrays import Floats
+
     Interval = tuple[float, float]
 
 Role = Literal["value", "mean", "deviation", "positive", "shape"]

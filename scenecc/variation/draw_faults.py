@@ -5,21 +5,24 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.variation import evaluation
-from scenecc.variation.bounds import flat_numbers
+from scenecc.variation.bounds import ValueBounds, flat_numbers
 from scenecc.variation.distributions import WIDEST_INTEGERS
-from scenecc.variation.enumeration import MAX_COMBINATIONS, combination_batch
 from scenecc.variation.expression_bounds import difference_interval
-from scenecc.variation.node_bounds import bounds_and_faults, broadcast_bounds, name_bounds
+from scenecc.variation.node_bounds import (
+    MAX_COMBINATIONS,
+    BoundsAnalysis,
+    bounds_and_faults,
+    broadcast_bounds,
+    combination_batch,
+    name_bounds,
+)
 from scenecc.variation.nodes import Chosen, Computed, Cycled, Drawn, Rows, Shuffled, Stacked
-from scenecc.variation.operations import LISTS, DrawError, is_number
+from scenecc.variation.operations import LISTS, DrawError, Interval, is_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scenecc.variation.bounds import ValueBounds
     from scenecc.variation.evaluation import CombinationBatch
-    from scenecc.variation.node_bounds import BoundsAnalysis
-    from scenecc.variation.operations import Interval
 
 DrawFault = tuple[str, bool]
 """Why there may be no value in some scene, and whether there is one for certain that has none."""

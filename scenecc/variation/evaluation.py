@@ -6,7 +6,7 @@ import cmath
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import accumulate, permutations, repeat
 from typing import TYPE_CHECKING, Any, cast
 
@@ -24,6 +24,7 @@ from scenecc.variation.operations import (
     SEQUENCES,
     DrawError,
     ExpressionError,
+    OperationCounter,
     as_lists,
     expression_cost,
     kind_name,
@@ -32,13 +33,9 @@ from scenecc.variation.operations import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from numpy.typing import NDArray
 
-    from scenecc.variation.operations import OperationCounter
-
-    Floats = NDArray[np.float64]
+    from scenecc.geometry.rotation_arrays import Floats
 
 
 _BLOCK = 4
@@ -199,14 +196,6 @@ def row_array(items: Sequence[Any]) -> NDArray[Any]:
         if whole.dtype.kind in "bif":
             return to_value_dtype(whole)
     return object_array(items)
-
-
-def typed_row_array(items: Sequence[Any]) -> NDArray[Any]:
-    """As `row_array`, but objects where integers stand beside floats.
-
-    A text tells 1 from 1.0, and what a scene has must not depend on what others have.
-    """
-    return row_array(items) if len(_kinds(items)) <= 1 else object_array(items)
 
 
 def _kinds(items: Sequence[Any]) -> set[type]:
@@ -598,7 +587,8 @@ def _computed(batch: Batch, node: nodes.Computed) -> NDArray[Any]:
 
 def _result_rows(batch: Batch, node: nodes.Computed, results: list[Any]) -> NDArray[Any]:
     if node.shape is None:
-        return typed_row_array(results)
+        # A text tells 1 from 1.0, and what a scene has must not depend on what others have.
+        return row_array(results) if len(_kinds(results)) <= 1 else object_array(results)
     if node.shape == ():
         for row, result in enumerate(results):
             if type(result) in {list, tuple, dict}:

@@ -13,16 +13,12 @@ import math
 import operator
 import re
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.variation import operations
-from scenecc.variation.operations import FUNCTIONS, MAX_ARGUMENTS, NUMBERS, ExpressionError
-
-if TYPE_CHECKING:
-    from scenecc.variation.operations import Span
-
+from scenecc.variation.operations import FUNCTIONS, MAX_ARGUMENTS, NUMBERS, ExpressionError, Span
 
 MAX_CHARACTERS = 1000
 """How long an expression may be [characters]."""
@@ -45,6 +41,7 @@ _WORDS = frozenset(("and", "or", "not", "if", "else", "True", "False"))
 _REFUSED = frozenset(keyword.kwlist) - _WORDS
 _PAIRS = {"(": ")", "[": "]"}
 _HINTS = {
+    ".": "an element is `v[0]`; a condition of `expect` reads `position('NAME')`",
     "?": "a choice is written `a if condition else b`",
     "^": "a power is written `a ** b`",
     "&": "write `and`",
@@ -129,7 +126,8 @@ def _unreadable(text: str, start: int, at: int, limit: int) -> ExpressionError:
 def _endless(text: str, start: int, limit: int) -> ExpressionError:
     if limit < len(text) or limit > start + MAX_CHARACTERS:
         return ExpressionError(f"an expression has at most {MAX_CHARACTERS} characters", start, limit)
-    return ExpressionError("`${` is never closed", start - 2, start, "write `$${` for the characters themselves")
+    hint = "close it with `}`; write `$${` for the characters themselves"
+    return ExpressionError("`${` is never closed", start - 2, start, hint)
 
 
 MAX_DEPTH = 100
@@ -138,13 +136,49 @@ MAX_DEPTH = 100
 CONSTANTS: dict[str, Any] = {"pi": math.pi, "true": True, "false": False}
 
 MESH_BOUNDS = "bounds"
-"""What is written `bounds(PATH)`. It is a function only where `(` follows: a parameter may have this name."""
+"""The bounds of a mesh, `bounds(PATH)`."""
+
+OBSERVATIONS: dict[str, tuple[str, ...]] = {
+    "position": ("name",),
+    "speed": ("name",),
+    "tilt": ("name",),
+    "distance": ("a", "b"),
+    "touching": ("a", "b"),
+    "qpos": ("name", "joint"),
+}
+"""What a simulation shows, and the arguments of each, which are strings."""
+
+_BOUND_CALLS: dict[str, tuple[str, ...]] = {MESH_BOUNDS: ("path",), **OBSERVATIONS}
+"""Functions of which an expression knows no more than the name. They are functions only where `(` follows: a parameter
+may have such a name."""
+
+_FUNCTION_SYNONYMS: dict[str, str] = {
+    **dict.fromkeys(("joint", "joint_position", "joint_pos"), "qpos"),
+    **dict.fromkeys(("norm", "magnitude"), "hypot"),
+    **dict.fromkeys(("velocity", "linear_velocity"), "speed"),
+    **dict.fromkeys(("contact", "contacts", "collides", "in_contact"), "touching"),
+    **dict.fromkeys(("pose", "pos", "xyz"), "position"),
+}
+"""What other tools call a function → its name here."""
 
 RESERVED_NAMES = frozenset((*FUNCTIONS, *CONSTANTS, *_WORDS, "scene", "num_scenes"))
 """What parameters, loop variables and draws may not be called, beside Python's keywords."""
 
 Environment = Mapping[str, Any]
 Closure = Callable[[Environment], Any]
+
+
+@frozen
+class BoundCall:
+    """A call whose value is bound as that of a name is, so that an expression opens no file and knows no engine.
+
+    Attributes:
+        function: one of `OBSERVATIONS`, or `MESH_BOUNDS`.
+        arguments: of the call.
+    """
+
+    function: str
+    arguments: tuple[Expression, ...]
 
 
 @frozen
@@ -156,15 +190,14 @@ class Expression:
         run: its value, from those of its names.
         places: where each name stands first.
         span: (start, end) of a node in the scalar's text.
-        meshes: the paths of meshes whose bounds it reads. Such a `bounds(PATH)` is a name of the expression, too:
-            whoever binds names finds the file, so that an expression reads none.
+        calls: the bound calls that it reads, by the name that each is to it (`bound_name`).
     """
 
     tree: ast.expr
     run: Closure
     places: Mapping[str, Span]
     span: Callable[[ast.expr], Span]
-    meshes: Mapping[str, Expression]
+    calls: Mapping[str, BoundCall]
 
 
 def parse_expression(text: str, start: int, end: int) -> Expression:
@@ -191,8 +224,8 @@ def parse_expression(text: str, start: int, end: int) -> Expression:
     return compiler.expression(tree, run)
 
 
-def mesh_bounds_name(node: ast.Call) -> str:
-    """The name that a `bounds(PATH)` is to an expression, however it is spaced and quoted."""
+def bound_name(node: ast.Call) -> str:
+    """The name that a bound call is to an expression, however it is spaced and quoted."""
     return ast.unparse(node)
 
 
@@ -201,13 +234,13 @@ class _Compiler:
 
     def __init__(self, source: str, start: int) -> None:
         self.places: dict[str, Span] = {}
-        self._meshes: dict[str, Expression] = {}
+        self._calls: dict[str, BoundCall] = {}
         self._source = source
         self._start = start
 
     def expression(self, tree: ast.expr, run: Closure) -> Expression:
         """What was compiled."""
-        return Expression(tree, run, self.places, self.span, self._meshes)
+        return Expression(tree, run, self.places, self.span, self._calls)
 
     def span(self, node: ast.expr) -> Span:
         # Python counts bytes, from the parenthesis on.
@@ -324,10 +357,11 @@ class _Compiler:
         func, span = node.func, self.span(node)
         if not isinstance(func, ast.Name):
             raise ExpressionError("only functions are called", *self.span(func))
-        if func.id == MESH_BOUNDS:
-            return self._mesh_bounds(node, depth)
+        if func.id in _BOUND_CALLS:
+            return self._bound_call(node, func.id, depth)
         if func.id not in FUNCTIONS:
-            hint = suggest(func.id, (*FUNCTIONS, MESH_BOUNDS))
+            meant = _FUNCTION_SYNONYMS.get(func.id)
+            hint = f"did you mean `{meant}`?" if meant else suggest(func.id, (*FUNCTIONS, *_BOUND_CALLS))
             raise ExpressionError(f"unknown function `{func.id}`", *self.span(func), hint)
         function = FUNCTIONS[func.id]
         fewest, most, apply = function.fewest, function.most, function.apply
@@ -347,13 +381,22 @@ class _Compiler:
             return lambda environment: apply([part(environment)], span)
         return lambda environment: apply([part(environment) for part in parts], span)
 
-    def _mesh_bounds(self, node: ast.Call, depth: int) -> Closure:
-        if len(node.args) != 1:
-            raise ExpressionError(f"`{MESH_BOUNDS}` takes 1 argument, not {len(node.args)}", *self.span(node))
-        inner = _Compiler(self._source, self._start)
-        path = inner.expression(node.args[0], inner.closure(node.args[0], depth))
-        name = mesh_bounds_name(node)
-        self._meshes[name] = path
+    def _bound_call(self, node: ast.Call, function: str, depth: int) -> Closure:
+        arguments, wanted = node.args, len(_BOUND_CALLS[function])
+        if len(arguments) != wanted:
+            noun = "argument" if wanted == 1 else "arguments"
+            raise ExpressionError(f"`{function}` takes {wanted} {noun}, not {len(arguments)}", *self.span(node))
+        for name, argument in zip(_BOUND_CALLS[function], arguments, strict=True):
+            if function in OBSERVATIONS and not (
+                isinstance(argument, ast.Constant) and isinstance(argument.value, str)
+            ):
+                hint = f"write it in quotes, as in `{function}('cube')`" if isinstance(argument, ast.Name) else None
+                message = f"`{name}` of `{function}` must be a string as it is written"
+                raise ExpressionError(message, *self.span(argument), hint)
+        inner = [_Compiler(self._source, self._start) for _ in arguments]
+        parts = [one.expression(part, one.closure(part, depth)) for one, part in zip(inner, arguments, strict=True)]
+        name = bound_name(node)
+        self._calls[name] = BoundCall(function, tuple(parts))
         return self._lookup(name, self.span(node))
 
 

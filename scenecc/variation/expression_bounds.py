@@ -25,7 +25,7 @@ from scenecc.variation.bounds import (
     join_bounds,
     truth_values,
 )
-from scenecc.variation.expression import CONSTANTS, MESH_BOUNDS, Expression, mesh_bounds_name
+from scenecc.variation.expression import CONSTANTS, Expression, bound_name
 from scenecc.variation.operations import (
     BINARY,
     COMPARISONS,
@@ -272,8 +272,8 @@ class _BoundsWalk:
     def call(self, node: ast.Call) -> ExpressionBounds:
         """By the rules of intervals, where the values are too many to be combined."""
         assert isinstance(node.func, ast.Name)
-        if node.func.id == MESH_BOUNDS:
-            return self._names.get(mesh_bounds_name(node), ANYTHING)
+        if node.func.id not in FUNCTIONS:
+            return self._names.get(bound_name(node), ANYTHING)
         name, parts = node.func.id, [self.node(argument) for argument in node.args]
         function = FUNCTIONS[name]
         found = self._combined(parts, lambda values: function.apply(list(values), _ANYWHERE), node)

@@ -5,17 +5,15 @@ Items, bounds and components are plain values, or forms or templates themselves.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.variation.distributions import DISTRIBUTIONS
-from scenecc.variation.expression import Closure, Expression, find_end, parse_expression
+from scenecc.variation.expression import MESH_BOUNDS, Closure, Expression, find_end, parse_expression
 from scenecc.variation.operations import ExpressionError, as_lists, scalar_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
 
 
 class Missing(Enum):
@@ -139,7 +137,7 @@ class Template:
     Attributes:
         text: the scalar's, as written.
         constants: the names that have values, sorted, with them; lists are never tuples, as JSON has them.
-        names: those that still have none; `scene` and `num_scenes` count as names.
+        names: those that still have none; `scene` and `num_scenes` count as names, what a simulation shows does not.
         scope: in which its names mean something; None: in that of the object that has it.
 
     Two are equal if their texts, scopes and constants are, by type and to the bit.
@@ -178,7 +176,7 @@ class Template:
         Raises:
             ExpressionError: it has no value.
         """
-        if self.names <= environment.keys():
+        if self.names <= environment.keys() and not self.observations:
             return self.evaluate(environment)
         if self.names.isdisjoint(environment):
             return self
@@ -214,6 +212,11 @@ class Template:
     def meshes(self) -> Mapping[str, Expression]:
         """The paths of meshes whose bounds it reads, by the name that each `bounds(PATH)` is."""
         return self._parsed.meshes
+
+    @property
+    def observations(self) -> Mapping[str, tuple[str, ...]]:
+        """What it reads of a simulation: name of each call → function and arguments."""
+        return self._parsed.observations
 
     def place(self, name: str) -> tuple[int, int]:
         """Where a name that it reads stands first: (start, end) in the text."""
@@ -251,11 +254,12 @@ MAX_FILLED_CHARACTERS = 100_000
 
 @frozen
 class _Parsed:
-    """The literal texts and expressions of a scalar, in order, with all names and bounds of meshes that they read."""
+    """The literal texts and expressions of a scalar, in order, with all that they read; fields as of `Template`."""
 
     parts: tuple[str | Expression, ...]
     names: frozenset[str]
     meshes: Mapping[str, Expression]
+    observations: Mapping[str, tuple[str, ...]]
 
 
 @lru_cache(maxsize=4096)
@@ -285,7 +289,14 @@ def _parse(text: str) -> _Parsed:
         parts.append(literal)
     read = [part for part in parts if isinstance(part, Expression)]
     names = frozenset[str]().union(*(part.places for part in read))
-    return _Parsed(tuple(parts), names, {name: path for part in read for name, path in part.meshes.items()})
+    calls = {name: call for part in read for name, call in part.calls.items()}
+    meshes = {name: call.arguments[0] for name, call in calls.items() if call.function == MESH_BOUNDS}
+    observations = {
+        name: (call.function, *(argument.run({}) for argument in call.arguments))
+        for name, call in calls.items()
+        if call.function != MESH_BOUNDS
+    }
+    return _Parsed(tuple(parts), names - observations.keys(), meshes, observations)
 
 
 def _filled(parts: tuple[str | Expression, ...], environment: Mapping[str, Any]) -> str:

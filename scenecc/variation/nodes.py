@@ -11,14 +11,12 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.variation.distributions import DISTRIBUTIONS
+from scenecc.variation.distributions import DISTRIBUTIONS, Distribution
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from scenecc.variation.distributions import Distribution
     from scenecc.variation.forms import Template
-
 
 Section = Literal["entities", "draws", "frames", "materials", "constraints", "lights", "cameras", "environment"]
 

@@ -9,16 +9,12 @@ from __future__ import annotations
 import math
 import operator
 import sys
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scenecc.diagnostics.frozen import frozen
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
-    from scenecc.variation.nodes import Node
 
 
 class ExpressionError(Exception):
@@ -48,7 +44,7 @@ class DrawError(Exception):
         expression: what went wrong, where the node is an expression.
     """
 
-    def __init__(self, message: str, scene: int, node: Node, expression: ExpressionError | None = None) -> None:
+    def __init__(self, message: str, scene: int, node: object, expression: ExpressionError | None = None) -> None:
         super().__init__(f"scene {scene}: {message}")
         self.message = message
         self.scene = scene
@@ -99,7 +95,7 @@ class OperationCounter:
         """What is said then."""
         return f"the values of all scenes take more than {self.most} operations (limit computed)"
 
-    def take(self, operations: int, node: Node) -> None:
+    def take(self, operations: int, node: object) -> None:
         """Counts so many.
 
         Raises:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from hashlib import sha256
 from typing import TYPE_CHECKING, Final
@@ -10,20 +11,23 @@ import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.emit.glb import part_to_glb
+from scenecc.geometry.rotation_arrays import compose
 from scenecc.meshes.builder import clip_to_scene, grid_cell, scene_corners
 from scenecc.plan import ArticulationStructure
+from scenecc.plan.framing import Motion, Solids
 from scenecc.plan.rendering import FLAT_THICKNESS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from scenecc.geometry.rotations import Quat, Vec3
+    from scenecc.geometry.rotations import Pose7, Quat, Vec3
     from scenecc.meshes import Surface
     from scenecc.meshes.builder import BodyMeshes, EntityMeshes, SceneMeshes
     from scenecc.meshes.surface import MeshPart, MeshShape
     from scenecc.meshes.surface import SurfaceMaterial as Material
+    from scenecc.viewer.cameras import View
     from scenecc.viewer.options import ViewOptions
 
 
@@ -32,8 +36,13 @@ Key = tuple[int, str, int]
 
 _UNTURNED: Final[Quat] = (1.0, 0.0, 0.0, 0.0)
 
+_FEW: Final = 8
+"""Fewer copies of a surface are nodes of their own, which move with the frame of their body: a browser moves these
+without touching what it draws. More are instances of one node.
+"""
+
 _FAINT: Final = 0.5
-"""How visible what collides is, over what is seen."""
+"""How visible what collides is, over what is seen, and everything where contacts are shown."""
 
 _SLASH: Final = "\N{DIVISION SLASH}"
 """Stands for the slash of a name: what is below a path on the page moves with it."""
@@ -76,7 +85,83 @@ class Name:
     text: str
 
 
-Node = Frame | SurfaceNode | Name
+@frozen
+class Instances:
+    """Copies of one surface, of many bodies: one node. It compares by identity.
+
+    Attributes:
+        digest: of its file, see `Files`.
+        rows: (N,) the body of each copy, as a row of `BodyPoses`.
+        places: (N, 7) p [m] then q (wxyz) of each in its body's frame.
+        scales: (N, 3) along its own axes.
+    """
+
+    digest: str
+    rows: NDArray[np.intp]
+    places: NDArray[np.float64]
+    scales: NDArray[np.float32]
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    @staticmethod
+    def of(nodes: Sequence[SurfaceNode], rows: Mapping[Key, int]) -> Instances:
+        """Surfaces with the same file as one node. `rows`: of their bodies."""
+        return Instances(
+            nodes[0].digest,
+            np.array([rows[node.body] for node in nodes], np.intp),
+            np.array([(*node.position, *node.wxyz) for node in nodes], np.float64),
+            np.array([node.scale for node in nodes], np.float32),
+        )
+
+    def is_moved(self, before: Instances) -> bool:
+        """Whether there are as many copies of the same surface, at other places or of other bodies perhaps."""
+        return (self.digest, len(self.rows)) == (before.digest, len(before.rows))
+
+    def poses(self, bodies: BodyPoses) -> NDArray[np.float64]:
+        """(N, 7) of each copy on the page."""
+        return compose(bodies.world[self.rows], self.places)
+
+
+Node = Frame | SurfaceNode | Name | Instances
+
+
+@frozen
+class BodyPoses:
+    """Where the bodies of a page are. It compares by identity.
+
+    Attributes:
+        rows: the row of each body, in order.
+        origins: (N, 3) of their scenes, on the page [m].
+        world: (N, 7) p [m] then q (wxyz) of each, on the page.
+    """
+
+    rows: Mapping[Key, int]
+    origins: NDArray[np.float64]
+    world: NDArray[np.float64]
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    @staticmethod
+    def of(poses: Mapping[Key, Pose7], origins: Mapping[int, Vec3]) -> BodyPoses:
+        """Of poses of bodies in their scenes, and origins of the scenes on the page [m]."""
+        rows = {key: row for row, key in enumerate(poses)}
+        places = np.array([origins[index] for index, _, _ in poses], np.float64).reshape(-1, 3)
+        world = np.array([*poses.values()], np.float64).reshape(-1, 7)
+        world[:, :3] += places
+        return BodyPoses(rows, places, world)
+
+    def moved(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> BodyPoses:
+        """The same with some bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
+        rows, world = [self.rows[key] for key in keys], self.world.copy()
+        world[rows] = poses
+        world[rows, :3] += self.origins[rows]
+        return replace(self, world=world)
+
+    def key(self, row: int) -> Key:
+        """The body in a row."""
+        return [*self.rows][row]
 
 
 @frozen
@@ -85,24 +170,33 @@ class PageContent:
 
     Attributes:
         nodes: by path, what is above others before these.
-        bodies: the path of each.
+        bodies: the path of the frame of each that has one: those whose surfaces are all instances have none.
+        poses: of all bodies.
         corners: (N, 3) around everything but the ground [m].
         shadows: whether there are any.
+        origins: of the scenes, by index [m].
+        solids: of the first scene, for a view of what moves there.
+        views: those of the file's cameras.
     """
 
     nodes: dict[str, Node]
     bodies: dict[Key, str]
+    poses: BodyPoses
     corners: NDArray[np.float64]
     shadows: bool
+    origins: Mapping[int, Vec3]
+    solids: Solids
+    views: tuple[View, ...] = ()
 
     def moved(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> PageContent:
         """The same with some bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
         nodes = dict(self.nodes)
         for key, pose in zip(keys, poses.tolist(), strict=True):
-            path = self.bodies[key]
-            position, wxyz = _placed(tuple(pose))
-            nodes[path] = replace(nodes[path], position=position, wxyz=wxyz)
-        return replace(self, nodes=nodes)
+            path = self.bodies.get(key)
+            if path is not None:
+                position, wxyz = _placed(tuple(pose))
+                nodes[path] = replace(nodes[path], position=position, wxyz=wxyz)
+        return replace(self, nodes=nodes, poses=self.poses.moved(keys, poses))
 
 
 class Files:
@@ -154,18 +248,33 @@ def page_content(
     solid = tuple(map(_solid, drawn))
     drawn = solid if any(one.entities for one in solid) else drawn
     cell = grid_cell(drawn) if look.grid else None
-    origins = np.zeros((len(visual), 3)) if cell is None else cell.origins(len(visual))
+    places = np.zeros((len(visual), 3)) if cell is None else cell.origins(len(visual))
     half = None if cell is None else cell.half
-    for number, (scene, origin) in enumerate(zip(visual, origins, strict=True)):
-        root = f"/scene {scene.scene.index}"
-        x, y, z = map(float, origin)
-        painter.nodes[root] = Frame((x, y, z), _UNTURNED)
-        painter.scene(root, scene, "visual", half, show=look.visual)
+    origins: dict[int, Vec3] = {}
+    for number, (scene, (x, y, z)) in enumerate(zip(visual, places.tolist(), strict=True)):
+        origins[scene.scene.index] = (x, y, z)
+        painter.scene(scene, "visual", half, show=look.visual)
         if colliding is not None:
-            painter.scene(root, colliding[number], "collision", half, show=True)
-    at = {scene.scene.index: origin for scene, origin in zip(visual, origins, strict=True)}
-    corners = [scene_corners([scene]) + at[scene.scene.index] for scene in drawn]
-    return PageContent(painter.nodes, painter.bodies, np.concatenate(corners), look.shadows)
+            painter.scene(colliding[number], "collision", half, show=True)
+    corners = [scene_corners([scene]) + origins[scene.scene.index] for scene in drawn]
+    poses = BodyPoses.of(painter.poses, origins)
+    nodes, bodies = painter.nodes(poses.rows, origins)
+    return PageContent(nodes, bodies, poses, np.concatenate(corners), look.shadows, origins, _solids(drawn[0]))
+
+
+def _solids(scene: SceneMeshes) -> Solids:
+    """The boxes of all shapes but planes, of one scene."""
+    bodies = [body for entity in scene.entities for body in entity.bodies]
+    corners = [body.corners.reshape(-1, 8, 3) for body in bodies]
+    every = np.concatenate([np.zeros((0, 8, 3)), *corners])
+    return Solids(
+        np.stack([every.min(axis=1), every.max(axis=1)], axis=1),
+        np.repeat(np.arange(len(bodies)), [len(boxes) for boxes in corners]),
+        np.array([_MOTIONS.get(body.body.body_type, Motion.STATIC) for body in bodies], np.int64),
+    )
+
+
+_MOTIONS: Final = {"dynamic": Motion.DYNAMIC, "link": Motion.DYNAMIC, "kinematic": Motion.KINEMATIC}
 
 
 def _solid(scene: SceneMeshes) -> SceneMeshes:
@@ -179,50 +288,99 @@ def _is_solid(body: BodyMeshes) -> bool:
 
 
 class _Painter:
+    """Gathers what is seen of bodies, and makes nodes of it once it is known how many copies there are of each."""
+
     def __init__(self, look: ViewOptions, files: Files) -> None:
         self._look = look
         self._files = files
-        self.nodes: dict[str, Node] = {}
-        self.bodies: dict[Key, str] = {}
+        self.poses: dict[Key, Pose7] = {}
+        self._paths: dict[Key, tuple[str, ...]] = {}
+        self._names: dict[Key, str] = {}
+        self._surfaces: dict[Key, list[tuple[str, SurfaceNode]]] = {}
 
-    def scene(self, root: str, scene: SceneMeshes, role: str, half: float | None, *, show: bool) -> None:
+    def scene(self, scene: SceneMeshes, role: str, half: float | None, *, show: bool) -> None:
         """Adds the bodies of a scene, and their shapes in a role where these are to be shown."""
+        # What collides lies mostly where something is seen, and where bodies touch is inside of both.
+        see_through = self._look.contacts or (role == "collision" and self._look.visual)
         for entity in scene.entities:
-            if isinstance(entity.measured.structure, ArticulationStructure):
-                # Its links stand below it and not below one another, so that it moves none of them.
-                self.nodes[f"{root}/{_escaped(entity.measured.entity.name)}"] = Frame((0.0, 0.0, 0.0), _UNTURNED)
-            for key, path, name, body in _bodies(root, scene, entity):
-                self.bodies[key] = path
-                self.nodes[path] = Frame(*_placed(body.body.pose), axes=self._look.frames)
-                if self._look.names:
-                    self.nodes[f"{path}/name"] = Name(name)
-                shapes = body.shapes if show else ()
-                # What collides lies mostly where something is seen.
-                see_through = role == "collision" and self._look.visual
-                for number, shape in enumerate(shapes):
+            hidden = entity.measured.entity.name in self._look.hidden
+            for key, steps, name, body in _bodies(scene, entity):
+                self.poses[key], self._paths[key], self._names[key] = body.body.pose, steps, name
+                surfaces = self._surfaces.setdefault(key, [])
+                for number, shape in enumerate(body.shapes if show and not hidden else ()):
                     fitted = _tiles_cut(clip_to_scene(shape, body, scene, half), half)
-                    self._shape(f"{path}/{role} {number}", fitted, key, see_through=see_through)
+                    surfaces += self._shape(f"{role} {number}", fitted, key, see_through=see_through)
 
-    def _shape(self, path: str, shape: MeshShape, key: Key, *, see_through: bool) -> None:
+    def _shape(self, name: str, shape: MeshShape, key: Key, *, see_through: bool) -> Iterator[tuple[str, SurfaceNode]]:
         place = _placed(shape.pose)
         parts = [_seen_through(part) for part in shape.parts] if see_through else shape.parts
         for number, part in enumerate(parts):
             # Parts of one shape: one path each.
-            own = path if len(shape.parts) == 1 else f"{path}.{number}"
-            digest = self._files.digest(part, turned=shape.turned)
-            self.nodes[own] = SurfaceNode(digest, *place, shape.scale, key)
+            own = name if len(shape.parts) == 1 else f"{name}.{number}"
+            yield own, SurfaceNode(self._files.digest(part, turned=shape.turned), *place, shape.scale, key)
+
+    def nodes(self, rows: Mapping[Key, int], origins: Mapping[int, Vec3]) -> tuple[dict[str, Node], dict[Key, str]]:
+        """All nodes by path, and the path of the frame of each body that has one.
+
+        Args:
+            rows: of the bodies, for instances.
+            origins: of the scenes, on the page [m].
+        """
+        copies = Counter(node.digest for _, node in self._each() if _may_be_instance(node))
+        many = {digest: list[SurfaceNode]() for digest, count in copies.items() if count >= _FEW}
+        nodes: dict[str, Node] = {_root(index): Frame(origin, _UNTURNED) for index, origin in origins.items()}
+        bodies: dict[Key, str] = {}
+        for key, surfaces in self._surfaces.items():
+            own: dict[str, Node] = {}
+            for name, node in surfaces:
+                if node.digest in many and _may_be_instance(node):
+                    many[node.digest].append(node)
+                else:
+                    own[name] = node
+            if self._look.names:
+                own["name"] = Name(self._names[key])
+            if own or self._look.frames:
+                bodies[key] = self._add_frame(nodes, key)
+                nodes.update({f"{bodies[key]}/{name}": node for name, node in own.items()})
+        nodes |= {f"/copies/{digest[:16]}": Instances.of(found, rows) for digest, found in many.items()}
+        return nodes, bodies
+
+    def _add_frame(self, nodes: dict[str, Node], key: Key) -> str:
+        """Adds the frame of a body, and returns its path."""
+        *above, last = self._paths[key]
+        path = _root(key[0])
+        for step in above:
+            # The links of an articulation stand below it and not below one another, so that it moves none of them.
+            path = f"{path}/{step}"
+            nodes.setdefault(path, Frame((0.0, 0.0, 0.0), _UNTURNED))
+        path = f"{path}/{last}"
+        nodes[path] = Frame(*_placed(self.poses[key]), axes=self._look.frames)
+        return path
+
+    def _each(self) -> Iterator[tuple[str, SurfaceNode]]:
+        for surfaces in self._surfaces.values():
+            yield from surfaces
 
 
-def _bodies(root: str, scene: SceneMeshes, entity: EntityMeshes) -> Iterator[tuple[Key, str, str, BodyMeshes]]:
-    """The bodies of an entity: key, path and name."""
+def _may_be_instance(node: SurfaceNode) -> bool:
+    """Whether it is not mirrored: all instances of a node are drawn with the same side out."""
+    x, y, z = node.scale
+    return x * y * z > 0
+
+
+def _root(index: int) -> str:
+    return f"/scene {index}"
+
+
+def _bodies(scene: SceneMeshes, entity: EntityMeshes) -> Iterator[tuple[Key, tuple[str, ...], str, BodyMeshes]]:
+    """The bodies of an entity: key, steps of its path below the scene, and name."""
     name = entity.measured.entity.name
-    path = f"{root}/{_escaped(name)}"
     for number, body in enumerate(entity.bodies):
         key = (scene.scene.index, name, number)
         if isinstance(entity.measured.structure, ArticulationStructure):
-            yield key, f"{path}/{_escaped(body.body.name)}", f"{name}/{body.body.name}", body
+            yield key, (_escaped(name), _escaped(body.body.name)), f"{name}/{body.body.name}", body
         else:
-            yield key, path, name, body
+            yield key, (_escaped(name),), name, body
 
 
 def _tiles_cut(shape: MeshShape, half: float | None) -> MeshShape:

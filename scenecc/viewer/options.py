@@ -22,6 +22,8 @@ class ViewOptions:
         frames: show the axes of each body and link.
         names: show their names.
         shadows: draw shadows: what a browser that draws without a GPU takes longest for.
+        contacts: show where bodies touch, and the forces there.
+        hidden: names of entities that are not shown.
     """
 
     scene: int = 0
@@ -31,6 +33,8 @@ class ViewOptions:
     frames: bool = False
     names: bool = False
     shadows: bool = True
+    contacts: bool = False
+    hidden: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

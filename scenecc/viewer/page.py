@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gzip
 import io
 import logging
 import re
@@ -10,8 +11,10 @@ import socket
 import threading
 from contextlib import contextmanager, redirect_stdout, suppress
 from functools import partial
+from html import escape
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
+from itertools import combinations, product
 from secrets import compare_digest
 from typing import TYPE_CHECKING, Any, Final
 from unittest.mock import patch
@@ -21,17 +24,20 @@ import numpy as np
 import viser
 import websockets.asyncio.server as below
 
+from scenecc.geometry.rotations import to_pose, to_vector
 from scenecc.interrupt import interrupts_wait
 from scenecc.plan.rendering import FRAMING_DIRECTION
-from scenecc.viewer.nodes import Frame, SurfaceNode
+from scenecc.viewer.cameras import View
+from scenecc.viewer.nodes import BodyPoses, Frame, Instances, SurfaceNode
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
     from websockets.asyncio.server import ServerConnection
     from websockets.http11 import Request
 
+    from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.viewer.nodes import Key, Node, PageContent
     from scenecc.viewer.options import PageAddress
 
@@ -53,7 +59,7 @@ def open_server(place: PageAddress, label: str) -> viser.ViserServer:
         OSError: the address or the port cannot be had.
     """
     port = _free_port(place)
-    with _OPENING, _quiet(), patch.object(below, "serve", _Guard(place)):
+    with _OPENING, _quiet(), patch.object(below, "serve", _Guard(place, label)):
         server = viser.ViserServer(place.host, port, label, verbose=False)
     # Any page may ask viser to publish itself through a server on the internet.
     server.request_share_url = _refuse
@@ -96,8 +102,10 @@ class _Guard:
     viser asks nobody who comes from where, and has no option for it; the library below it has.
     """
 
-    def __init__(self, place: PageAddress) -> None:
+    def __init__(self, place: PageAddress, title: str) -> None:
         self._place = place
+        self._title = title
+        self._pages: dict[str, bytes] = {}
         self._serve: Any = below.serve
 
     def __call__(self, *given: Any, process_request: Any, **options: Any) -> Any:
@@ -123,9 +131,27 @@ class _Guard:
             if not compare_digest(token.encode(), sent.encode(errors="replace")):
                 return connection.respond(HTTPStatus.FORBIDDEN, "This page needs a token: /?token=...\n")
         response = process(connection, request)
+        if response is not None and response.headers.get("Content-Type", "").startswith("text/html"):
+            self._entitle(response)
         if token is not None and response is not None and given:
             response.headers["Set-Cookie"] = f"{name}={quote(token, safe='')}; HttpOnly; SameSite=Strict; Path=/"
         return response
+
+    def _entitle(self, response: Any) -> None:
+        """Gives the page a title of its own; viser has none to be set."""
+        encoding = response.headers["Content-Encoding"]
+        if encoding not in self._pages:
+            zipped = encoding == "gzip"
+            body = titled((gzip.decompress(response.body) if zipped else response.body).decode(), self._title).encode()
+            self._pages[encoding] = gzip.compress(body, 1) if zipped else body
+        response.body = self._pages[encoding]
+        del response.headers["Content-Length"]
+        response.headers["Content-Length"] = str(len(response.body))
+
+
+def titled(page: str, title: str) -> str:
+    """Viser's page with another title."""
+    return page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>", 1)
 
 
 def _log(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -149,8 +175,37 @@ _AROUND, _BRIGHT = 0.4, 1.5
 _FROM: Final = (0.8, -0.5, 1.2)
 """Where the lamp stands."""
 
-_DISTANCE: Final = 1.3 / np.sin(np.radians(75 / 2))
-"""Of a camera, in radii of what it sees: viser's camera sees 75° from top to bottom, and panels cover some of it."""
+_FOV: Final = float(np.radians(75))
+"""Of viser's camera, from top to bottom [rad]."""
+
+_DISTANCE: Final = 1.3 / np.sin(_FOV / 2)
+"""Of a camera, in radii of what it sees: panels cover some of it."""
+
+_OUTLINE, _GIZMO = "/selected", "/gizmo"
+"""Paths of what marks bodies."""
+
+_WARNED, _TOUCHES = "/overlap ", "/contacts"
+
+_ORANGE, _RED = (255, 120, 0), (224, 30, 30)
+
+_LONGEST: Final = 0.3
+"""Length of the arrow of the largest force, in radii of all that is shown."""
+
+_SMALLEST: Final = 0.15
+"""Size of a gizmo at least, in radii of all that is shown: one that is smaller is hard to hit."""
+
+_FARTHEST, _TURNED = 1e6, 0.5
+"""How far a body may be dragged [m], and the length of a quaternion that is one."""
+
+Box = tuple["NDArray[np.float64]", "NDArray[np.float64]"]
+"""Lowest and highest corner [m]."""
+
+
+def _edges(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(12, 2, 3) of a box."""
+    corners = list(product(*zip(low, high, strict=True)))
+    pairs = combinations(corners, 2)
+    return np.array([pair for pair in pairs if sum(a != b for a, b in zip(*pair, strict=True)) == 1], np.float64)
 
 
 class Page:
@@ -159,14 +214,31 @@ class Page:
     Ctrl-C waits for the end of each function: what viser was half told would not be what is kept here.
     """
 
-    def __init__(self, server: viser.ViserServer, clicked: Callable[[Key], None] | None = None) -> None:
-        """`clicked` is called with the body that was clicked, in a thread of viser."""
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        clicked: Callable[[Key], None] | None = None,
+        dragged: Callable[[Key, Pose7, bool], None] | None = None,
+    ) -> None:
+        """Both are called in a thread of viser.
+
+        Args:
+            server: that shows it.
+            clicked: called with the body that was clicked.
+            dragged: called with a body, where it was dragged to in its scene, and whether it was let go.
+        """
         self._server = server
         self._clicked = clicked
+        self._dragged = dragged
+        self._marks: dict[str, tuple[Key, Any]] = {}
+        self._touches: Any = None
+        self._origins: Mapping[int, Vec3] = {}
         self._nodes: dict[str, Node] = {}
         self._handles: dict[str, Any] = {}
         self._bodies: Mapping[Key, str] = {}
-        self._overview = overview(np.zeros((0, 3)))
+        self._poses = BodyPoses.of({}, {})
+        self._overview, self._radius = overview(np.zeros((0, 3))), 1.0
+        self._views: Mapping[str, View] = {}
         # viser's own lights are so bright that colours are hardly the file's.
         server.scene.configure_default_lights(enabled=False)
         server.scene.configure_environment_map(environment_intensity=_AROUND)
@@ -175,7 +247,7 @@ class Page:
     @property
     def digests(self) -> set[str]:
         """Of the files that are shown."""
-        return {node.digest for node in self._nodes.values() if isinstance(node, SurfaceNode)}
+        return {node.digest for node in self._nodes.values() if isinstance(node, SurfaceNode | Instances)}
 
     @interrupts_wait()
     def show(self, picture: PageContent, contents: Mapping[str, bytes]) -> None:
@@ -184,10 +256,12 @@ class Page:
         with self._server.atomic():
             for path in [path for path in self._nodes if path not in picture.nodes]:
                 self._remove(path)
+            self._bodies, self._poses, self._origins = picture.bodies, picture.poses, picture.origins
             for path, node in picture.nodes.items():
                 self._put(path, node, contents)
-        self._bodies = picture.bodies
-        self._overview = overview(picture.corners)
+            self._follow()
+        self._overview, self._radius = overview(picture.corners), bounds(picture.corners)[1]
+        self._views = {view.name: view for view in picture.views}
         self._server.flush()
 
     @interrupts_wait()
@@ -195,15 +269,108 @@ class Page:
         """Puts bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
         with self._server.atomic():
             for key, pose in zip(keys, poses.tolist(), strict=True):
-                handle = self._handles[self._bodies[key]]
-                handle.position, handle.wxyz = pose[:3], pose[3:]
+                if key in self._bodies:
+                    handle = self._handles[self._bodies[key]]
+                    handle.position, handle.wxyz = pose[:3], pose[3:]
+            before, self._poses = self._poses, self._poses.moved(keys, poses)
+            moved = (before.world != self._poses.world).any(axis=1)
+            for path, node in self._nodes.items():
+                if isinstance(node, Instances) and moved[node.rows].any():
+                    self._place(self._handles[path], node)
+            self._follow()
         self._server.flush()
 
     @interrupts_wait()
-    def frame(self, browser: viser.ClientHandle | None = None) -> None:
-        """Puts a browser's camera where it sees all that is shown. None: that of those that come from now on."""
-        camera = self._server.initial_camera if browser is None else browser.camera
-        camera.position, camera.look_at = self._overview
+    def outline(self, key: Key | None, box: Box | None) -> None:
+        """Draws a box around a body, in its frame, in place of the one before; None: around nothing."""
+        self._unmark(_OUTLINE)
+        if key is not None and box is not None:
+            self._mark(_OUTLINE, key, box, _ORANGE)
+
+    @interrupts_wait()
+    def warn(self, boxes: Mapping[Key, Box]) -> None:
+        """Draws red boxes around bodies, in place of those before."""
+        for path in [path for path in self._marks if path.startswith(_WARNED)]:
+            self._unmark(path)
+        for number, (key, box) in enumerate(boxes.items()):
+            self._mark(f"{_WARNED}{number}", key, box, _RED)
+
+    @interrupts_wait()
+    def touch(self, scenes: NDArray[np.int64], points: NDArray[np.float32], forces: NDArray[np.float32]) -> None:
+        """Draws arrows for forces (N, 3) at points (N, 3) [m] of scenes (N,), in place of those before."""
+        if self._touches is not None:
+            self._touches.remove()
+            self._touches = None
+        sizes = np.linalg.norm(forces, axis=1)
+        if not len(sizes):
+            return
+        starts = points + np.array([self._origins[index] for index in scenes.tolist()])
+        unit = _LONGEST * self._radius
+        arrows = np.stack([starts, starts + forces * (unit / sizes.max())], axis=1)
+        self._touches = self._server.scene.add_arrows(
+            _TOUCHES, arrows, _RED, shaft_radius=unit / 50, head_radius=unit / 20, head_length=unit / 8
+        )
+
+    @interrupts_wait()
+    def hold(self, key: Key | None, size: float) -> None:
+        """Puts a gizmo at a body, by which it is dragged; None: takes it away. `size`: of the body [m]."""
+        self._unmark(_GIZMO)
+        if key is None or self._dragged is None:
+            return
+        dragged, origin = self._dragged, self._poses.origins[self._poses.rows[key]]
+        handle = self._server.scene.add_transform_controls(
+            _GIZMO, scale=max(size, _SMALLEST * self._radius), depth_test=False
+        )
+        self._marks[_GIZMO] = (key, handle)
+        self._follow()
+
+        async def update(event: viser.TransformControlsEvent) -> None:
+            pose = np.concatenate([event.target.position - origin, event.target.wxyz])
+            # A browser may send anything.
+            if np.isfinite(pose).all() and np.abs(pose[:3]).max() < _FARTHEST and np.linalg.norm(pose[3:]) > _TURNED:
+                dragged(key, to_pose(pose), event.phase == "end")
+
+        handle.on_update(update)
+
+    def _follow(self) -> None:
+        """Puts the outline and the gizmo where their bodies are; those of bodies that are gone go."""
+        for path, (key, handle) in [*self._marks.items()]:
+            row = self._poses.rows.get(key)
+            if row is None:
+                self._unmark(path)
+            else:
+                handle.position, handle.wxyz = self._poses.world[row, :3], self._poses.world[row, 3:]
+
+    def _mark(self, path: str, key: Key, box: Box, color: tuple[int, int, int]) -> None:
+        lines = self._server.scene.add_line_segments(path, _edges(*box), color, thickness=3, thickness_units="screen")
+        self._marks[path] = (key, lines)
+        self._follow()
+
+    def _unmark(self, path: str) -> None:
+        if path in self._marks:
+            self._marks.pop(path)[1].remove()
+
+    @interrupts_wait()
+    def open_at(self, view: View | None = None) -> None:
+        """Lets browsers that come from now on begin at a view; None: that of all that is shown."""
+        self._look_from(self._server.initial_camera, view or self._overview)
+
+    @interrupts_wait()
+    def frame(self, browsers: Iterable[viser.ClientHandle], name: str = "") -> None:
+        """Moves the cameras of browsers, likewise."""
+        for browser in browsers:
+            # One that has just come has told nothing of its camera, which viser asks for first.
+            with suppress(AssertionError):
+                self._look_from(browser.camera, self._views.get(name, self._overview))
+
+    @interrupts_wait()
+    def frame_all(self) -> None:
+        """Moves the cameras of all browsers to where they see all that is shown."""
+        self.frame(self._server.get_clients().values())
+        self.open_at()
+
+    def _look_from(self, camera: Any, view: View) -> None:
+        camera.position, camera.look_at, camera.fov = view.position, view.look_at, view.fov
 
     def _remove(self, path: str) -> None:
         handle = self._handles.pop(path)
@@ -218,6 +385,9 @@ class Page:
         if isinstance(node, Frame) and isinstance(before, Frame):
             # Also where it is to be where it was: a body may have moved since.
             handle.position, handle.wxyz, handle.show_axes = node.position, node.wxyz, node.axes
+        elif isinstance(node, Instances) and isinstance(before, Instances) and node.is_moved(before):
+            handle.batched_scales = node.scales
+            self._place(handle, node)
         elif node == before:
             return
         elif isinstance(node, SurfaceNode) and isinstance(before, SurfaceNode) and node.is_moved(before):
@@ -225,6 +395,11 @@ class Page:
         else:
             handle = self._added(path, node, contents)
         self._nodes[path], self._handles[path] = node, handle
+
+    def _place(self, handle: Any, node: Instances) -> None:
+        """Puts instances where their bodies are; viser sends arrays that differ from those before."""
+        poses = node.poses(self._poses)
+        handle.batched_positions, handle.batched_wxyzs = poses[:, :3], poses[:, 3:]
 
     def _added(self, path: str, node: Node, contents: Mapping[str, bytes]) -> Any:
         scene = self._server.scene
@@ -237,6 +412,8 @@ class Page:
                 position=node.position,
                 wxyz=node.wxyz,
             )
+        if isinstance(node, Instances):
+            return self._added_instances(path, node, contents[node.digest])
         if not isinstance(node, SurfaceNode):
             return scene.add_label(path, node.text)
         handle = scene.add_glb(path, contents[node.digest], scale=node.scale, position=node.position, wxyz=node.wxyz)
@@ -245,10 +422,37 @@ class Page:
             handle.on_click(lambda _: clicked(body))
         return handle
 
+    def _added_instances(self, path: str, node: Instances, content: bytes) -> Any:
+        poses = node.poses(self._poses)
+        handle = self._server.scene.add_batched_glb(
+            path,
+            content,
+            batched_wxyzs=poses[:, 3:],
+            batched_positions=poses[:, :3],
+            batched_scales=node.scales,
+            lod="off",
+        )
+        if self._clicked is not None:
+            handle.on_click(lambda event: self._click_instance(path, event.instance_index))
+        return handle
 
-def overview(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where a camera stands that sees all of these points (N, 3), and what it looks at [m]: as SAPIEN's pictures do."""
+    def _click_instance(self, path: str, number: Any) -> None:
+        """A browser may send any number, and the node may have changed since."""
+        node = self._nodes.get(path)
+        if self._clicked is None or not isinstance(node, Instances) or not isinstance(number, int):
+            return
+        if 0 <= number < len(node.rows):
+            self._clicked(self._poses.key(int(node.rows[number])))
+
+
+def bounds(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """The middle of points (N, 3), and the radius of the ball around them [m]; of none, those of a cube of 1 m."""
     low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.full(3, -0.5), np.full(3, 0.5))
-    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
+    return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
+
+
+def overview(corners: NDArray[np.float64]) -> View:
+    """The view that has all of these points (N, 3) [m] in it: as SAPIEN's pictures do."""
+    middle, radius = bounds(corners)
     back = np.array(FRAMING_DIRECTION) / np.linalg.norm(FRAMING_DIRECTION)
-    return middle + _DISTANCE * radius * back, middle
+    return View("", to_vector(middle + _DISTANCE * radius * back), to_vector(middle), _FOV)

@@ -1,202 +1,47 @@
-"""The panel of the page: its controls, and those of the scene's parameters."""
+"""The panel of the page: its controls, and texts beside them."""
 
 from __future__ import annotations
 
-import json
+import threading
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from html import escape
-from math import floor, isfinite, log10
+from math import isfinite
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from scenecc.diagnostics import Sink
 from scenecc.interrupt import interrupts_wait
-from scenecc.source import read_value
+from scenecc.viewer.controls import add_control
+from scenecc.viewer.selected import SelectedPanel
+from scenecc.viewer.texts import findings, line, message
+from scenecc.viewer.tree import ObjectTree
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     import viser
 
+    from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
-    from scenecc.inspect import Item
     from scenecc.viewer.nodes import Key
     from scenecc.viewer.options import ViewOptions
     from scenecc.viewer.page import Page
+    from scenecc.viewer.selected import Selected
     from scenecc.viewer.tasks import TaskQueue
+    from scenecc.viewer.tree import Objects
+    from scenecc.viewer.world import JointPosition
 
 
-_TEXTS: Final = frozenset({"string", "file"})
-"""Types whose values are typed as they are."""
-
-_SMALLEST: Final = 1e-300
-"""Of a step: what is less has no logarithm any more."""
-
-_AS_IN_THE_FILE: Final = "(as in the file)"
-
-_PARTS_OF_A_RANGE, _PARTS_OF_A_NUMBER = 100, 10000
-"""Into so many parts at least a slider divides its range, and a field its number: viser keeps whole steps alone."""
-
-
-class AsWritten:
-    """Stands for a value that is not given: the file's own counts."""
-
-
-AS_WRITTEN: Final = AsWritten()
-
-
-def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[[Callable[[], Any]], None]) -> Any:
-    """Adds the control of a parameter, and returns viser's handle of it.
-
-    Args:
-        gui: where.
-        row: the parameter.
-        value: that it has; None where it has none yet.
-        changed: called with the new value, in a thread of viser: a value of the type if the text is one, or
-            `AS_WRITTEN`.
-    """
-    hint = _hint(row)
-    handle: Any
-    read: Callable[[Any], Any]
-    if row.type in {"boolean", "choice"}:
-        handle, read = _listed(gui, row, value, hint)
-    elif row.type in {"number", "integer"} and _is_number(value):
-        handle, read = _number(gui, row, value, hint), partial(_read_number, whole=row.type == "integer")
-    else:
-        # The text of an expression is no value that can be given.
-        unsaid = value is None or (value == row.value and row.type not in _TEXTS and _is_expression(value))
-        handle = gui.add_text(row.name, initial_value="" if unsaid else _written(value), hint=hint)
-        read = partial(read_text, kind=row.type)
-
-    def update(event: Any) -> None:
-        del event
-        changed(lambda: read(handle.value))
-
-    handle.on_update(update)
-    return handle
-
-
-def _listed(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[Any, Callable[[Any], Any]]:
-    """A list to choose from. What the file draws or computes is none of it, and stands first."""
-    values = row.options or (True, False)
-    words = [_written(option) for option in values]
-    # A number and a text may be written the same.
-    labels = [json.dumps(option) if words.count(word) > 1 else word for option, word in zip(values, words, strict=True)]
-    options: dict[str, Any] = {_AS_IN_THE_FILE: AS_WRITTEN, **dict(zip(labels, values, strict=True))}
-    chosen = next((word for word, option in options.items() if _is_same(option, value)), _AS_IN_THE_FILE)
-    handle = gui.add_dropdown(row.name, [*options], initial_value=chosen, hint=hint)
-    # A browser may send anything.
-    return handle, lambda word: options.get(word, AS_WRITTEN)
-
-
-def read_text(text: str, kind: str) -> Any:
-    """The text that was typed as the value of a parameter: YAML on one line, or the text itself for a string.
-
-    Nothing is no value, but where a text is wanted that may be empty.
-    """
-    if not text.strip() and kind != "string":
-        return AS_WRITTEN
-    if kind in _TEXTS:
-        return text
-    sink = Sink()
-    value = read_value(text, sink)
-    return text if sink.failed else value
-
-
-def _number(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> Any:
-    whole = row.type == "integer"
-    bounded = _is_number(row.low) and _is_number(row.high) and row.low < row.high and isfinite(row.high - row.low)
-    if bounded:
-        step = 1 if whole else _step((row.high - row.low) / _PARTS_OF_A_RANGE)
-        inside = min(max(value, row.low), row.high)
-        return gui.add_slider(row.name, min=row.low, max=row.high, step=step, initial_value=inside, hint=hint)
-    ends = {"min": row.low, "max": row.high}
-    step = 1 if whole else _step((value or 1) / _PARTS_OF_A_NUMBER)
-    return gui.add_number(row.name, initial_value=value, step=step, hint=hint, **ends)
-
-
-def _step(size: float) -> float:
-    """The next lower power of ten."""
-    return 10.0 ** floor(log10(max(abs(size), _SMALLEST)))
-
-
-def _read_number(value: float, *, whole: bool) -> Any:
-    if not isfinite(value):
-        return AS_WRITTEN
-    return int(value) if whole else float(value)
-
-
-def _hint(row: ParamRow) -> str:
-    default = None if row.default is None else f"{row.default} in the file"
-    words = (row.description, f"{row.type}, {row.range}" if row.range else row.type, default)
-    return "\n".join(filter(None, words))
-
-
-def _is_same(option: Any, value: Any) -> bool:
-    return type(option) is type(value) and option == value
-
-
-def _is_expression(value: Any) -> bool:
-    return "${" in _written(value)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _written(value: Any) -> str:
-    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
-
-
-_STYLE = "font-size:0.75rem;line-height:1.45;padding:0.2rem 0.6rem;overflow-wrap:anywhere;"
-
-_CODE = "font-family:ui-monospace,monospace;white-space:pre;overflow:auto;max-height:60vh;user-select:text;"
-
-
-def message(text: str, *, color: str) -> str:
-    """What was said of a scene, line by line as on a terminal. `color`: of the bar beside it."""
-    bar = f"border-left:3px solid {color};"
-    return f'<div style="{_STYLE}{_CODE}{bar}" class="scenecc-message">{escape(text.rstrip())}</div>'
-
-
-def line(text: str) -> str:
-    """A short text."""
-    return f'<div style="{_STYLE}" class="scenecc-line">{escape(text)}</div>'
-
-
-def facts(item: Item) -> str:
-    """What is said of a thing and of all that it is made of."""
-    return f'<div style="{_STYLE}" class="scenecc-facts">{"".join(_item(item))}</div>'
-
-
-def _item(item: Item, group: str = "") -> Iterator[str]:
-    name, kind = escape(item.name or group), escape(item.type)
-    yield f'<div><b>{name}</b> <span style="opacity:0.6">{kind}</span></div>'
-    facts = [f"{_label(fact.label)}{escape(fact.words)}" for fact in item.facts if fact.words]
-    if facts:
-        yield f"<div>{'<br>'.join(facts)}</div>"
-    for word, things in item.groups:
-        listed = things if isinstance(things, tuple) else (things,)
-        for one in listed:
-            inner = "".join(_item(one, word))
-            yield f'<div style="margin-left:0.7rem;border-left:1px solid #8884;padding-left:0.5rem">{inner}</div>'
-
-
-def _label(text: str) -> str:
-    return f'<span style="opacity:0.6">{escape(text)}</span> ' if text else ""
-
-
-_RED, _AMBER = "#e03131", "#f08c00"
+_RED = "#e03131"
 
 _LARGEST = 2**53 - 1
 """Of the numbers that a browser distinguishes."""
 
-_UNSELECTED = "Click on a body, or on its name."
+_MOST_SEED = 2**64 - 1
 
 _WIDTH = 300
 
-_MOST_LISTED = 64
-"""Scenes whose objects are listed: a browser draws a button for each."""
+_MOST_CAMERAS: Final = 32
+"""Cameras that have a button: side by side, every scene has its own."""
 
 
 class Actions(Protocol):
@@ -219,7 +64,7 @@ class Actions(Protocol):
         ...
 
     def rebuild(self, seed: int) -> None:
-        """Builds everything anew."""
+        """Rebuilds the scene with a seed."""
         ...
 
     def give(self, name: str, value: Any) -> None:
@@ -234,14 +79,60 @@ class Actions(Protocol):
         """Tells what is known of a body."""
         ...
 
+    def search(self) -> None:
+        """Lists the objects that are searched for."""
+        ...
+
+    def hide(self, *, hidden: bool) -> None:
+        """Shows the entity of the selected body no longer, or again."""
+        ...
+
+    def show_all(self) -> None:
+        """Shows all entities that were hidden."""
+        ...
+
+    def lock(self, *, locked: bool) -> None:
+        """Keeps the entity of the selected body from clicks and moves, or no longer."""
+        ...
+
+    def move(self, *, on: bool) -> None:
+        """Puts a gizmo at the selected body, or takes it away."""
+        ...
+
+    def undo(self) -> None:
+        """Takes back the last move."""
+        ...
+
+    def set_joint(self, number: int, position: float) -> None:
+        """Moves a joint of the selected articulation."""
+        ...
+
+    def check(self) -> None:
+        """Tells what `scenecc check` finds at the start."""
+        ...
+
+    def record(self, browser: viser.ClientHandle, seconds: float) -> None:
+        """Simulates for a time [s], and gives a browser a film of what it sees."""
+        ...
+
 
 class Panel:
     """Controls, and texts beside them. Ctrl-C waits for the end of each function, as in `Page`."""
 
     @interrupts_wait()
     def __init__(
-        self, server: viser.ViserServer, mail: TaskQueue, actions: Actions, page: Page, look: ViewOptions
+        self,
+        server: viser.ViserServer,
+        mail: TaskQueue,
+        actions: Actions,
+        page: Page,
+        look: ViewOptions,
+        *,
+        links: bool = True,
     ) -> None:
+        """`links`: whether places in files are links, for browsers on this machine."""
+        self._links = links
+        self.stop = threading.Event()
         self._gui = server.gui
         self._mail = mail
         self._actions = actions
@@ -250,14 +141,19 @@ class Panel:
         self._scenes = 0
         self._true_seed = 0
         self._params: tuple[ParamRow, ...] = ()
-        self._objects: Mapping[int, Sequence[tuple[str, tuple[str, ...]]]] = {}
-        self._made: dict[str, list[Any]] = {"scenes": [], "params": [], "objects": []}
+        self._made: dict[str, list[Any]] = {"scenes": [], "params": [], "cameras": []}
         self._problem = self._add_problem()
         self._add_simulation()
         self._scene_folder = self._gui.add_folder("Scenes", order=10, visible=False)
         self._add_shown()
+        self._cameras: tuple[str, ...] = ()
+        self._camera_folder = self._gui.add_folder("Cameras", order=25, visible=False)
         self._param_folder = self._gui.add_folder("Parameters", order=30, visible=False)
-        self._warnings = self._gui.add_html("", order=40, visible=False)
+        self._add_pictures()
+        with self._gui.add_folder("Findings", order=40):
+            check = self._gui.add_button("Check", hint="What `scenecc check` finds at the start")
+            check.on_click(lambda _: self._mail.post("check", self._actions.check))
+            self._findings = self._gui.add_html("", visible=False)
         self._add_tree()
 
     @interrupts_wait()
@@ -268,10 +164,20 @@ class Panel:
             self._problem.visible = bool(text)
 
     @interrupts_wait()
-    def tell_warnings(self, text: str) -> None:
-        """Shows warnings and notes; "" takes them away."""
-        self._warnings.content = message(text, color=_AMBER) if text else ""
-        self._warnings.visible = bool(text)
+    def tell_findings(self, diagnostics: Sequence[Diagnostic], *, none: str = "") -> None:
+        """Shows warnings, notes and what a check found. `none`: what is said where there is nothing."""
+        self._findings.content = findings(diagnostics, links=self._links) if diagnostics else line(none)
+        self._findings.visible = bool(diagnostics) or bool(none)
+
+    @interrupts_wait()
+    def tell_joints(self, joints: Sequence[JointPosition]) -> None:
+        """Shows where the joints of the selected articulation stand."""
+        self._selected.tell_joints(joints)
+
+    @interrupts_wait()
+    def tell_recording(self, *, recording: bool) -> None:
+        """Shows whether a film is taken."""
+        self._record.label = "Stop recording" if recording else "Record"
 
     @interrupts_wait()
     def tell_time(self, seconds: float, steps: int) -> None:
@@ -291,9 +197,25 @@ class Panel:
         self._step.disabled = playing
 
     @interrupts_wait()
-    def tell_facts(self, item: Item | None) -> None:
-        """Shows what is known of something; None: nothing is selected."""
-        self._facts.content = line(_UNSELECTED) if item is None else facts(item)
+    def tell_selected(self, selected: Selected | None, *, moves: bool) -> None:
+        """Shows what is known of a body; None: nothing is selected. `moves`: whether it can be dragged now."""
+        self._selected.tell(selected, moves=moves)
+
+    @interrupts_wait()
+    def tell_marks(self, selected: Key | None, hidden: frozenset[str], locked: frozenset[str]) -> None:
+        """Shows in the tree what is selected, hidden and locked."""
+        self._tree.mark(selected, hidden, locked)
+        self._show_all.visible = bool(hidden)
+
+    @interrupts_wait()
+    def tell_refusal(self, text: str) -> None:
+        """Shows why something was not done with the selected body."""
+        self._selected.tell_refusal(text)
+
+    @interrupts_wait()
+    def tell_undo(self, *, possible: bool) -> None:
+        """Shows whether a move can be taken back."""
+        self._selected.tell_undo(possible=possible)
 
     @interrupts_wait()
     def set_scenes(self, count: int, left_out: int) -> None:
@@ -327,36 +249,14 @@ class Panel:
                 self._made["params"].append(button)
 
     @interrupts_wait()
-    def set_objects(self, scenes: Mapping[int, Sequence[tuple[str, tuple[str, ...]]]]) -> None:
-        """The tree of objects: by scene, entities and the links of those that have some."""
-        if self._objects == scenes:
-            return
-        self._objects = scenes
-        self._clear("objects")
-        made = self._made["objects"]
-        for index, entities in [*scenes.items()][:_MOST_LISTED]:
-            with self._tree:
-                folder = self._gui.add_folder(f"Scene {index} ({len(entities)})", expand_by_default=len(scenes) == 1)
-            made.append(folder)
-            # What is in a folder goes with it.
-            with folder:
-                for name, links in entities:
-                    self._add_object(index, name, links)
-        if len(scenes) > _MOST_LISTED:
-            with self._tree:
-                made.append(self._gui.add_html(line(f"and {len(scenes) - _MOST_LISTED} more scenes")))
+    def set_objects(self, scenes: Objects) -> None:
+        """The tree of objects."""
+        self._tree.show(scenes)
 
-    def _add_object(self, index: int, name: str, links: tuple[str, ...]) -> None:
-        if not links:
-            self._add_button(name, (index, name, 0))
-            return
-        with self._gui.add_folder(name, expand_by_default=False):
-            for number, link in enumerate(links):
-                self._add_button(link, (index, name, number))
-
-    def _add_button(self, label: str, key: Key) -> None:
-        button = self._gui.add_button(label, color="gray")
-        button.on_click(lambda _: self._mail.post("select", lambda: self._actions.select(key)))
+    @interrupts_wait()
+    def search(self) -> None:
+        """Lists the objects that the text in the tree's field leaves."""
+        self._tree.search()
 
     def _add_problem(self) -> Any:
         panel = self._gui.add_panel(visible=False)
@@ -368,12 +268,21 @@ class Panel:
 
     def _add_tree(self) -> None:
         panel = self._gui.add_panel()
-        self._tree = panel.add_tab("Objects")
+        tab = panel.add_tab("Objects")
+        with tab:
+            self._show_all = self._gui.add_button("Show all", visible=False, hint="Show what was hidden here")
+            self._show_all.on_click(lambda _: self._mail.post("show all", self._actions.show_all))
+        self._tree = ObjectTree(
+            self._gui,
+            tab,
+            lambda key: self._mail.post("select", lambda: self._actions.select(key)),
+            lambda: self._mail.post("search", self._actions.search),
+        )
         panel.dock_left()
         panel.set_width(_WIDTH)
         tabs = self._gui.add_panel()
         with tabs.add_tab("Selected"):
-            self._facts = self._gui.add_html(line(_UNSELECTED))
+            self._selected = SelectedPanel(self._gui, self._mail, self._actions)
         tabs.dock_below(panel)
         self._gui.main_panel.dock_right()
         self._gui.main_panel.set_width(_WIDTH)
@@ -382,14 +291,40 @@ class Panel:
         with self._gui.add_folder("Simulation", order=0):
             self._time = self._gui.add_html(line(_time_words(0, 0)))
             self._play = self._gui.add_button("Play")
-            self._play.on_click(lambda _: self._mail.post("play", self._actions.play))
+            self._play.on_click(lambda _: self._mail.post(object(), self._actions.play))
             self._step = self._gui.add_button("Step")
             self._step.on_click(lambda _: self._mail.post(object(), lambda: self._actions.step(1)))
             self._seed = self._gui.add_number("Seed", initial_value=0, min=0, max=_LARGEST, step=1)
             again = self._gui.add_button("Reset", hint="Back to the start, drawn with this seed where a reset draws")
             again.on_click(lambda _: self._post_seed("reset", self._actions.reset))
-            anew = self._gui.add_button("Rebuild", hint="Build the scene anew, everything drawn with this seed")
-            anew.on_click(lambda _: self._post_seed("rebuild", self._actions.rebuild))
+            rebuild = self._gui.add_button("Rebuild", hint="Rebuild the scene, with everything drawn from this seed")
+            rebuild.on_click(lambda _: self._post_seed("rebuild", self._actions.rebuild))
+            following = self._gui.add_button("Next seed", hint="Rebuild the scene with the next seed")
+            following.on_click(lambda _: self._mail.post(object(), lambda: self._actions.rebuild(self._next_seed())))
+
+    def _add_pictures(self) -> None:
+        with self._gui.add_folder("Pictures", order=35):
+            still = self._gui.add_button("Screenshot", hint="A PNG of what this browser shows")
+            still.on_click(self._screenshot)
+            self._seconds = self._gui.add_number("Seconds", initial_value=3.0, min=0.1, max=600.0, step=0.1)
+            self._record = self._gui.add_button("Record", hint="An MP4 of the simulation, as this browser shows it")
+            self._record.on_click(self._film)
+
+    def _screenshot(self, event: viser.GuiEvent[Any]) -> None:
+        from scenecc.render.images import png
+        from scenecc.viewer.recording import ShotError, shot
+
+        if event.client is not None:
+            with suppress(ShotError):
+                event.client.send_file_download("scene.png", png(shot(event.client)), save_immediately=True)
+
+    def _film(self, event: viser.GuiEvent[Any]) -> None:
+        """One that is being taken ends by a second click, which does not wait for it."""
+        browser, seconds = event.client, self._seconds.value
+        if self._record.label != "Record":
+            self.stop.set()
+        elif browser is not None and isfinite(seconds):
+            self._mail.post("record", lambda: self._actions.record(browser, min(max(seconds, 0.1), 600.0)))
 
     def _post_seed(self, key: str, action: Callable[[int], None]) -> None:
         self._mail.post(key, lambda: action(self._asked_seed()))
@@ -398,6 +333,9 @@ class Panel:
         """The value in the field, as long as it is not edited; a browser cannot show every value."""
         shown = _whole(self._seed.value, _LARGEST)
         return self._true_seed if shown == min(self._true_seed, _LARGEST) else shown
+
+    def _next_seed(self) -> int:
+        return min(self._asked_seed() + 1, _MOST_SEED)
 
     def _add_scenes(self, count: int) -> list[Any]:
         scene = min(self._look.scene, count - 1)
@@ -419,6 +357,7 @@ class Panel:
                     ("frames", "Frames"),
                     ("names", "Names"),
                     ("shadows", "Shadows"),
+                    ("contacts", "Contacts"),
                 )
             }
             for box in self._boxes.values():
@@ -428,7 +367,27 @@ class Panel:
 
     def _see_all(self, event: viser.GuiEvent[Any]) -> None:
         if event.client is not None:
-            self._page.frame(event.client)
+            self._page.frame([event.client])
+
+    @interrupts_wait()
+    def set_cameras(self, names: tuple[str, ...]) -> None:
+        """The cameras of the file: a button for each moves the camera of a browser there."""
+        if names == self._cameras:
+            return
+        self._cameras = names
+        self._clear("cameras")
+        self._camera_folder.visible = bool(names)
+        with self._camera_folder:
+            for name in names[:_MOST_CAMERAS]:
+                button = self._gui.add_button(name)
+                button.on_click(partial(self._look_through, name))
+                self._made["cameras"].append(button)
+            if len(names) > _MOST_CAMERAS:
+                self._made["cameras"].append(self._gui.add_html(line(f"and {len(names) - _MOST_CAMERAS} more")))
+
+    def _look_through(self, name: str, event: viser.GuiEvent[Any]) -> None:
+        if event.client is not None:
+            self._page.frame([event.client], name)
 
     def _change(self, event: object) -> None:
         """Asks for what the controls say when it is their turn: several threads of viser's may come here at once."""

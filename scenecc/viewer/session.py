@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from contextlib import closing
 from dataclasses import replace
+from math import isfinite
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,27 +13,39 @@ import numpy as np
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.formats import render
 from scenecc.errors import SceneError
+from scenecc.geometry.rotations import compose, invert
+from scenecc.selection_link import SelectionLink
+from scenecc.source.edits import EditError
+from scenecc.viewer.cameras import first_view
+from scenecc.viewer.controls import AsWritten
+from scenecc.viewer.editor import FileEditor
 from scenecc.viewer.nodes import Files
 from scenecc.viewer.page import Page
-from scenecc.viewer.panel import AsWritten, Panel
+from scenecc.viewer.panel import Panel
+from scenecc.viewer.selected import Selected
 from scenecc.viewer.tasks import FileWatcher, TaskQueue, interrupts_kept
 from scenecc.viewer.world import World, check_scene, load
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
     from pathlib import Path
 
     import viser
 
     from scenecc.diagnostics import Diagnostic
+    from scenecc.geometry.rotations import Pose7
     from scenecc.options import Options
     from scenecc.pipeline import Source
+    from scenecc.selection_link import Place
     from scenecc.viewer.nodes import Key
     from scenecc.viewer.options import ViewOptions
     from scenecc.viewer.world import Loading
 
 _FRAME: Final = 1 / 30
 """How long a picture of a running simulation is shown [s]."""
+
+_ROUNDING: Final = 1e-9
+"""Of a sum of times, in steps."""
 
 _BEHIND: Final = 0.25
 """A simulation that is further behind the clock [s] runs slower than it: it does not catch up."""
@@ -49,9 +63,13 @@ class Session:
         *,
         path: Path | None,
         told: Callable[[Sequence[Diagnostic]], None],
+        links: bool = True,
+        writes: bool = True,
     ) -> None:
         """`path`: of the source, where it is a file that may change. `told` is called with the diagnostics each time.
 
+        `links`: whether places in files are links for an editor on this machine.
+        `writes`: whether a body that is dragged may change the file.
         `source` is asked for before each compilation: a stream can be read once only.
         """
         self._source, self._options, self._path, self._told = source, options, path, told
@@ -59,20 +77,24 @@ class Session:
         self._given: dict[str, Any] = {}
         self._mail = TaskQueue()
         self._files = Files()
-        self._page = Page(server, lambda key: self._mail.post("select", lambda: self.select(key)))
-        self._panel = Panel(server, self._mail, self, self._page, look)
+        self._page = Page(server, lambda key: self._mail.post("select", lambda: self.pick(key)), self._dragged)
+        self._panel = Panel(server, self._mail, self, self._page, look, links=links)
         self._watch = FileWatcher(lambda: self._mail.post("reload", self.reload))
         self._watched: frozenset[Path] = frozenset()
         self._world: World | None = None
+        self._editor = FileEditor(path, writes=writes)
         self._selected: Key | None = None
+        self._locked: frozenset[str] = frozenset()
+        self._moves = False
         self._broken = ""
         self._playing = False
         self._shown_at = self._owed = 0.0
         self._poses = np.zeros((0, 7), np.float32)
+        self._link: SelectionLink | None = None
 
     def serve(self, ready: Callable[[], None]) -> None:
         """Starts, says that it is ready, and runs until the thread is interrupted. Raises SceneError, as `start`."""
-        with interrupts_kept(self._mail):
+        with interrupts_kept(self._mail), closing(SelectionLink("page", self._hear)) as self._link:
             self.start()
             ready()
             self.run()
@@ -144,11 +166,13 @@ class Session:
             raise SceneError(sink.diagnostics()) from error
         self._panel.tell_fault(self._broken)
         self._show_poses()
+        self._touch(self._world)
         self._tell_time()
+        self._tell_selected()
 
     def look_at(self, look: ViewOptions) -> None:
         """Shows something else of the scene; other scenes are built for it."""
-        self._look = look
+        self._look = look = replace(look, hidden=self._look.hidden)
         if self._world is None:
             return
         if (self._built.scene, self._built.grid) != (look.scene, look.grid):
@@ -162,6 +186,8 @@ class Session:
         self._playing = not self._playing and self._world is not None
         self._shown_at, self._owed = time.monotonic(), 0.0
         self._panel.tell_playing(playing=self._playing)
+        if self._moves:
+            self.move(on=False)
 
     def step(self, n: int) -> None:
         """Simulates some steps."""
@@ -169,10 +195,185 @@ class Session:
             self._simulated(self._world, n)
 
     def select(self, key: Key) -> None:
-        """Tells what is known of a body and of what it belongs to."""
-        item = self._world and self._world.facts(key)
-        self._selected = None if item is None else key
-        self._panel.tell_facts(item)
+        """Tells what is known of a body and of what it belongs to, and editors where that is written."""
+        self._select(key)
+        if self._world is not None and self._link is not None:
+            self._link.send(self._world.written(key))
+
+    def select_written(self, places: Collection[Place]) -> None:
+        """Selects what is written where the cursor of an editor is; editors are not told of that."""
+        found = [] if self._world is None else self._world.written_at(places)
+        if found and not (self._selected and self._selected[:2] in {key[:2] for key in found}):
+            self._select(found[0])
+
+    def pick(self, key: Key) -> None:
+        """Selects a body in the picture; one that is locked lets clicks pass."""
+        if key[1] not in self._locked:
+            self.select(key)
+
+    def search(self) -> None:
+        """Lists the objects that are searched for."""
+        self._panel.search()
+        self._tell_marks()
+
+    def hide(self, *, hidden: bool) -> None:
+        """Shows the entity of the selected body no longer, or again."""
+        if self._selected is not None:
+            self._show_but(_with(self._look.hidden, self._selected[1], inside=hidden))
+
+    def show_all(self) -> None:
+        """Shows all entities that were hidden."""
+        self._show_but(frozenset())
+
+    def lock(self, *, locked: bool) -> None:
+        """Keeps the entity of the selected body from clicks and moves, or no longer."""
+        if self._selected is not None:
+            self._locked = _with(self._locked, self._selected[1], inside=locked)
+            self._moves = self._moves and not locked
+            self._tell_selected()
+
+    def move(self, *, on: bool) -> None:
+        """Puts a gizmo at the selected body, or takes it away."""
+        self._moves = on and self._selected is not None and self._selected[1] not in self._locked
+        self._tell_selected()
+
+    def set_joint(self, number: int, position: float) -> None:
+        """Moves a joint of the selected articulation; the file stays as it is."""
+        world, key = self._world, self._selected
+        if world is None or key is None:
+            return
+        joints = world.joints(key)
+        if number < len(joints) and isfinite(position):
+            joint = joints[number]
+            world.set_joint(key, number, min(max(position, joint.low), joint.high))
+            self._show_poses()
+
+    def check(self) -> None:
+        """Tells what `scenecc check` finds at the start of the scenes, with boxes around what overlaps."""
+        world = self._world
+        if world is None:
+            return
+        from scenecc.viewer.checking import check_start
+
+        found = check_start(world.loaded, world.scene_idxs)
+        boxes = {key: world.box(key) for key in world.named(found.overlapping)}
+        self._page.warn({key: box for key, box in boxes.items() if box is not None})
+        self._panel.tell_findings([*world.loaded.sink.diagnostics(), *found.diagnostics], none="Nothing is found.")
+
+    def record(self, browser: viser.ClientHandle, seconds: float) -> None:
+        """Simulates for a time [s], and gives a browser a film of what it sees; a second click ends it before."""
+        world = self._world
+        if world is None:
+            return
+        from scenecc.viewer.recording import RATE, film
+
+        if self._playing:
+            self.play()
+        self._panel.stop.clear()
+        self._panel.tell_recording(recording=True)
+        left, owed = round(seconds * RATE), 0.0
+
+        def advance() -> bool:
+            nonlocal left, owed
+            left -= 1
+            owed += 1 / RATE
+            steps = int(owed / world.timestep + _ROUNDING)
+            owed -= steps * world.timestep
+            self._simulated(world, steps)
+            return left > 0 and not self._panel.stop.is_set()
+
+        try:
+            content = film(browser, advance)
+        finally:
+            self._panel.tell_recording(recording=False)
+        browser.send_file_download("scene.mp4", content, save_immediately=True)
+
+    def drag(self, key: Key, pose: Pose7) -> None:
+        """Shows the entity of a body elsewhere. `pose`: of its root, in its scene."""
+        if self._world is None or not self._moves:
+            return
+        starts = self._world.places(key)
+        if not starts:
+            return  # dragged before the file changed, in which it is no more
+        root = next(iter(starts.values()))
+        poses = [compose(compose(pose, invert(root)), start) for start in starts.values()]
+        self._page.move([*starts], np.array(poses, np.float32))
+
+    def drop(self, key: Key, pose: Pose7) -> None:
+        """Writes the pose of a body that was dragged into the file, whose change is shown then as any other."""
+        world = self._world
+        if world is None or not self._moves or not world.places(key):
+            return
+        entity = next(one for one in world.loaded.plan.entities if one.name == key[1])
+        try:
+            written = self._editor.write_pose(world.loaded, self._options, entity, key[0], pose)
+        except EditError as error:
+            self._paint(world)
+            self._panel.tell_refusal(f"Not moved: {error}.")
+            return
+        if not written:
+            self._paint(world)
+        self._panel.tell_undo(possible=self._editor.can_undo)
+
+    def undo(self) -> None:
+        """Takes back the last move in the file."""
+        try:
+            self._editor.undo()
+        except EditError as error:
+            self._panel.tell_refusal(f"Not undone: {error}.")
+        self._panel.tell_undo(possible=self._editor.can_undo)
+
+    def _hear(self, places: list[Place]) -> None:
+        self._mail.post("select written", lambda: self.select_written(places))
+
+    def _dragged(self, key: Key, pose: Pose7, done: bool) -> None:  # noqa: FBT001 - as the page calls it
+        if done:
+            self._mail.post("drop", lambda: self.drop(key, pose))
+        else:
+            self._mail.post("drag", lambda: self.drag(key, pose))
+
+    def _show_but(self, hidden: frozenset[str]) -> None:
+        self._look = replace(self._look, hidden=hidden)
+        if self._world is not None:
+            self._paint(self._world)
+        self._tell_selected()
+
+    def _select(self, key: Key) -> None:
+        self._selected, self._moves = key, self._moves and key == self._selected
+        self._tell_selected()
+
+    def _tell_selected(self) -> None:
+        """Shows what is selected: in the panel, in the tree and in the picture."""
+        world, key = self._world, self._selected
+        item = None if world is None or key is None else world.facts(key)
+        if world is None or key is None or item is None:
+            self._selected, self._moves = None, False
+            self._panel.tell_selected(None, moves=False)
+            self._page.outline(None, None)
+            self._page.hold(None, 0)
+        else:
+            reason = self._unmovable(world, key[1])
+            self._moves = self._moves and not reason
+            hidden, locked = key[1] in self._look.hidden, key[1] in self._locked
+            self._panel.tell_selected(Selected(key, item, hidden, locked, reason, world.joints(key)), moves=self._moves)
+            box = world.box(key)
+            self._page.outline(None if hidden else key, box)
+            size = 0.0 if box is None else float(np.linalg.norm(box[1] - box[0]))
+            self._page.hold(next(iter(world.places(key))) if self._moves else None, size)
+        self._tell_marks()
+
+    def _tell_marks(self) -> None:
+        self._panel.tell_marks(self._selected, self._look.hidden, self._locked)
+
+    def _unmovable(self, world: World, name: str) -> str:
+        """Why the pose of an entity cannot be written into the file; "" if it can."""
+        if world.steps or self._playing:
+            return "the simulation has run, press Reset first"
+        try:
+            self._editor.check(world.loaded, name)
+        except EditError as error:
+            return str(error)
+        return ""
 
     def _forget(self, *names: str) -> None:
         """Lets go of values that were given at the start."""
@@ -208,6 +409,8 @@ class Session:
 
     def _simulated(self, world: World, n: int = 0) -> None:
         """Simulates some more steps, and shows where everything is; one that diverges stops, and its poses stay."""
+        if self._moves:
+            self.move(on=False)
         try:
             world.step(n, check=True)
         except SceneError:
@@ -215,6 +418,7 @@ class Session:
                 self.play()
             raise
         self._show_poses()
+        self._touch(world)
         self._tell_time()
 
     def _load(self, given: Mapping[str, Any]) -> Loading:
@@ -250,23 +454,28 @@ class Session:
             raise
         if before is not None:
             before.close()
+        grid = self._built.grid
         self._world, self._built = world, self._look
         self._panel.tell_fault(self._broken)
         self._page.show(picture, self._files.contents)
         if before is None:
-            self._page.frame()
+            self._page.open_at(first_view(picture.views, picture.solids, grid=self._look.grid))
+        elif grid != self._look.grid:
+            self._page.frame_all()
+        self._panel.set_cameras(tuple(view.name for view in picture.views))
         self._files.keep(self._page.digests)
         self._poses = world.poses()
         self._panel.set_scenes(world.loaded.plan.num_scenes, world.left_out)
         self._panel.set_objects(world.entities())
         if before is None or before.loaded is not world.loaded:
             diagnostics = world.loaded.sink.diagnostics()
-            self._panel.tell_warnings(render(diagnostics))
+            self._panel.tell_findings(diagnostics)
+            self._page.warn({})
             self._told(diagnostics)
-            self._panel.tell_seed(world.loaded.plan.seed)
+            self._panel.tell_seed(world.loaded.seed)
+        self._touch(world)
         self._tell_time()
-        if self._selected is not None:
-            self.select(self._selected)
+        self._tell_selected()
 
     def _paint(self, world: World) -> None:
         poses = world.poses()
@@ -274,6 +483,7 @@ class Session:
         self._page.show(picture, self._files.contents)
         self._files.keep(self._page.digests)
         self._poses = poses
+        self._touch(world)
 
     def _show_poses(self) -> None:
         """Sends the poses of bodies that have moved."""
@@ -283,6 +493,13 @@ class Session:
         if len(moved):
             self._page.move([self._world.keys[number] for number in moved], poses[moved])
         self._poses = poses
+        if self._selected is not None:
+            self._panel.tell_joints(self._world.joints(self._selected))
+
+    def _touch(self, world: World) -> None:
+        """Shows where bodies touch, if that is wanted."""
+        none = np.zeros((0, 3), np.float32)
+        self._page.touch(*(world.contacts() if self._look.contacts else (np.zeros(0, np.int64), none, none)))
 
     def _tell_time(self) -> None:
         assert self._world is not None
@@ -297,3 +514,7 @@ class Session:
         """Tells what is wrong, after what was wrong before."""
         self._panel.tell_fault("\n".join(filter(None, (before, render(diagnostics)))))
         self._told(diagnostics)
+
+
+def _with(names: frozenset[str], name: str, *, inside: bool) -> frozenset[str]:
+    return names | {name} if inside else names - {name}

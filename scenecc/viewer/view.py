@@ -18,6 +18,7 @@ from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
+from scenecc.extras import install_hint
 from scenecc.options import CompileOptions, Options, check_types, integer
 from scenecc.viewer.options import ARGUMENT_TYPES, PageAddress, ViewOptions
 from scenecc.viewer.world import load
@@ -65,9 +66,11 @@ def view_scene(
     check_types(view_scene, {"look": look, "place": place, "ready": ready, "told": told}, ARGUMENT_TYPES)
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
+    writes = place.is_local or place.token is not None
+    around: Any = {"path": path, "told": told or _untold, "links": place.is_local, "writes": writes}
     with (
         _served(place, label) as server,
-        closing(Session(server, _again(source), compile_options, look, path=path, told=told or _untold)) as session,
+        closing(Session(server, _again(source), compile_options, look, **around)) as session,
     ):
         session.serve(lambda: (ready or _untold)(address(place, server.get_port())))
 
@@ -189,7 +192,7 @@ def _need_packages() -> None:
     if lacking:
         sink = Sink()
         message = f"a page needs {' and '.join(lacking)}, not installed here"
-        sink.report("SC816", message, Location("scenecc"), hint='run `pip install "scenecc[view]"`')
+        sink.report("SC816", message, Location("scenecc"), hint=install_hint("view"))
         raise SceneError(sink.diagnostics())
 
 

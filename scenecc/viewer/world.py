@@ -2,37 +2,45 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, replace
 from functools import cached_property
-from html import escape
+from math import isfinite, pi
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+import numpy as np
+
 from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import chain_of
+from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
+from scenecc.geometry.rotations import to_pose
 from scenecc.inspect.entities import entity_item
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes
 from scenecc.meshes.surface import MeshError, report_mesh_error
 from scenecc.options import integer
-from scenecc.pipeline import build_batch, compile_source, list_result_params, select_scenes
+from scenecc.pipeline import CompiledSource, build_batch, compile_source, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure
+from scenecc.selection_link import Place
 from scenecc.source.paths import PathCache
+from scenecc.viewer.cameras import camera_views, first_view
 from scenecc.viewer.nodes import Files, page_content
-from scenecc.viewer.page import Page
+from scenecc.viewer.page import Page, bounds, titled
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Collection, Mapping
     from pathlib import Path
 
-    import numpy as np
     import viser
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
+    from scenecc.geometry.rotations import Pose7
     from scenecc.inspect import Item
-    from scenecc.meshes.builder import SceneMeshes
+    from scenecc.meshes.builder import BodyMeshes, SceneMeshes
     from scenecc.options import Options
-    from scenecc.pipeline import Source
+    from scenecc.pipeline import CompileResult, Source
     from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import MeasuredEntity
     from scenecc.viewer.nodes import Key, PageContent
@@ -71,6 +79,7 @@ class World:
         from scenecc.backends.sapien.measure import PoseTracker, measure
 
         try:
+            loaded.result.reset_replayed(self._batch, loaded.sink.another())
             self._measured = measure(self._batch)
             self._moving = PoseTracker(self._batch)
         except BaseException:
@@ -113,7 +122,9 @@ class World:
         Raises:
             SceneError: a file cannot be shown, or a package for it is missing.
         """
-        return page_content(self._visual, self._colliding if look.collision else None, look, files)
+        found = page_content(self._visual, self._colliding if look.collision else None, look, files)
+        views = camera_views(self.loaded.plan, self._measured.scenes, found.origins, bounds(found.corners)[0])
+        return replace(found, views=tuple(views))
 
     def entities(self) -> dict[int, list[tuple[str, tuple[str, ...]]]]:
         """What is in each scene: names of entities, and of the links of those that have some."""
@@ -130,9 +141,97 @@ class World:
                     return entity_item(made.entity, self.loaded.plan, index, (index, made))
         return None
 
+    def contacts(self) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
+        """Where bodies touched in the last step: scenes (N,), points (N, 3) [m], and forces (N, 3) [N] there.
+
+        Of two bodies, the force is that on the one which was built later. Friction is left out, as by SAPIEN.
+        """
+        found = self._batch.contacts()
+        touching = (found.impulse != 0).any(axis=1)
+        force = -found.impulse[touching] / np.float32(self.timestep)
+        return found.scene[touching], found.point[touching], force
+
+    def joints(self, key: Key) -> tuple[JointPosition, ...]:
+        """The joints that move of the articulation of a body, in the engine's order; none of another entity."""
+        articulation = self._batch.articulations.get(key[1])
+        if articulation is None or key[0] not in articulation.scene_idxs:
+            return ()
+        made = articulation.objs[articulation.scene_idxs.index(key[0])]
+        positions = made.get_qpos().tolist()
+        return tuple(
+            JointPosition(
+                joint.get_name(), "m" if joint.get_type() == "prismatic" else "rad", *_limits(joint), position
+            )
+            for joint, position in zip(made.get_active_joints(), positions, strict=True)
+        )
+
+    def set_joint(self, key: Key, number: int, position: float) -> None:
+        """Moves a joint of `joints` at once, in its scene alone, and stops it. `position`: [m] or [rad]."""
+        articulation = self._batch.articulations[key[1]]
+        row = articulation.scene_idxs.index(key[0])
+        qpos, qvel = articulation.qpos[row].copy(), articulation.qvel[row].copy()
+        dof = len(self.joints(key))
+        qpos[number], qvel[number] = position, 0
+        articulation.set_qpos(qpos[:dof], [key[0]])
+        articulation.set_qvel(qvel[:dof], [key[0]])
+
+    def named(self, names: Collection[tuple[int, str]]) -> list[Key]:
+        """The bodies that are called ENTITY, or ENTITY/LINK, in scenes (scene, name)."""
+        return [
+            (scene.index, one.entity.name, number)
+            for scene in self._measured.scenes
+            for one in scene.entities
+            for number, body in enumerate(one.bodies)
+            if {(scene.index, one.entity.name), (scene.index, f"{one.entity.name}/{body.name}")} & {*names}
+        ]
+
+    def written(self, key: Key) -> list[Place]:
+        """Where the entity of a body is written, innermost first: in a prefab, and where that is used."""
+        return self._written.get(key[1], [])
+
+    def written_at(self, places: Collection[Place]) -> list[Key]:
+        """The first bodies of the entities that are written at one of some places."""
+        return [
+            (scene.index, one.entity.name, 0)
+            for scene in self._measured.scenes
+            for one in scene.entities
+            if any(place in places for place in self._written[one.entity.name])
+        ]
+
+    def box(self, key: Key) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """The lowest and highest corner of a body in its own frame, planes left out [m]; None where it has none."""
+        for scenes in (self._visual, self._colliding):
+            for body in _bodies_of(scenes, key):
+                if len(body.corners):
+                    turn, place = body.place[:3, :3], body.place[:3, 3]
+                    corners = (body.corners - place) @ turn
+                    return corners.min(axis=0), corners.max(axis=0)
+        return None
+
+    def places(self, key: Key) -> dict[Key, Pose7]:
+        """Where all bodies of the entity of a body are, in their scene; its root is first."""
+        scene, name, _ = key
+        found = {(scene, name, number): body.body for number, body in enumerate(_entity_bodies(self._visual, key))}
+        now = {key: to_pose(pose) for key, pose in zip(self.keys, self.poses(), strict=True) if key in found}
+        ordered = sorted(found.items(), key=lambda one: one[1].parent is not None)
+        return {one: now.get(one, body.pose) for one, body in ordered}
+
     def close(self) -> None:
         """Frees the engine's objects."""
         self._batch.close()
+
+    @cached_property
+    def _written(self) -> dict[str, list[Place]]:
+        """Places of each entity, by its name."""
+        files = {name: os.path.realpath(path) for name, path in self.loaded.files.items()}
+        return {
+            entity.name: [
+                Place(files[each.file], each.path[:2])
+                for each in chain_of(entity.origin and self.loaded.sink.trace(entity.origin))
+                if each.file in files and each.path[:1] == ("entities",)
+            ]
+            for entity in self.loaded.plan.entities
+        }
 
     @cached_property
     def _visual(self) -> tuple[SceneMeshes, ...]:
@@ -150,6 +249,39 @@ class World:
             sink = self.loaded.sink.another()
             report_mesh_error(problem, drawer.at, sink)
             raise SceneError(sink.diagnostics()) from problem
+
+
+@frozen
+class JointPosition:
+    """A joint, and where it stands, [m] or [rad]. `low`, `high`: of a slider, where it has no limits."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    position: float
+
+
+def _limits(joint: Any) -> tuple[float, float]:
+    """The ends of a joint's slider: a joint without end turns once, or goes a metre, each way."""
+    reach = 1.0 if joint.get_type() == "prismatic" else pi
+    low, high = map(float, joint.get_limits()[0])
+    return low if isfinite(low) else -reach, high if isfinite(high) else reach
+
+
+def _entity_bodies(scenes: tuple[SceneMeshes, ...], key: Key) -> tuple[BodyMeshes, ...]:
+    """The bodies of the entity of a body; none where it is in none of these scenes."""
+    index, name, _ = key
+    for scene in scenes:
+        for entity in scene.entities:
+            if (scene.scene.index, entity.measured.entity.name) == (index, name):
+                return entity.bodies
+    return ()
+
+
+def _bodies_of(scenes: tuple[SceneMeshes, ...], key: Key) -> tuple[BodyMeshes, ...]:
+    """The body alone."""
+    return _entity_bodies(scenes, key)[key[2] : key[2] + 1]
 
 
 def check_scene(look: ViewOptions, plan: ScenePlan) -> None:
@@ -193,6 +325,8 @@ class Loaded:
         given: values of parameters with which it was compiled.
         sink: what was said of it, warnings and notes; what is found later is reported there, too.
         drawer: of its bodies.
+        result: of the compilation.
+        files: that were used, by the names that origins give them.
     """
 
     plan: ScenePlan
@@ -200,6 +334,13 @@ class Loaded:
     given: Mapping[str, Any]
     sink: Sink
     drawer: MeshBuilder
+    result: CompileResult
+    files: Mapping[str, Path]
+
+    @property
+    def seed(self) -> int:
+        """Of the start that is shown first."""
+        return self.plan.seed if self.result.replayed is None else self.result.replayed[1].seed
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,9 +366,11 @@ def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
     files = frozenset({*memory.named, *memory.missing})
     if found is None:
         return Loading(None, sink.diagnostics(), files)
-    listed = tuple(list_result_params(found, options.limits))
+    # What was compiled already takes no other parameters.
+    listed = () if isinstance(source, CompiledSource) else tuple(list_result_params(found, options.limits))
     drawer = MeshBuilder(found.plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
-    return Loading(Loaded(found.plan, listed, params, sink, drawer), sink.diagnostics(), files)
+    named = memory.files_by_name(found.document) if found.document is not None else {}
+    return Loading(Loaded(found.plan, listed, params, sink, drawer, found, named), sink.diagnostics(), files)
 
 
 _FRAMES_A_SECOND: Final = 30
@@ -248,7 +391,7 @@ def record(
     files, page = Files(), Page(server)
     picture = world.picture(look, files)
     page.show(picture, files.contents)
-    page.frame()
+    page.open_at(first_view(picture.views, picture.solids, grid=look.grid))
     recording = server.get_scene_serializer()
     stride = max(1, round(1 / (_FRAMES_A_SECOND * world.timestep)))
     for done in range(0, steps, stride):
@@ -258,5 +401,4 @@ def record(
         world.step(taken, check=True)
         recording.insert_sleep(taken * world.timestep)
         page.move(world.keys, world.poses())
-    title = f"<title>{escape(world.loaded.plan.name)}</title>"
-    return recording.as_html().replace("<title>Viser</title>", title, 1)
+    return titled(recording.as_html(), world.loaded.plan.name)

@@ -231,3 +231,14 @@ def test_a_simulation_that_diverges_is_the_scene_s_fault(run, tmp_path: Path, st
         f"error SC820: `cube` is beyond 1e6 m, m/s, rad or rad/s in scene 0 by step {min(int(steps), 10)}"
         in done.stderr
     )
+
+
+def test_all_rows_of_a_long_table_are_printed_where_they_are_asked_for(run, tmp_path: Path) -> None:
+    bodies = "".join(f"  b{i}: {{shapes: [{{type: sphere, radius: {i + 1}}}]}}\n" for i in range(35))
+    (tmp_path / "many.yaml").write_text(f"scenecc: 1\nentities:\n{bodies}")
+    short = run("build", "many.yaml", "--dry-run").stdout
+    assert "… 5 more rows, which --all shows\n" in short
+    assert "b34" not in short
+    whole = run("build", "many.yaml", "--dry-run", "--all").stdout
+    assert "b34" in whole
+    assert "more rows" not in whole

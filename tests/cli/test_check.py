@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -29,6 +31,23 @@ def test_a_finding_is_at_its_line_and_says_how_to_see_it(run, tmp_path: Path) ->
     assert done.stderr == "1 file checked\n"
 
 
+def test_the_command_of_a_finding_shows_that_scene(run, tmp_path: Path) -> None:
+    expect = "expect: {holds: [{that: \"${x < 0 or position('a')[0] < h or name == 'b'}\"}]}\n"
+    params = "params: {h: {default: 9}, name: {type: string, default: b}}\ndraws: {x: {uniform: [-1, 1]}}\n"
+    body = 'entities: {a: {body_type: static, pose: ["${x}", 0, 0], shapes: [{type: sphere, radius: 1}]}}\n'
+    (tmp_path / "my scene.yaml").write_text(f"scenecc: 1\n{params}{body}{expect}")
+    given = ["--set", "h=1e-6", "--set", "name=it's", "--num-scenes", "5", "--limit", "scenes=5", "--settle", "0"]
+    assert run("check", "my scene.yaml").returncode == 0
+    (line,) = re.findall(r"hint: `(.*)` shows it", run("check", "my scene.yaml", *given, "--seeds", "2:6").stdout)
+    scenecc, view, *arguments = shlex.split(line)
+    assert (scenecc, view) == ("scenecc", "view")
+    assert run(view, *arguments, "--export", "page.html").returncode == 0
+    where = arguments.index("--seed")
+    seed, scene = arguments[where + 1], int(arguments[where + 3])
+    told = run("check", *arguments[:where], "--seed", seed).stdout
+    assert re.search(rf"in (scene {scene}|scenes .*in scene {scene})\n", told)
+
+
 def test_a_warning_fails_only_a_strict_check(run, tmp_path: Path) -> None:
     (tmp_path / "scene.yaml").write_text(TOPPLES)
     assert run("check", "scene.yaml").returncode == 0
@@ -43,7 +62,7 @@ def test_files_of_a_folder_are_checked_with_each_seed(run, tmp_path: Path) -> No
     done = run("check", "scenes", "--settle", "0", "--seeds", "3:5", "--format", "json")
     found = json.loads(done.stdout)["diagnostics"]
     assert [one["file"] for one in found] == ["scenes/a.yaml", "scenes/b.yaml"]
-    assert found[0]["message"].endswith("in 2 scenes; worst in scene 0 with seed 3")
+    assert found[0]["message"].endswith("in 2 scenes; such as in scene 0 with seed 3")
 
 
 @pytest.mark.parametrize(

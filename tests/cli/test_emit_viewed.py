@@ -53,7 +53,7 @@ def test_usd_is_text_or_binary_by_its_suffix(run, tmp_path: Path) -> None:
 
 
 def test_textures_of_usd_lie_in_a_folder_beside_it(run, tmp_path: Path) -> None:
-    (tmp_path / "checker.png").write_bytes((ROOT / "assets" / "checker.png").read_bytes())
+    (tmp_path / "checker.png").write_bytes((ROOT / "scenes" / "assets" / "checker.png").read_bytes())
     (tmp_path / "scene.yaml").write_text(
         "scenecc: 1\nmaterials: {checked: {visual: {base_color_texture: checker.png}}}\n"
         "entities: {a: {body_type: static, material: checked, shapes: [{type: sphere, radius: 1}]}}\n"

@@ -49,6 +49,7 @@ def test_a_diff_changes_nothing(run, tmp_path: Path) -> None:
     "line",
     [
         "a: {mass: 1, masss: 2, shapes: [{type: sphere, radius: 0.1}]}",  # would be a duplicate
+        "a: {mass: 1, shapes: [{type: box, size: [0.1, 0.1, 0.1]}]}",  # a half of it, or all
         "a: {quat: [1, 0, 0, 0], mass: 1, shapes: [{type: sphere, radius: 0.1}]}",
         "a: {pose: {q: [1, 1, 0, 0]}, shapes: [{type: sphere, radius: 0.1}]}",
     ],
@@ -59,3 +60,11 @@ def test_what_is_not_safe_stays(run, tmp_path: Path, line: str) -> None:
     before = file.read_text()
     assert run("validate", "--fix", file).returncode == 1
     assert file.read_text() == before
+
+
+def test_quoted_keys_and_several_mistakes_of_one_line_are_corrected(run, tmp_path: Path) -> None:
+    file = tmp_path / "s.json"
+    shapes = '"shapes": [{"type": "sphere", "radios": 1}]'
+    scene = f'{{"scenecc": 1, "entities": {{"a": {{"pose": {{"rpy": [0, 0, 90]}}, {shapes}}}}}}}'
+    file.write_text(scene)
+    assert repeated(run, file, "--fix") == scene.replace("rpy", "rpy_deg").replace("radios", "radius")

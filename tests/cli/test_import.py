@@ -147,6 +147,45 @@ def test_a_repair_of_a_urdf_must_be_allowed(run, tmp_path: Path) -> None:
 def test_the_page_names_every_loss_that_must_be_allowed() -> None:
     from scenecc.importers.imported_scene import LOSSES
 
-    page = (Path(__file__).parents[2] / "docs/import.md").read_text()
+    page = (Path(__file__).parents[2] / "docs/how-to/import.md").read_text()
     missing = [kind for kind, row in LOSSES.items() if row.changes_machine and f"`{kind}`" not in page]
     assert not missing
+
+
+def test_many_files_go_to_a_folder_and_one_at_fault_does_not_end_it(run, cube: Path, tmp_path: Path) -> None:
+    worlds = tmp_path / "worlds"
+    (worlds / "deep").mkdir(parents=True)
+    (worlds / "deep/a.sdf").write_text(SDF.format(more=""))
+    (worlds / "b.sdf").write_text("no SDF")
+    (worlds / "package.xml").write_text("<package/>")
+    (tmp_path / "arm.urdf").write_text(URDF.format(more=""))
+    done = run("import", "arm.urdf", "worlds", "-o", "out", "--jobs", "2")
+    assert done.returncode == 1
+    assert done.stderr.count("error SC430") == 1
+    assert [*dict.fromkeys(line.split(":")[0] for line in done.stdout.splitlines())] == [
+        "out/arm.yaml",
+        "out/worlds/deep/a.yaml",
+    ]
+    written = sorted(str(path.relative_to(tmp_path / "out")) for path in (tmp_path / "out").rglob("*.yaml"))
+    assert written == ["arm.yaml", "worlds/deep/a.yaml"]
+    assert run("validate", "out").returncode == 0
+    alone = run("import", "arm.urdf", "worlds", "-o", "alone")
+    assert (alone.returncode, alone.stdout) == (1, done.stdout.replace("out/", "alone/"))
+    assert alone.stderr == done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("worlds", "-o", "out"), "no source in the folder `worlds`"),
+        (("cube.sdf", "cube.urdf", "-o", "out"), "would both be written to `out/cube.yaml`"),
+        (("cube.sdf", "no.urdf", "-o", "cube.sdf"), "`cube.sdf` cannot be made"),
+    ],
+)
+def test_what_many_cannot_be_written_to_is_wrong_usage(run, cube: Path, arguments: tuple[str, ...], words: str) -> None:
+    cube.with_name("worlds").mkdir()
+    cube.with_name("cube.urdf").write_text(URDF.format(more=""))
+    done = run("import", *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr
+    assert not list(cube.parent.rglob("*.yaml"))

@@ -43,7 +43,7 @@ PARTS = "scenecc: 1\nentities: {ground: {body_type: static, shapes: [{type: plan
 
 TREE = """\
 desk  scene  scenes 3 · seed 0
-├── physics  all of them SAPIEN's defaults
+├── physics  SAPIEN's defaults
 ├── parameters (1)
 │   └── edge  number  default 0.1 · range at least 0 · of the cube [m]
 ├── entities (4)

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from scenecc.cli.jobs import Died, run_each
+from scenecc.cli.many_files import run_each
+from scenecc.jobs import Died
 
 GOOD = "scenecc: 1\nentities:\n  a: {shapes: [{type: sphere, radius: 0.1}]}\n"
 BAD = GOOD.replace("radius", "radios")
@@ -132,3 +133,14 @@ def test_a_revision_that_is_none_is_wrong_usage(run, scenes: Path, tmp_path: Pat
     assert done.returncode == 2
     assert "SC918" in done.stdout
     assert not (tmp_path / "x").exists()
+
+
+def test_a_part_is_not_judged_as_a_scene(run, tmp_path: Path) -> None:
+    part = "scenecc: 1\nentities: {ball: {pose: [0, 0, 1], shapes: [{type: sphere, radius: 0.1}]}}\n"
+    (tmp_path / "ball.yaml").write_text(part)
+    assert "SC852" in run("check", "ball.yaml", "--settle", "0").stdout
+    whole = "scenecc: 1\nentities: {ground: {use: scenecc:ground}, ball: {use: ball.yaml}}\n"
+    (tmp_path / "whole.yaml").write_text(f"# See ball.yaml.\n{whole}")
+    assert run("check", ".", "--settle", "0").returncode == 0
+    (tmp_path / "whole.yaml").write_text(f"# See ball.yaml.\n{whole.replace('use: ball.yaml', 'use: scenecc:sphere')}")
+    assert "SC852" in run("check", ".", "--settle", "0").stdout

@@ -140,7 +140,7 @@ def test_a_fault_of_the_machine_or_of_scenecc_blames_no_scene(
     def fail() -> None:
         raise error
 
-    monkeypatch.setattr(app, "_application", fail)
+    monkeypatch.setattr(app, "application", fail)
     monkeypatch.setattr(app.signal, "signal", lambda *_: None)
     with pytest.raises(SystemExit) as ended:
         app.main()
@@ -171,7 +171,7 @@ def test_names_beyond_ascii_do_in_a_locale_that_has_none(tmp_path: Path) -> None
     """Also names of files that a scene names, and in the processes that the command starts."""
     folder = tmp_path / "größe 日本"
     folder.mkdir()
-    (folder / "mäsh.stl").write_bytes((Path(__file__).parents[2] / "assets/gem.stl").read_bytes())
+    (folder / "mäsh.stl").write_bytes((Path(__file__).parents[2] / "scenes/assets/gem.stl").read_bytes())
     (folder / "szene.yaml").write_text(
         "scenecc: 1\nentities: {gem: {shapes: [{type: convex_mesh, file: mäsh.stl}]}}\n", encoding="utf-8"
     )

@@ -147,3 +147,34 @@ def test_a_simulation_that_diverges_gives_no_picture(run, scene: Path, tmp_path:
     assert (done.returncode, done.stdout) == (1, "")
     assert "error SC820: `cube` is beyond" in done.stderr
     assert not (tmp_path / output[1]).exists()
+
+
+@pytest.mark.render
+def test_pictures_of_many_scenes_are_those_of_each(run, scene: Path, tmp_path: Path) -> None:
+    (tmp_path / "more").mkdir()
+    (tmp_path / "more/blue.yaml").write_text(SCENE.replace("[1, 0, 0]", "[0, 0, 1]"))
+    (tmp_path / "more/bad.yaml").write_text(SCENE.replace("half_size", "half_sizes"))
+    options = ("--camera", "eye", "--scene", "0")
+    done = run("render", scene, "more", "-o", "out", "--jobs", "2", *options)
+    assert done.returncode == 1
+    assert done.stderr.count("error SC101") == 1
+    assert [line.split(":")[0] for line in done.stdout.splitlines() if ".png" in line] == [
+        "out/scene.png",
+        "out/more/blue.png",
+    ]
+    assert run("render", "more/blue.yaml", "-o", "blue.png", *options).returncode == 0
+    assert (tmp_path / "out/more/blue.png").read_bytes() == (tmp_path / "blue.png").read_bytes()
+    assert not (tmp_path / "out/more/bad.png").exists()
+
+
+def test_many_scenes_without_a_device_are_each_told(run, scene: Path, tmp_path: Path) -> None:
+    (tmp_path / "other.yaml").write_text(SCENE)
+    done = run("render", scene, "other.yaml", "-o", "out", **NOWHERE)
+    assert (done.returncode, done.stdout, done.stderr.count("error SC803")) == (3, "", 2)
+
+
+@pytest.mark.parametrize("arguments", [("--video", "a.gif", "--steps", "2"), ("-o", "out.png"), ("-o", "-")])
+def test_many_pictures_do_not_go_to_one_file(run, scene: Path, arguments: tuple[str, ...]) -> None:
+    done = run("render", scene, "other.yaml", *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "-o FOLDER" in done.stderr or "name a folder after -o" in done.stderr

@@ -10,7 +10,7 @@ import time
 
 import pytest
 from cli.running import CUBE
-from plugins.struck import COMMANDS, hears, strike
+from plugins.struck import COMMANDS, hears, starve, strike
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -25,6 +25,28 @@ def test_a_signal_ends_a_command_at_any_moment_and_leaves_nothing(name: str, num
         after /= 2
         found = strike(name, number, after, ours=True)
     assert found.peace(number) or (name == "validate" and found.status == 0), (after, found)
+
+
+@pytest.mark.parametrize("most", [0, 300])
+@pytest.mark.parametrize(
+    ("name", "old"),
+    [
+        ("fix", ()),
+        ("import", ("work/world.yaml", "work/world_assets/gem.obj")),
+        ("build", ("work/plan.json",)),
+        ("emit", ("work/scene.xml",)),
+        ("emit_folder", ()),
+        ("pack", ("work/scene.scn",)),
+    ],
+)
+def test_a_disk_that_is_full_is_told_and_leaves_all_as_it_was(name: str, old: tuple[str, ...], most: int) -> None:
+    """The files are larger; that of `fix` is not, and is written whole."""
+    found = starve(name, most, old)
+    assert found.clean()
+    assert not found.written
+    assert (found.status == 3) != (name == "fix" and most > 100), found.errors
+    assert "Traceback" not in found.errors
+    assert found.errors.count("error SC") == (1 if found.status and name != "fix" else 0)
 
 
 def test_a_signal_is_heard_before_the_imports_that_take_time() -> None:

@@ -108,3 +108,18 @@ def test_articulations_and_what_is_fastened_are_told_in_short() -> None:
         "lamp  lights       spot  world              1\n"
     )
     assert planned(rows, color=False).endswith("\n             differs    values\nlights.lamp  color      0 … 1\n")
+
+
+def test_a_long_table_is_summarised_and_says_how_to_see_it_all() -> None:
+    cube = SummaryRow("", "dynamic", 1, 1.0, None, (0,), masses=(1.0, 1.0))
+    copies = [replace(cube, name=f"cube_{i}") for i in range(31)]
+    assert built(copies, color=False, whole=False).splitlines()[1].startswith("cube_0 … cube_30 (31)  dynamic")
+    assert len(built(copies[:30], color=False, whole=False).splitlines()) == 31
+    differing = [replace(cube, name=f"cube_{i}", masses=(i + 1.0, i + 1.0)) for i in range(40)]
+    *shown, last = built(differing, color=False, whole=False).splitlines()
+    assert (len(shown), last) == (31, "… 10 more rows, which --all shows")
+    assert len(built(differing, color=False).splitlines()) == 41
+    fields = tuple(VaryingField(f"shapes[{i}].density", "1 … 2", at_reset=False) for i in range(35))
+    text = planned([replace(cube, name="cube", varying=fields)], color=False, whole=False)
+    assert text.splitlines()[-1] == "… 5 more rows, which --all shows"
+    assert "more rows" not in planned([replace(cube, name="cube", varying=fields)], color=False)

@@ -63,7 +63,7 @@ def test_files_and_folders_make_one_document(run, tmp_path: Path, cube: Path) ->
     assert [d["file"] for d in found if d["code"] == "SC901"] == ["gone.yaml"]
     assert done.stderr == ""
     text = run("validate", "scenes", cube)
-    assert text.stderr == "3 files checked, 1 other YAML file skipped\n"
+    assert text.stderr == "3 files checked, 1 other file skipped\n"
 
 
 def test_a_folder_without_scenes_is_an_error(run, tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ def test_only_scenes_are_checked_for_a_commit_hook(run, tmp_path: Path, cube: Pa
     assert run("validate", "compose.yaml").returncode == 1
     done = run("validate", "--scenes-only", "compose.yaml", cube)
     assert (done.returncode, done.stdout) == (0, "")
-    assert done.stderr == "1 file checked, 1 other YAML file skipped\n"
+    assert done.stderr == "1 file checked, 1 other file skipped\n"
     assert run("validate", "--scenes-only", "compose.yaml").returncode == 0
 
 

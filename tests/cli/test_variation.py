@@ -83,7 +83,7 @@ def test_a_dry_run_says_what_differs(run, scene: Path) -> None:
         "post  pose.p  [0, 0, 1] | [0, 0, 2] | [0, 0, 3]",
         "shapes[0].material.base_color  #00ff00 | #ff0000 | #0000ff",
     ]
-    assert totals.startswith("scene: planned 6 scenes, 15 objects in all; 5 fields differ, 2 drawn anew at a reset\n")
+    assert totals.startswith("scene: planned 6 scenes, 15 objects in all; 5 fields differ, 2 drawn again at a reset\n")
 
 
 def test_a_part_of_the_batch_is_as_it_is_among_all(run, scene: Path) -> None:

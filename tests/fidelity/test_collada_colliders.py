@@ -106,7 +106,7 @@ def test_it_is_exported(tmp_path: Path, target: str) -> None:
 
 def test_without_pycollada_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "collada", None)
-    with pytest.raises(SceneError, match=r"scenecc\[export\]") as caught:
+    with pytest.raises(SceneError, match=r"pip install .*\[export\]") as caught:
         load_scene(write(tmp_path), render=False)
     assert {told.code for told in caught.value.diagnostics if told.severity == "error"} == {"SC813"}
 

@@ -32,12 +32,7 @@ TASKS = [
 """With a robot of meshes, drawn parts, three fingers, and free, walking and sliding roots of MJCF files."""
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """MuJoCo writes a log into the folder in which it is."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(tmp_path_factory.mktemp("log"))
-        yield
+pytestmark = pytest.mark.usefixtures("other_folder")
 
 
 def compiled(source: Any, folder: Path, **options: Any) -> tuple[Any, Any, list[Diagnostic]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +20,7 @@ BALL_APART = {"type": "sphere", "radius": 0.1, "pose": [2, 0, 0]}
 FIXED = {"body_type": "static", "shapes": [BOX]}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(tmp_path_factory.mktemp("log"))
-        yield
+pytestmark = pytest.mark.usefixtures("other_folder")
 
 
 def scene(entities: dict[str, Any], **more: Any) -> dict[str, Any]:
@@ -310,7 +305,7 @@ def test_colours_are_those_of_the_materials(tmp_path: Path) -> None:
 
 
 def test_an_image_stands_in_place_of_the_colour_and_is_seen_through_as_its_body(tmp_path: Path) -> None:
-    (tmp_path / "checker.png").write_bytes((ROOT / "assets" / "checker.png").read_bytes())
+    (tmp_path / "checker.png").write_bytes((ROOT / "scenes" / "assets" / "checker.png").read_bytes())
     path = tmp_path / "scene.yaml"
     path.write_text(
         "scenecc: 1\n"

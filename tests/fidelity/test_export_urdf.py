@@ -198,7 +198,7 @@ def test_a_body_is_a_robot_of_one_link(tmp_path: Path) -> None:
 
 
 def test_what_is_seen_of_an_image_and_by_whom_is_told(tmp_path: Path) -> None:
-    paint = {"base_color_texture": str(ROOT / "assets" / "checker.png")}
+    paint = {"base_color_texture": str(ROOT / "scenes" / "assets" / "checker.png")}
     body = {"body_type": "none", "hidden": True, "material": "paint", "visibility": 0.5}
     source = {
         "scenecc": 1,
@@ -213,7 +213,7 @@ def test_what_is_seen_of_an_image_and_by_whom_is_told(tmp_path: Path) -> None:
     (texture,) = ET.parse(path).iter("texture")
     name = texture.attrib["filename"]
     assert name.startswith("robot.assets/checker-")
-    assert (tmp_path / name).read_bytes() == (ROOT / "assets" / "checker.png").read_bytes()
+    assert (tmp_path / name).read_bytes() == (ROOT / "scenes" / "assets" / "checker.png").read_bytes()
 
 
 def test_a_folder_has_a_file_for_each_articulation() -> None:

@@ -17,7 +17,7 @@ from scenecc.backends.sapien import instantiate
 from scenecc.backends.sapien.measure import measure
 from scenecc.diagnostics import Sink
 from scenecc.importers.import_scene import import_scene
-from scenecc.plan import Gear
+from scenecc.plan import Gear, ScenePlan
 
 if TYPE_CHECKING:
     from scenecc.plan.snapshot import MeasuredBody, MeasuredScene
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 SCENES = sorted((ROOT / "scenes").glob("*.yaml"))
 
 
-def measured(path: Path) -> MeasuredScene:
-    batch = instantiate(compile_scene(path), Sink(), scene_idxs=[0], render=False)
+def measured(plan: ScenePlan) -> MeasuredScene:
+    batch = instantiate(plan, Sink(), scene_idxs=[0], render=False)
     assert batch is not None
     with batch:
         return measure(batch).scenes[0]
@@ -45,14 +45,16 @@ def bodies(scene: MeasuredScene, *, imported: bool = False) -> dict[str, Measure
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_an_exported_scene_comes_back(path: Path, tmp_path: Path) -> None:
-    for name, data in open_scene(path).emit("usd", name="out").files.items():
+    scene = open_scene(path)
+    for name, data in scene.emit("usd", name="out").files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(data)
     made = import_scene(tmp_path / "out.usda", tmp_path / "back.yaml")
     # A name of an instance's body holds a slash, which a prim has not.
     assert {loss.kind for loss in made.losses} <= {"names"}
     assert made.certificate.relative_mass < 1e-5
-    before, after = bodies(measured(path)), bodies(measured(tmp_path / "back.yaml"), imported=True)
+    planned, again = scene.plan, compile_scene(tmp_path / "back.yaml")
+    before, after = bodies(measured(planned)), bodies(measured(again), imported=True)
     assert list(before) == list(after)
     for name, first in before.items():
         second = after[name]
@@ -69,6 +71,5 @@ def test_an_exported_scene_comes_back(path: Path, tmp_path: Path) -> None:
             for field in ("stiffness", "damping", "drive_target", "drive_velocity_target"):
                 assert getattr(one, field) == pytest.approx(getattr(two, field), rel=1e-4, abs=1e-6), field
             assert one.force_limit == pytest.approx(two.force_limit, rel=1e-5)
-    planned, again = compile_scene(path), compile_scene(tmp_path / "back.yaml")
     written = [each for each in planned.constraints if 0 in each.scene_idxs and not isinstance(each.joint, Gear)]
     assert len(again.constraints) == len(written)  # a gear is not in a USD, which the export tells

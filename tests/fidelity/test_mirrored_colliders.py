@@ -53,7 +53,7 @@ def write(folder: Path, scale: tuple[float, ...]) -> Path:
     words = " ".join(map(str, scale))
     (folder / "r.urdf").write_text(URDF.format(scale=words))
     (folder / "r.xml").write_text(MJCF.format(scale=words))
-    (folder / "mug.obj").write_bytes((ROOT / "assets/mug.obj").read_bytes())
+    (folder / "mug.obj").write_bytes((ROOT / "scenes/assets/mug.obj").read_bytes())
     lines = [f"v {x} {y} {z}" for x, y, z in POINTS] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in FACES]
     (folder / "wedge.obj").write_text("\n".join(lines))
     scene = folder / "scene.yaml"

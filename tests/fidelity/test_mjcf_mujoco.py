@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -128,12 +127,7 @@ def compare_geoms(
     return len(geoms)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """MuJoCo writes a log into the folder in which it is."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(tmp_path_factory.mktemp("log"))
-        yield
+pytestmark = pytest.mark.usefixtures("other_folder")
 
 
 @settings(max_examples=100)

@@ -23,7 +23,7 @@ from scenecc.robots.description import (
     DescribedVisual,
     RobotDescription,
 )
-from scenecc.robots.numeric_meshes import numeric_mesh
+from scenecc.robots.mujoco.shapes import numeric_mesh
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

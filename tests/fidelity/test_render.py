@@ -19,16 +19,25 @@ from scenecc.render.images import BAR
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]
 
-ASSETS = Path(__file__).parents[2] / "assets"
+ASSETS = Path(__file__).parents[2] / "scenes" / "assets"
 WIDTH, HEIGHT = 96, 72
 EYE = {"p": [-1.2, 0.3, 0.9], "look_at": [0, 0, 0.2]}
 CUBE = {"pose": [0, 0, 0.5], "shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1], "color": [1, 0, 0]}]}
 FLOOR = {"body_type": "static", "shapes": [{"type": "plane"}]}
 
 
+LIGHTS: dict[str, Any] = {
+    "environment": {"ambient_light": [0.3, 0.3, 0.3]},
+    "lights": {
+        "sun": {"type": "directional", "direction": [1, 1, -1], "color": [1, 1, 1]},
+        "top": {"type": "directional", "direction": [0, 0, -1], "color": [1, 1, 1]},
+    },
+}
+
+
 def document(entities: dict[str, Any], eye: dict[str, Any] | None = None, **sections: Any) -> dict[str, Any]:
     cameras = {"eye": {"pose": EYE, "width": WIDTH, "height": HEIGHT, **(eye or {})}}
-    return {"scenecc": 1, "entities": entities, "cameras": cameras, **sections}
+    return {"scenecc": 1, "entities": entities, "cameras": cameras, **LIGHTS, **sections}
 
 
 def pixels(found: Rendering) -> np.ndarray[Any, Any]:
@@ -36,7 +45,7 @@ def pixels(found: Rendering) -> np.ndarray[Any, Any]:
 
 
 class ByHand:
-    """A scene under the lights that a file without lights has, before the same camera."""
+    """A scene under `LIGHTS`, before the same camera."""
 
     def __init__(self) -> None:
         self.scene = sapien.Scene()
@@ -44,9 +53,11 @@ class ByHand:
         self.scene.add_directional_light([1, 1, -1], [1, 1, 1])
         self.scene.add_directional_light([0, 0, -1], [1, 1, 1])
 
-    def picture(self, pose: sapien.Pose, near: float = 0.01, far: float = 100) -> np.ndarray[Any, Any]:
+    def picture(
+        self, pose: sapien.Pose, near: float = 0.01, far: float = 100, fovy: float = radians(60)
+    ) -> np.ndarray[Any, Any]:
         """As SAPIEN's examples save it."""
-        camera = self.scene.add_camera("eye", WIDTH, HEIGHT, radians(60), near, far)
+        camera = self.scene.add_camera("eye", WIDTH, HEIGHT, fovy, near, far)
         camera.get_entity().set_pose(pose)
         self.scene.update_render()
         camera.take_picture()
@@ -94,15 +105,15 @@ def test_without_a_camera_the_scene_is_framed(size: tuple[int, int]) -> None:
 
 
 def test_the_camera_that_frames_the_scene_is_one_that_can_be_made_by_hand() -> None:
-    source = {"scenecc": 1, "entities": {"cube": CUBE}}
+    source = {"scenecc": 1, "entities": {"cube": CUBE}, **LIGHTS}
     with load_scene(source, render=True) as batch:
         camera = batch.framed(WIDTH, HEIGHT)
         camera.capture("color")
         made = camera.objs[0]
-        pose, near, far = made.get_entity().get_pose(), made.near, made.far
+        seen = made.get_entity().get_pose(), made.near, made.far, made.fovy
     hand = ByHand()
     red_cube(hand.scene)
-    assert np.array_equal(pixels(render_scene(source, size=(WIDTH, HEIGHT))), hand.picture(pose, near, far))
+    assert np.array_equal(pixels(render_scene(source, size=(WIDTH, HEIGHT), samples=1)), hand.picture(*seen))
 
 
 def test_a_cube_is_where_the_cameras_matrix_says() -> None:

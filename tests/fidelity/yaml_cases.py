@@ -15,7 +15,7 @@ from fidelity.compare import assert_same_scene, assert_same_trajectory
 from scenecc import SceneBatch, load_scene
 
 UP = [0.7071068, 0, -0.7071068, 0]
-SCENES = 2
+SCENES = 3
 
 Hand = Callable[[Any], object]
 
@@ -72,6 +72,21 @@ def assert_same(batch: SceneBatch, hand: list[Any]) -> None:
 
 
 def compare(body: str, builder: Hand, component: Hand = nothing, kind: str = "dynamic", rest: str = "") -> None:
-    """The keys of a body against what a person does."""
+    """The keys of a body against what a person does, the same in every scene."""
+    compare_each(body, lambda b, _: builder(b), lambda c, _: component(c), kind, rest)
+
+
+def compare_each(
+    body: str,
+    builder: Callable[[Any, int], object],
+    component: Callable[[Any, int], object] = lambda component, scene: None,
+    kind: str = "dynamic",
+    rest: str = "",
+) -> None:
+    """The keys of a body against what a person does in the scene of an index."""
+
+    def scene(index: int) -> Any:
+        return by_hand(lambda b: builder(b, index), lambda c: component(c, index), kind)
+
     with load(document(body, rest)) as batch:
-        assert_same(batch, [by_hand(builder, component, kind) for _ in range(SCENES)])
+        assert_same(batch, [scene(index) for index in range(SCENES)])

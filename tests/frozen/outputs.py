@@ -23,7 +23,7 @@ import numpy as np
 from plugins.expectations import BAD, GOOD, ROOT, file_id, scene_files
 
 # All that is taken from the package: a move inside it must not break what tells whether the move changed anything.
-from scenecc import SceneError, compile_scene, emit_scene, validate
+from scenecc import Scene, SceneError, open_scene, validate
 from scenecc.placing.at_reset import place_anew, placed_members
 from scenecc.plan import Value
 from scenecc.variation.evaluation import Batch
@@ -93,14 +93,18 @@ def compared(kept: list[str], made: list[str]) -> list[str]:
 
 def plan_data(scene: Path, count: int, seed: int) -> str:
     """The canonical JSON of a scene's plan."""
-    # The version of MuJoCo is that of the environment.
-    return re.sub(r',\s*"read_by": "mujoco [^"]*"', "", emit_scene(scene, "json", num_scenes=count, seed=seed))
+    return _canonical(open_scene(scene, num_scenes=count, seed=seed))
 
 
 def drawn_data(scene: Path, seed: int) -> str:
     """JSON of the plan of five scenes, with what two resets give, by the place in the plan."""
-    plan = json.loads(plan_data(scene, DRAWN_SCENES, seed))
-    return json.dumps({"plan": plan, "resets": _resets(compile_scene(scene, num_scenes=DRAWN_SCENES, seed=seed))})
+    opened = open_scene(scene, num_scenes=DRAWN_SCENES, seed=seed)
+    return json.dumps({"plan": json.loads(_canonical(opened)), "resets": _resets(opened.plan)})
+
+
+def _canonical(scene: Scene) -> str:
+    # The version of MuJoCo is that of the environment.
+    return re.sub(r',\s*"read_by": "mujoco [^"]*"', "", scene.emit("json").text)
 
 
 def flat(node: Any, path: str = "") -> Iterator[str]:

@@ -36,5 +36,5 @@ def test_a_diagnostic_that_is_given_twice_counts_twice() -> None:
 
 def test_scenes_have_draws_that_a_reset_makes_anew() -> None:
     scene = outputs.ROOT / "scenes" / "reset.yaml"
-    lines = list(outputs.flat({"resets": outputs._resets(outputs.compile_scene(scene, num_scenes=2, seed=0))}))
+    lines = list(outputs.flat({"resets": outputs._resets(outputs.open_scene(scene, num_scenes=2, seed=0).plan)}))
     assert any(line.startswith("resets.entities[2].pose seed=11[1]: [") for line in lines)

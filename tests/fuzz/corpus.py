@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import io
+import json
 import shutil
+import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from fidelity import mjcf_cases, urdf_cases
-from fuzz.oracle import SCENE
+from fuzz import import_corpus
+from fuzz.import_corpus import Files
+from fuzz.oracle import PACK, PASSPORT, SCENE, UNPACKED
 from plugins.image_files import PICTURES, exr, ktx, ktx2, picture
 from plugins.mesh_files import FACES, POINTS, TETRA, glb, gltf_document, ply, stl, stl_text
+
+from scenecc import load_scene, pack_scene
 
 _ROOT = Path(__file__).parents[2]
 
 
 @dataclass(frozen=True)
 class Seed:
-    """A folder with `scene.yaml`, and the name of the file in it that is mutated."""
+    """A folder with a scene, a pack, a passport or what is imported, and the name of the file in it that is mutated."""
 
     folder: Path
     name: str
@@ -37,10 +44,6 @@ def make_corpus(target: str, folder: Path) -> list[Seed]:
                 (home / path).write_bytes(data.encode() if isinstance(data, str) else data)
         seeds.append(Seed(home, name))
     return seeds
-
-
-Files = dict[str, str | bytes | Path]
-"""What a folder holds, by name; a path: a copy of it."""
 
 
 def _scenes() -> Iterator[tuple[str, Files]]:
@@ -204,6 +207,28 @@ def _mjcf() -> Iterator[tuple[str, Files]]:
     yield from _robots("mjcf", ".xml", mjcf_cases.CASES, [_ROOT / "tests/scenes/good/articulations/swing.xml"])
 
 
+_SMALL = [_ROOT / f"scenes/{name}.yaml" for name in ("stack", "tray", "robot_arm", "include", "variation")]
+"""Scenes that are built in little time."""
+
+
+def _packs() -> Iterator[tuple[str, Files]]:
+    """Whole archives, which nearly any change breaks, and the files of one, of which an archive is made."""
+    for scene in _SMALL:
+        pack = pack_scene(scene).content
+        yield PACK, {PACK: pack}
+        with zipfile.ZipFile(io.BytesIO(pack)) as archive:
+            files: Files = {f"{UNPACKED}/{name}": archive.read(name) for name in archive.namelist()}
+        yield f"{UNPACKED}/.scenecc/manifest.json", files
+
+
+def _passports() -> Iterator[tuple[str, Files]]:
+    for scene in _SMALL:
+        with load_scene(scene, num_scenes=2, render=False) as batch:
+            passport = json.loads(batch.passport(1))
+        beside = {path.name: path for path in scene.parent.iterdir() if path.name not in {"maniskill", "recipes"}}
+        yield PASSPORT, {**beside, PASSPORT: json.dumps({**passport, "file": scene.name})}
+
+
 _CORPORA: dict[str, Callable[[], Iterator[tuple[str, Files]]]] = {
     "yaml": _scenes,
     "mesh": _meshes,
@@ -211,6 +236,13 @@ _CORPORA: dict[str, Callable[[], Iterator[tuple[str, Files]]]] = {
     "urdf": _urdf,
     "srdf": _srdf,
     "mjcf": _mjcf,
+    "sdf": import_corpus.sdf_worlds,
+    "usd": import_corpus.usd_stages,
+    "mjcf_import": import_corpus.mjcf_robots,
+    "urdf_import": import_corpus.urdf_robots,
+    "msh": import_corpus.mujoco_meshes,
+    "pack": _packs,
+    "passport": _passports,
 }
 TARGETS = tuple(_CORPORA)
 

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import resource
+import subprocess
+import sys
 import traceback
+import zipfile
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
@@ -14,9 +21,20 @@ import numpy as np
 import scenecc
 from scenecc import plan_text
 from scenecc.diagnostics import Diagnostic
+from scenecc.importers import usd
+from scenecc.importers.import_scene import import_scene
+from scenecc.importers.imported_scene import LOSSES
 from scenecc.plan import ConvexParts, ScenePlan
 
 SCENE = "scene.yaml"
+PACK = "scene.scn"
+UNPACKED = "pack"
+"""The folder of files of which a pack is made."""
+
+PASSPORT = "passport.json"
+IMPORTED = "source"
+"""The name, without its suffix, of a file that is imported."""
+
 LIMITS = {"asset_bytes": 2**24, "objects": 1000, "scenes": 256, "objects_times_scenes": 4000}
 """Small: a case that is within them takes no second."""
 
@@ -28,19 +46,28 @@ _DRAWN = {"SC202", "SC513", "SC515"}
 
 
 def judge(folder: Path, *, render: bool | None) -> str | None:
-    """What is wrong with how the folder's `scene.yaml` is taken; None: nothing.
+    """What is wrong with how the folder's passport, pack, `scene.yaml` or `source.*` is taken; None: nothing.
 
     1. Nothing but a `SceneError` is raised, and none without an error in it.
     2. Diagnostics stand inside the files that they name.
     3. What `validate` finds no error in compiles.
     4. What compiles is built, has finite masses, and moves finitely unless its numbers are extreme.
+    5. What is imported is written, valid and built, or nothing is written.
 
     Args:
         folder: becomes the working directory.
         render: build what is seen, too; None: build nothing.
     """
     os.chdir(folder)
-    return guarded(lambda: _judged(render=render))
+    if (folder / PASSPORT).exists():
+        return guarded(_replayed)
+    if (folder / UNPACKED).exists():
+        _pack(folder / UNPACKED)
+    for scene in (PACK, SCENE):
+        if (folder / scene).exists():
+            os.environ["XDG_CACHE_HOME"] = str(folder)
+            return guarded(lambda scene=scene: _judged(scene, render=render))
+    return guarded(lambda: _imported(next(folder.glob(f"{IMPORTED}.*")), render=render))
 
 
 def guarded(function: Callable[[], str | None]) -> str | None:
@@ -55,13 +82,31 @@ def guarded(function: Callable[[], str | None]) -> str | None:
         return f"{type(error).__name__} in {where}: {error}"
 
 
-def _judged(*, render: bool | None) -> str | None:
-    found = scenecc.validate(SCENE, limits=LIMITS)
+def _pack(folder: Path) -> None:
+    """Makes an archive of a folder, as a stranger's program may."""
+    with zipfile.ZipFile(PACK, "w") as archive:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file():
+                archive.write(path, path.relative_to(folder))
+
+
+def _replayed() -> str | None:
+    try:
+        batch = scenecc.replay(Path(PASSPORT).read_bytes().decode("utf-8", "replace"), render=False, limits=LIMITS)
+    except scenecc.SceneError as error:
+        return None if any(one.severity == "error" for one in error.diagnostics) else "it is refused without an error"
+    with batch:
+        batch.step(1)
+    return None
+
+
+def _judged(scene: str, *, render: bool | None) -> str | None:
+    found = scenecc.validate(scene, limits=LIMITS)
     for diagnostic in found:
         _in_its_file(diagnostic)
     faulty = any(one.severity == "error" for one in found)
     try:
-        plan = scenecc.compile_scene(SCENE, limits=LIMITS)
+        plan = scenecc.compile_scene(scene, limits=LIMITS)
     except scenecc.SceneError as error:
         told = any(one.severity == "error" for one in error.diagnostics)
         right = told and (faulty or _foretold(found, error))
@@ -77,7 +122,7 @@ def _foretold(found: list[Diagnostic], error: scenecc.SceneError) -> bool:
     What a body weighs is told at the body, or at an expression in it that may give anything. Whether something fits
     where it is placed only the draws tell.
     """
-    drawn = [one for one in error.diagnostics if one.severity == "error" and one.code != "SC354"]
+    drawn = [one for one in error.diagnostics if one.severity == "error" and one.code not in {"SC354", "SC356"}]
     may = {one.path for one in found if one.code in {"SC514", "SC516"}}
     bodies = {one.path for one in drawn if one.code in {"SC510", "SC511", "SC512"}}
     weighed = {path for path in bodies if any(place == path or place.startswith(f"{path}.") for place in may)}
@@ -137,3 +182,58 @@ def _finite(batch: Any, when: str) -> None:
                 if isinstance(body, physx.PhysxRigidBodyComponent):
                     numbers += [body.mass, *body.inertia, *body.linear_velocity, *body.angular_velocity]
                 assert np.isfinite(numbers).all(), f"{type(body).__name__} has numbers that are not finite when {when}"
+
+
+def _imported(source: Path, *, render: bool | None) -> str | None:
+    usd.ask_module = _ask_fork
+    if render is None:
+        _load_importers()
+        return None
+    before = set(Path().rglob("*"))
+    try:
+        import_scene(source, "out.yaml", allow=LOSSES, limits=LIMITS)
+    except scenecc.SceneError as error:
+        if not any(one.severity == "error" for one in error.diagnostics):
+            return f"it is refused without an error: {_said(error)}"
+        built = [one for one in error.diagnostics if one.code.startswith("SC80")]
+        left = set(Path().rglob("*")) - before
+        return (
+            f"{left} is left: {_said(error)}"
+            if left
+            else f"it is only refused when it is built: {built[0]}"
+            if built
+            else None
+        )
+    found = scenecc.validate("out.yaml", limits=LIMITS)
+    wrong = [one for one in found if one.severity == "error"]
+    return f"what is imported is not valid: {wrong[0]}" if wrong else None
+
+
+def _load_importers() -> None:
+    for name in ("mjcf", "sdf", "urdf", "usd_scene", "certificate"):
+        import_module(f"scenecc.importers.{name}")
+
+
+def _ask_fork(module: str, request: Any, **_: object) -> subprocess.CompletedProcess[bytes]:
+    """As `ask_module`, in a fork of this process: loading usd-core takes longer than reading a small stage."""
+    with TemporaryFile("w+") as asked, TemporaryFile("w+") as answer, TemporaryFile("w+") as errors:
+        json.dump(request, asked)
+        asked.seek(0)
+        pid = os.fork()
+        if not pid:
+            sys.stdin, sys.stdout, sys.stderr = asked, answer, errors
+            resource.setrlimit = lambda *_: None  # this process has limits
+            status = 1
+            try:
+                import_module(module).main()
+                status = 0
+            except BaseException:  # noqa: BLE001 - as the interpreter tells it
+                errors.write(traceback.format_exc()[-500:])
+            finally:
+                answer.flush()
+                errors.flush()
+                os._exit(status)
+        status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        answer.seek(0)
+        errors.seek(0)
+        return subprocess.CompletedProcess([module], status, answer.read().encode(), errors.read().encode())

@@ -109,8 +109,8 @@ _CODECS: dict[str, Codec] = {
     ".glb": (_glb, _of_glb),
     ".png": (_png, _of_png),
     ".jpg": (_jpeg, _of_jpeg),
-    **dict.fromkeys((".urdf", ".srdf", ".xml", ".dae"), _XML),
-    **dict.fromkeys((".obj", ".mtl", ".ply", ".stl"), _TEXT),
+    **dict.fromkeys((".urdf", ".srdf", ".xml", ".dae", ".sdf"), _XML),
+    **dict.fromkeys((".obj", ".mtl", ".ply", ".stl", ".usda"), _TEXT),
 }
 
 

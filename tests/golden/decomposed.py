@@ -31,7 +31,7 @@ def convex_parts(mesh: Path, **parameters: object) -> str:
 
 
 HERE = Path(__file__).resolve().parent
-BOWL = HERE / "../../assets/bowl.obj"
+BOWL = HERE / "../../scenes/assets/bowl.obj"
 FILES = [BOWL]
 
 
@@ -71,10 +71,10 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
                 max_convex_hull=4,
                 preprocess_mode="off",
                 preprocess_resolution=30,
-                resolution=2000,
-                mcts_nodes=20,
-                mcts_iterations=150,
-                mcts_max_depth=3,
+                resolution=1000,
+                mcts_nodes=10,
+                mcts_iterations=60,
+                mcts_max_depth=2,
                 pca=False,
                 merge=True,
                 seed=1,

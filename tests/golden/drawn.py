@@ -11,9 +11,9 @@ import sapien
 from sapien import physx
 
 HERE = Path(__file__).resolve().parent
-CHECKER = HERE / "../../assets/checker.png"
-TILES = HERE / "../../assets/tiles.png"
-FILES = [CHECKER, TILES]
+CHECKER = HERE / "../../scenes/assets/checker.png"
+BUMPS = HERE / "../../scenes/assets/bumps.png"
+FILES = [CHECKER, BUMPS]
 
 
 def build_scenes(render: bool = False) -> list[sapien.Scene]:
@@ -112,7 +112,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
     ]
     if render:
         drum_metallic = [0, 0.5, 1]
-        drum_base_color_texture = [CHECKER, TILES, CHECKER]
+        drum_base_color_texture = [CHECKER, BUMPS, CHECKER]
         drum_base_color = [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 0.5]]
         drum_look_number = [0, 1, 2]
     for i, scene in enumerate(scenes):

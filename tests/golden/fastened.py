@@ -10,9 +10,9 @@ import sapien
 from sapien import physx
 
 HERE = Path(__file__).resolve().parent
-MUG = HERE / "../../assets/mug.obj"
-BOWL = HERE / "../../assets/bowl.obj"
-CHECKER = HERE / "../../assets/checker.png"
+MUG = HERE / "../../scenes/assets/mug.obj"
+BOWL = HERE / "../../scenes/assets/bowl.obj"
+CHECKER = HERE / "../../scenes/assets/checker.png"
 FILES = [MUG, BOWL, CHECKER]
 
 

@@ -10,8 +10,8 @@ import sapien
 from sapien import physx
 
 HERE = Path(__file__).resolve().parent
-MUG = HERE / "../../assets/mug.obj"
-BOWL = HERE / "../../assets/bowl.obj"
+MUG = HERE / "../../scenes/assets/mug.obj"
+BOWL = HERE / "../../scenes/assets/bowl.obj"
 FILES = [MUG, BOWL]
 
 

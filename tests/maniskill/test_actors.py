@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from plugins.maniskill_scenes import built_by_hand, new_scene
 from plugins.mesh_files import TETRA
+from plugins.trajectory import first_difference, trajectory
 
 import scenecc
-from scenecc.decompiler.differing import differences
 from scenecc.decompiler.reading import read_scene
-from scenecc.decompiler.trajectory import first_difference, trajectory
+from scenecc.decompiler.verify import differences
 
 STEPS = 200
 

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from plugins.maniskill_scenes import new_scene
+from plugins.trajectory import first_difference, trajectory
 
 import scenecc
-from scenecc.decompiler.differing import differences
-from scenecc.decompiler.facts import Facts
-from scenecc.decompiler.reading import read_scene
-from scenecc.decompiler.trajectory import first_difference, trajectory
+from scenecc.decompiler.reading import Facts, read_scene
+from scenecc.decompiler.verify import differences
 
 STEPS = 200
 

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 from plugins.maniskill_scenes import new_scene
+from plugins.trajectory import first_difference, trajectory
 
 import scenecc
 from scenecc import SceneError
-from scenecc.decompiler.differing import differences
 from scenecc.decompiler.reading import read_scene
-from scenecc.decompiler.trajectory import first_difference, trajectory
+from scenecc.decompiler.verify import differences
 
 CUBE = {"shapes": [{"type": "box", "half_size": [0.02, 0.02, 0.02]}], "pose": [0, 0, 1]}
 

@@ -1,6 +1,6 @@
 """The scenes of ManiSkill's tasks as files: their cameras, and what they build, against what the tasks leave behind.
 
-`SCENECC_UPDATE_GOLDEN=1 pytest tests/maniskill/test_corpus.py` writes the table of `docs/maniskill.md`.
+`SCENECC_UPDATE_GOLDEN=1 pytest tests/maniskill/test_corpus.py` writes the table of `docs/how-to/maniskill.md`.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import pytest
 from plugins.live.starting import start_from
 from plugins.maniskill_corpus import DISTRIBUTIONS, FOLDER, PAGE, TASKS, UNLIKE, page_with, table
 from plugins.maniskill_tasks import STEPS, Camera, Captured, LeftOut, references
+from plugins.trajectory import first_difference, trajectory
 
 import scenecc
 from scenecc import plan
-from scenecc.decompiler.differing import differences
 from scenecc.decompiler.reading import read_scene
-from scenecc.decompiler.trajectory import first_difference, trajectory
+from scenecc.decompiler.verify import differences
 
 Tasks = dict[str, Captured | LeftOut]
 

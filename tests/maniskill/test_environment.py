@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenecc import SceneError
+from scenecc import SceneError, replay
 
 TABLE = """\
 scenecc: 1
@@ -88,6 +89,29 @@ def test_what_is_built_is_drawn_when_the_environment_is_configured(table: Path) 
     fixed = make(table, seed=7)
     masses = {float(env.unwrapped.scene.actors["cube"].mass) for env in (fixed, make(table, seed=7))}
     assert len(masses) == 1
+
+
+def test_a_passport_builds_an_episode_again_without_maniskill(table: Path) -> None:
+    env = make(table)
+    env.reset(seed=3)
+    _, info = env.reset()
+    env.step(env.action_space.sample())
+    text = str(info["passport"][0])
+    content = json.loads(text)
+    assert content["params"] == {"robot_init_qpos_noise": 0.02}
+    assert content["seed"] != content["reset"]["seed"]
+    env.reset(seed=4)
+    with replay(text, file=table, render=False) as batch:
+        assert batch.passport(0) == text
+        starts = [batch.entities[name].pose[0] for name in ("cube", "goal")]
+        cube: Any = batch.entities["cube"].objs[0].components[0]
+        mass = cube.mass
+    env.reset(seed=3)
+    env.reset()
+    actors = env.unwrapped.scene.actors
+    assert [actors[name].pose.raw_pose[0].tolist() for name in ("cube", "goal")] == [one.tolist() for one in starts]
+    assert float(actors["cube"].mass) == mass
+    assert env.unwrapped.scene_builder.loaded.passport(0) == text
 
 
 def test_a_state_can_be_taken_and_set(table: Path) -> None:
@@ -282,5 +306,5 @@ def test_without_maniskill_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.delitem(sys.modules, "scenecc.maniskill.environment", raising=False)
     monkeypatch.delitem(sys.modules, "scenecc.backends.maniskill.compat", raising=False)
     monkeypatch.setitem(sys.modules, "torch", None)
-    with pytest.raises(ImportError, match=r"scenecc\[maniskill\]"):
+    with pytest.raises(ImportError, match=r"pip install .*\[maniskill\]"):
         _ = scenecc.maniskill.YamlSceneBuilder

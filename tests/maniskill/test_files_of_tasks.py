@@ -12,10 +12,10 @@ import pytest
 from plugins.live.starting import start_from
 from plugins.maniskill_scenes import new_scene
 from plugins.maniskill_tasks import STEPS, Captured, references
+from plugins.trajectory import first_difference, trajectory
 
-from scenecc.decompiler.differing import differences
 from scenecc.decompiler.reading import read_scene
-from scenecc.decompiler.trajectory import first_difference, trajectory
+from scenecc.decompiler.verify import differences
 
 FILES = Path(__file__).parents[2] / "scenes" / "maniskill"
 

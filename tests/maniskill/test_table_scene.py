@@ -11,9 +11,8 @@ import pytest
 from plugins.maniskill_tasks import Captured, LeftOut, references
 
 from scenecc import SceneError, load_scene
-from scenecc.decompiler.differing import differences
-from scenecc.decompiler.facts import Facts
-from scenecc.decompiler.reading import read_scene
+from scenecc.decompiler.reading import Facts, read_scene
+from scenecc.decompiler.verify import differences
 
 PHYSICS = {
     "contact_offset": 0.02,

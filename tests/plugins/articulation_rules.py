@@ -77,7 +77,9 @@ def _alone(entity: Node) -> Robot:
     robot, joint = _file_or_tree(entity), entity.get("joint")
     if joint is None or joint["type"] == "fixed":
         return robot
-    hinged = (robot.links[0], *robot.hinged) if joint_turns(joint) else robot.hinged
+    # ManiSkill's loader puts a link of its own above an MJCF's, and that hangs on the joint.
+    below = entity.get("loader") == "maniskill" and "mjcf" in entity
+    hinged = (robot.links[0], *robot.hinged) if joint_turns(joint) and not below else robot.hinged
     return Robot(robot.links, (_joint_of(joint), *robot.joints), hinged)
 
 

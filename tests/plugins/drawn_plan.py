@@ -85,7 +85,7 @@ def drawn() -> ScenePlan:
         3,
         entities,
         Physics(),
-        files=files("checker.png", "tiles.png"),
+        files=files("checker.png", "bumps.png"),
         physical_materials=(rubber, rubbing(0.4, 0.3, 0.5)),
         visual_materials=(painted, papered, look(ior=1.5)),
         seed=SEED,

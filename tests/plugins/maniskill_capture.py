@@ -24,9 +24,9 @@ from typing import Any
 
 import numpy as np
 from plugins.maniskill_tasks import STEPS, Camera, Captured, LeftOut, Robot
+from plugins.trajectory import trajectory
 
 from scenecc.decompiler.reading import read_scene
-from scenecc.decompiler.trajectory import trajectory
 
 JOBS = 2
 

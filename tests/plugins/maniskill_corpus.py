@@ -1,4 +1,4 @@
-"""The scene files of ManiSkill's tasks, and the table that `docs/maniskill.md` has of them."""
+"""The scene files of ManiSkill's tasks, and the table that `docs/how-to/maniskill.md` has of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from plugins.expectations import ROOT
 from plugins.maniskill_tasks import Captured, LeftOut
 
 FOLDER = ROOT / "scenes" / "maniskill"
-PAGE = ROOT / "docs" / "maniskill.md"
+PAGE = ROOT / "docs/how-to/maniskill.md"
 TASKS = sorted(file.stem for file in FOLDER.glob("*-v1.yaml"))
 DISTRIBUTIONS = sorted(FOLDER.glob("*.distribution.yaml"))
 
@@ -60,7 +60,7 @@ def table(tasks: Mapping[str, Captured | LeftOut]) -> str:
         robots = ", ".join(dict.fromkeys(robot.uid for robot in task.robots))
         more = " × 2" if len(task.robots) == 2 else ""
         answer = f"no: {UNLIKE[name].why}" if name in UNLIKE else "yes"
-        lines.append(f"| [{name}](../scenes/maniskill/{name}.yaml) | {robots}{more} | {length} | {answer} |")
+        lines.append(f"| [{name}](../../scenes/maniskill/{name}.yaml) | {robots}{more} | {length} | {answer} |")
     left = {name: task for name, task in tasks.items() if isinstance(task, LeftOut)}
     lines += ["", f"{len(built)} tasks build from the wheel, and {len(left)} do not:", ""]
     lines += ["| task | what the wheel does not bring |", "|---|---|"]

@@ -39,8 +39,9 @@ def main(tasks: list[str]) -> None:
 
 def decompiled(gymnasium: Any, asked: str) -> dict[str, Any]:
     """A task's file against the task: what is built, and the steps that follow."""
+    from plugins.trajectory import first_difference, trajectory
+
     import scenecc
-    from scenecc.decompiler.trajectory import first_difference, trajectory
     from scenecc.decompiler.verify import untouched_engine
 
     task, _, count = asked.partition("*")

@@ -19,13 +19,14 @@ import pickle
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from plugins.trajectory import Trajectory
 
-from scenecc.decompiler.facts import Facts, renamed
-from scenecc.decompiler.trajectory import Trajectory
+from scenecc.decompiler.reading import Facts, Plain
 
 STEPS = 200
 TIMEOUT = 600
@@ -102,12 +103,7 @@ class Captured:
                     return name.removeprefix(prefix)
             return re.sub(r"^scene-\d+_", "", name)
 
-        trajectory = replace(
-            self.trajectory,
-            entities=tuple(bare(name) for name in self.trajectory.entities),
-            articulations=tuple((bare(name), dof) for name, dof in self.trajectory.articulations),
-        )
-        return replace(self, scene=renamed(self.scene, bare), trajectory=trajectory)
+        return replace(self, scene=renamed(self.scene, bare))
 
 
 @dataclass(frozen=True)
@@ -160,3 +156,28 @@ def capture_tasks(folder: Path, tasks: tuple[str, ...] = ()) -> dict[str, Captur
                 done.touch()
     files = [folder / f"{task}.pickle" for task in tasks] or sorted(folder.glob("*.pickle"))
     return {file.stem: pickle.loads(file.read_bytes()) for file in files}
+
+
+_OF_OTHERS = frozenset({"links", "joints", "active_joints", "parent", "articulation"})
+"""Properties that hold names of other objects."""
+
+
+def renamed(facts: Facts, rename: Callable[[str], str]) -> Facts:
+    """The same tree with other names, also where one object names another; shapes keep theirs."""
+
+    def called(name: str, value: Plain) -> Plain:
+        if name not in _OF_OTHERS or value is None:
+            return value
+        return rename(value) if isinstance(value, str) else tuple(called(name, item) for item in _items(value))
+
+    return replace(
+        facts,
+        name=facts.name if facts.kind.startswith("RenderShape") else rename(facts.name),
+        values=tuple((name, called(name, value)) for name, value in facts.values),
+        parts=tuple(renamed(part, rename) for part in facts.parts),
+    )
+
+
+def _items(value: Plain) -> tuple[Plain, ...]:
+    assert isinstance(value, tuple)
+    return value

@@ -32,6 +32,16 @@ const seen = drawn.getWorldPosition(drawn.position.clone()).project(__viserMutab
 const [x, y] = [seen.x * box.width / 2, -seen.y * box.height / 2];
 return {x, y, inside: Math.abs(seen.x) < 1 && Math.abs(seen.y) < 1 && Math.abs(seen.z) < 1};
 """
+_EYE = """
+const root = __viserMutable.nodeRefFromName[''];
+return root.worldToLocal(__viserMutable.camera.position.clone()).toArray();
+"""
+# Of a point of the page's world.
+_POINT = """
+const root = __viserMutable.nodeRefFromName[''], box = __viserMutable.canvas.getBoundingClientRect();
+const seen = root.localToWorld(root.position.clone().fromArray(arguments[0])).project(__viserMutable.camera);
+return [seen.x * box.width / 2, -seen.y * box.height / 2];
+"""
 _BUTTON = """
 return [...document.querySelectorAll('button')].find(one => one.innerText === arguments[0]);
 """
@@ -89,6 +99,10 @@ class Page:
         """Pose of the camera, as a matrix."""
         return self.run("return __viserMutable.camera.matrixWorld.elements")
 
+    def eye(self) -> tuple[float, ...]:
+        """Where the camera stands [m]."""
+        return tuple(self.run(_EYE))
+
     def is_in_picture(self, path: str) -> bool:
         """Whether the middle of something lies in the picture."""
         pixel = self.run(_PIXEL, path)
@@ -134,6 +148,23 @@ class Page:
         """Clicks in the picture, on the middle of something."""
         pixel = self.run(_PIXEL, path)
         self._mouse(pixel["x"], pixel["y"]).click().perform()
+
+    def pixel(self, point: tuple[float, ...]) -> tuple[float, float]:
+        """Where a point [m] is in the picture, from its middle [px]."""
+        x, y = self.run(_POINT, point)
+        return x, y
+
+    def click_at(self, point: tuple[float, ...]) -> None:
+        """Clicks in the picture, on a point [m]."""
+        self._mouse(*self.pixel(point)).click().perform()
+
+    def pull(self, start: tuple[float, ...], end: tuple[float, ...]) -> None:
+        """Drags what is at a point of the picture to where another one is [m]."""
+        (x, y), (to_x, to_y) = self.pixel(start), self.pixel(end)
+        mouse = self._mouse(x, y).click_and_hold()
+        for _ in range(4):
+            mouse = mouse.move_by_offset(round((to_x - x) / 4), round((to_y - y) / 4)).pause(0.2)
+        mouse.release().perform()
 
     def drag(self, by: tuple[int, int]) -> None:
         """Drags the picture with the mouse [px], and waits until the camera has come to rest."""

@@ -54,7 +54,7 @@ def look(**given: Any) -> VisualMaterial:
 
 
 def files(*names: str) -> tuple[AssetFile, ...]:
-    return tuple(AssetFile(f"assets/{name}", ROOT / "assets" / name) for name in names)
+    return tuple(AssetFile(f"scenes/assets/{name}", ROOT / "scenes" / "assets" / name) for name in names)
 
 
 def ground(num_scenes: int) -> Entity:

@@ -17,8 +17,10 @@ from plugins.recipe_strategy import Shape, nodes
 
 from scenecc.plan import (
     ArticulationStructure,
+    BodyPair,
     BodyStructure,
     Camera,
+    Condition,
     Constraint,
     Drive,
     Entity,
@@ -29,8 +31,11 @@ from scenecc.plan import (
     Mimic,
     Mount,
     Nearness,
+    NoOverlap,
     Placement,
+    Reading,
     ScenePlan,
+    Settled,
     Value,
     recalled,
 )
@@ -46,10 +51,12 @@ from scenecc.plan.schema import (
     ScalarKind,
     SceneSelectionKind,
     SharedDrawsKind,
+    TemplateKind,
     UnionKind,
     VectorKind,
     plan_fields,
 )
+from scenecc.variation.forms import Template
 from scenecc.variation.nodes import Const
 
 TABLES = ("files", "physical_materials", "visual_materials")
@@ -97,12 +104,36 @@ def plans(draw: st.DrawFn, *, recipes: bool = False, full: bool = False) -> Scen
             )
             held = [_held(draw, _HELD[slot.name], name, made["entities"], scope) for name in of]
             made[slot.name] = tuple(one for one in held if one is not None)
+        elif slot.name == "expectations":
+            made[slot.name] = draw(_expectations([one.name for one in made["entities"]], scope))
         elif slot.name == "environment":
             environment = _of(slot.kind, replace(scope, rows=scope.num_scenes))
             made[slot.name] = draw(environment if full else st.none() | environment)
         elif slot.name not in made:
             made[slot.name] = draw(_of(slot.kind, scope))
     return ScenePlan(**made)
+
+
+@st.composite
+def _expectations(draw: st.DrawFn, names: list[str], scope: _Scope) -> tuple[Any, ...]:
+    """None, or one of each kind, about entities that exist."""
+    if not names or not (scope.full or draw(st.booleans())):
+        return ()
+    a, b = draw(st.sampled_from(names)), draw(st.sampled_from(names))
+    length = st.sampled_from([0.0, 0.001, 2.5])
+    read = "distance('a', 'b')"
+    return (
+        Settled("settled", draw(length), draw(length), draw(length), (a,), (b,)),
+        NoOverlap("desk/no_overlap", draw(length), (a,), (BodyPair(a, b),)),
+        Condition(
+            "holds[0]",
+            (0,),
+            draw(length),
+            Template(f"${{{read} > h}}", {"h": draw(length)}),
+            "they are apart",
+            (Reading(read, "distance", (a, b)),),
+        ),
+    )
 
 
 @st.composite
@@ -211,7 +242,7 @@ def _of(kind: FieldKind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any
             return _nodes(kind.cls, scope)
         case UnionKind():
             return st.one_of(*[_nodes(cls, scope) for _, cls in kind.by_type])
-        case SceneSelectionKind() | SharedDrawsKind() | BytesKind():
+        case SceneSelectionKind() | SharedDrawsKind() | BytesKind() | TemplateKind():
             raise AssertionError("drawn by those who know the scenes and the files")
 
 

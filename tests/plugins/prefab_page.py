@@ -1,4 +1,4 @@
-"""`docs/prefabs.md`, from the prefabs: `python tests/plugins/prefab_page.py > docs/prefabs.md` writes it."""
+"""The page on prefabs: `python tests/plugins/prefab_page.py > docs/reference/prefabs.md` writes it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ last bit. ManiSkill need not be installed. ManiSkill's `name`, `scene_idxs` and 
         """\
 A robot needs the files of ManiSkill (`pip install mani_skill`). Nothing of ManiSkill is imported. Tests compare the
 built scene with the result of ManiSkill's own builder, name by name and to the last bit. The scenes of
-[ManiSkill's tasks](maniskill.md#maniskills-tasks-as-files) use this prefab.""",
+[ManiSkill's tasks](../how-to/maniskill.md#maniskills-tasks-as-files) use this prefab.""",
         ("table_scene",),
     ),
     "Furniture": (
@@ -56,7 +56,7 @@ The table is from SAPIEN's tutorial "Create Actors"; the others are ours. All co
 HEAD = """\
 # Prefabs
 
-<!-- Generated from scenecc/prefabs/ by `python tests/plugins/prefab_page.py > docs/prefabs.md`. -->
+<!-- Generated from scenecc/prefabs/ by `python tests/plugins/prefab_page.py > docs/reference/prefabs.md`. -->
 
 A prefab is a scene file that another one uses. These ship with the package:
 
@@ -71,7 +71,7 @@ entities:
     pose: [0, 0, 0.03]
 ```
 
-![Prefabs that ship: a table, a shelf, stairs, a bin and objects as in ManiSkill's tasks](pictures/prefabs.png)
+![Prefabs that ship: a table, a shelf, stairs, a bin and objects as in ManiSkill's tasks](../pictures/prefabs.png)
 
 `scenecc prefabs` lists them. The entities of an instance are named INSTANCE/NAME: the cube above is the entity
 `cube/cube`. `prefix: ""` leaves the names unchanged. A body has the name of its prefab; the bodies of `random_clutter`

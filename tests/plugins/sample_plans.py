@@ -317,10 +317,18 @@ def components() -> ScenePlan:
 
 
 def decomposed() -> ScenePlan:
-    """CoACD's parts."""
-    cut = ConvexParts(
-        constant(0, INT), ONE, CoacdParams(threshold=0.3, max_convex_hull=4, preprocess_mode="off", seed=1)
+    """CoACD's parts, with a search a third as long as that of its defaults."""
+    asked = CoacdParams(
+        threshold=0.3,
+        max_convex_hull=4,
+        preprocess_mode="off",
+        resolution=1000,
+        mcts_nodes=10,
+        mcts_iterations=60,
+        mcts_max_depth=2,
+        seed=1,
     )
+    cut = ConvexParts(constant(0, INT), ONE, asked)
     entities = (
         ground(2),
         entity("bowl", pose(0, 0, 0.3), solid(cut)),

@@ -523,6 +523,30 @@ def _instances(document: dict[str, Any], random: Random) -> None:
     document["entities"]["instance"] = instance
 
 
+def _expectations(document: dict[str, Any], random: Random) -> None:
+    """What is expected is of entities that exist, in scenes that do."""
+    expect = document.get("expect", {})
+    plain = ((name, one) for name, one in document["entities"].items() if not is_copied(one) and "use" not in one)
+    known = [name for name, one in plain if "scene_idxs" not in one]
+    if "settled" in expect and "except" in expect["settled"]:
+        expect["settled"]["except"] = random.sample(known, random.randint(0, len(known)))
+    if "no_overlap" in expect and "except" in expect["no_overlap"]:
+        expect["no_overlap"]["except"] = (
+            [random.choices(known, k=2) for _ in range(random.randint(0, 2))] if known else []
+        )
+    for condition in expect.get("holds", ()):
+        if "scene_idxs" in condition:
+            condition["scene_idxs"] = random.choice(["::2", [0], ":1"])
+        a, b = random.choices(known, k=2) if known else ("", "")
+        reads = [
+            f"position('{a}')[2] < 1",
+            f"distance('{a}', '{b}') > 0",
+            f"touching('{a}', '{b}')",
+            f"tilt('{a}') < pi",
+        ]
+        condition["that"] = f"${{{' or '.join(random.sample(reads, 2))}}}" if known else random.choice([True, False])
+
+
 WHOLE = frozenset(("relative_to", "anchor", "px"))
 """Keys of mappings that no form stands for: it is the same in every scene what a pose is relative to and which
 point it places, and six pictures vary one by one."""
@@ -561,4 +585,5 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     _forms,
     _instances,
     placing_rules.placements,
+    _expectations,
 )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import random
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -33,6 +34,12 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
     "emit": ("emit", str(ROOT / "scenes/materials.yaml"), "--to", "mjcf", "-o", "scene.xml"),
     "view": ("view", str(ROOT / "scenes/tabletop.yaml"), "--port", "0"),
     "render": ("render", str(ROOT / "scenes/tabletop.yaml"), "--size", "160x120", *_FILM),
+    "fix": ("validate", "--fix", "wrong.yaml"),
+    "import": ("import", "world.sdf", "-o", "world.yaml"),
+    "pack": ("pack", str(ROOT / "scenes/robot_door.yaml"), "-o", "scene.scn"),
+    "init": ("init", "demo"),
+    "doctor": ("doctor",),
+    "emit_folder": ("emit", str(ROOT / "scenes/robot_door.yaml"), "--to", "urdf", "-o", "robots"),
 }
 
 _CONVEX = """\
@@ -40,10 +47,26 @@ scenecc: 1
 entities: {gem: {shapes: [{type: convex_parts, file: gem.stl, decomposition: coacd}]}}
 """
 
-_GIVEN = {"work/convex.yaml", "work/gem.stl"}
+_WRONG = """\
+scenecc: 1
+entities: {gem: {shapes: [{type: convex_mesh, file: gem.stl}], masss: 2}}
+"""
+
+_WORLD = """\
+<sdf version="1.9"><world name="w"><model name="m"><link name="l"><collision name="c"><geometry>
+<mesh><uri>gem.stl</uri><scale>-1 1 1</scale></mesh></geometry></collision></link></model>
+<model name="n"><link name="l"><collision name="c"><geometry>
+<ellipsoid><radii>0.1 0.2 0.3</radii></ellipsoid></geometry></collision></link></model></world></sdf>
+"""
+
+_GIVEN = {"work/convex.yaml": _CONVEX, "work/wrong.yaml": _WRONG, "work/world.sdf": _WORLD}
+_AFTERWARDS = {"work/wrong.yaml": _WRONG.replace("masss", "mass")}
+"""What else a given file may hold in the end, whole."""
+
 _OLD = b"as it was before\n"
 
-_KEPT = re.compile(r"mesa|scenecc/coacd|scenecc/findings/[0-9a-f]{64}$")
+_KEPT = re.compile(r"mesa|scenecc/coacd|scenecc/findings/[0-9a-f]{64}$|scenecc/packs/[0-9a-f]{64}/")
+"""Cached files. A pack is in a folder of this name only when all of it is there."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +79,8 @@ class Struck:
         heard: whether it had a handler of its own when the signal came.
         took: how long it lived on [s].
         written: which of the files that were there before are others now.
-        left: other files.
+        broken: which of the given files hold neither what they did nor what the command writes.
+        left: other files and folders.
         processes: command lines of processes that outlived it.
     """
 
@@ -65,13 +89,18 @@ class Struck:
     heard: bool
     took: float
     written: frozenset[str]
+    broken: frozenset[str]
     left: frozenset[str]
     processes: list[str]
 
     def peace(self, number: int) -> bool:
         """Whether it ended as it should have, and left nothing."""
         whole = not self.errors or self.errors == "Ctrl-C ends it.\n"
-        return self.status == 128 + number and whole and not (self.written or self.left or self.processes)
+        return self.status == 128 + number and whole and not self.written and self.clean()
+
+    def clean(self) -> bool:
+        """Whether all that it left is whole."""
+        return not (self.broken or self.left or self.processes)
 
 
 def lifetime(name: str) -> tuple[float, frozenset[str]]:
@@ -107,23 +136,44 @@ def strike(name: str, number: signal.Signals, after: float, old: Collection[str]
         _, errors = process.communicate(timeout=60)
         took = time.monotonic() - sent
         time.sleep(0.1)  # the system takes a moment to end its children
-        written = frozenset(each for each in old if (home / each).read_bytes() != _OLD)
-        left = _files(home).difference(old)
-        return Struck(process.returncode, errors.decode(), heard, took, written, left, _of_session(process.pid))
+        return _judged(home, process, errors, heard, took, old)
+
+
+def starve(name: str, most: int, old: Collection[str] = ()) -> Struck:
+    """Runs a command that may write no file of more than so many bytes, as on a disk that becomes full."""
+    with _started(name, old, most=most) as (process, home):
+        _, errors = process.communicate(timeout=120)
+        return _judged(home, process, errors, True, 0, old)
+
+
+def _judged(
+    home: Path, process: subprocess.Popen[bytes], errors: bytes, heard: bool, took: float, old: Collection[str]
+) -> Struck:
+    written = frozenset(each for each in old if (home / each).read_bytes() != _OLD)
+    broken = frozenset(
+        each for each, text in _GIVEN.items() if (home / each).read_text() not in {text, _AFTERWARDS.get(each)}
+    )
+    left = _files(home).difference(old, (str(Path(each).parent) for each in old))
+    outlived = sessions_processes(process.pid)
+    return Struck(process.returncode, errors.decode(), heard, took, written, broken, left, outlived)
 
 
 @contextmanager
-def _started(name: str, old: Collection[str] = ()) -> Iterator[tuple[subprocess.Popen[bytes], Path]]:
+def _started(
+    name: str, old: Collection[str] = (), *, most: int | None = None
+) -> Iterator[tuple[subprocess.Popen[bytes], Path]]:
     """A command that runs in a session, a folder, a temporary folder and a cache of its own."""
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         for each in ("work", "tmp", "cache"):
             (home / each).mkdir()
-        (home / "work/convex.yaml").write_text(_CONVEX)
-        shutil.copy(ROOT / "assets/gem.stl", home / "work")
+        for given, text in _GIVEN.items():
+            (home / given).write_text(text)
+        shutil.copy(ROOT / "scenes/assets/gem.stl", home / "work")
         for each in old:
-            (home / each).parent.mkdir(exist_ok=True)
+            (home / each).parent.mkdir(exist_ok=True, parents=True)
             (home / each).write_bytes(_OLD)
+        limit = None if most is None else lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
         process = subprocess.Popen(
             [sys.executable, "-m", "scenecc", *COMMANDS[name]],
             cwd=home / "work",
@@ -131,6 +181,7 @@ def _started(name: str, old: Collection[str] = ()) -> Iterator[tuple[subprocess.
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             start_new_session=True,
+            preexec_fn=limit,  # noqa: PLW1509 - this process has no threads
         )
         try:
             yield process, home
@@ -141,9 +192,10 @@ def _started(name: str, old: Collection[str] = ()) -> Iterator[tuple[subprocess.
 
 
 def _files(home: Path) -> frozenset[str]:
-    """Names of files but those that were given, and those that Mesa and scenecc keep whole for another time."""
-    found = {str(path.relative_to(home)) for path in home.rglob("*") if path.is_file()}
-    return frozenset(name for name in found - _GIVEN if not _KEPT.search(name))
+    """Names of what a command left but for what was given, and what Mesa and scenecc keep for another time."""
+    found = {str(path.relative_to(home)) for path in (home / "work").rglob("*")}
+    found |= {str(path.relative_to(home)) for path in home.rglob("*") if path.is_file()}
+    return frozenset(name for name in found - {*_GIVEN, "work/gem.stl"} if not _KEPT.search(name))
 
 
 def hears(pid: int) -> bool:
@@ -155,7 +207,7 @@ def hears(pid: int) -> bool:
     return False
 
 
-def _of_session(leader: int) -> list[str]:
+def sessions_processes(leader: int) -> list[str]:
     found: list[str] = []
     for entry in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):
@@ -168,7 +220,7 @@ def _of_session(leader: int) -> list[str]:
 def main(repetitions: int, names: Collection[str]) -> None:
     for name in names:
         (_, files), (lasts, _) = lifetime(name), lifetime(name)
-        old = {file for file in files if file.startswith("work/")}
+        old = {file for file in files if file.startswith("work/") and Path(file).suffix}
         for number in (signal.SIGINT, signal.SIGTERM):
             ends: Counter[str] = Counter()
             faults: Counter[str] = Counter()
@@ -181,6 +233,7 @@ def main(repetitions: int, names: Collection[str]) -> None:
                 faults[f"traceback{early}"] += "Traceback" in found.errors
                 faults["processes left"] += bool(found.processes)
                 faults["some files written, others not"] += 0 < len(found.written) < len(old)
+                faults["files broken"] += bool(found.broken)
                 faults["files left"] += bool(found.left) and found.status != 0
             print(
                 f"{name:9}{number.name:8} of {lasts:5.2f} s: ends {dict(ends)}, at most {slowest:.2f} s after;"

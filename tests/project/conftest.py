@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from plugins.command import write_starter
 
 ROOT = Path(__file__).parents[2]
 
@@ -23,6 +24,13 @@ def environment(tmp_path: Path) -> dict[str, str]:
     search = os.pathsep.join([str(folder), str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     modules = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     return {**os.environ, "PATH": search, "PYTHONPATH": modules}
+
+
+@pytest.fixture
+def forking_environment(environment: dict[str, str]) -> dict[str, str]:
+    """`environment`, with a `scenecc` that is forked from a process which has imported it: many commands are run."""
+    write_starter(Path(environment["PATH"].partition(os.pathsep)[0]) / "scenecc")
+    return environment
 
 
 @pytest.fixture

@@ -6,10 +6,10 @@ import re
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from walkthrough import Step, commands, steps
 
 from scenecc import compile_scene, validate
 
@@ -17,56 +17,34 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted(
     page
     for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
-    if page.name != "diagnostics.md"  # its commands are examples of mistakes, tested with the table of codes
+    if not page.is_relative_to(ROOT / "docs/reference/diagnostics")  # examples of mistakes
+    if not page.is_relative_to(ROOT / "docs/tutorial")  # from one page to the next: test_tutorial.py
+    if page.name != "cli.md"  # examples of the help: test_cli_page.py
 )
 SHELLS = {"bash", "console", "sh", "shell"}
-FENCE = re.compile(
-    r"(?:^<!-- (?P<mark>[^\n]*?) -->\n)?^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
-)
-KNOWN = {"", "json", "python", "text", "toml", "yaml", *SHELLS}
+KNOWN = {"diff", "json", "lua", "python", "text", "toml", "yaml", *SHELLS}
 
 
-@dataclass(frozen=True)
-class Block:
-    """A fenced block: `mark` is the comment right above it."""
-
-    page: Path
-    mark: str
-    language: str
-    text: str
-
-    def __str__(self) -> str:
-        first = (self.text.splitlines() or [""])[0]
-        return f"{self.page.relative_to(ROOT)}: {self.mark or first[:50]}"
-
-
-def blocks() -> list[Block]:
-    return [
-        Block(page, found["mark"] or "", found["language"], found["text"])
-        for page in PAGES
-        for found in FENCE.finditer(page.read_text())
-    ]
+def blocks() -> list[Step]:
+    return [step for page in PAGES for step in steps(page) if step.language]
 
 
 SHELL = [block for block in blocks() if block.language in SHELLS]
 RUN = [block for block in SHELL if not block.mark]
-SERVED = [block for block in SHELL if block.mark.startswith("serves: ")]
-RENDERED = [block for block in SHELL if block.mark.startswith("render: ")]
+SERVED = [block for block in SHELL if block.mark == "serves"]
+RENDERED = [block for block in SHELL if block.mark == "render"]
 SCENES = [block for block in blocks() if block.language == "yaml" and block.text.startswith("scenecc: 1\n")]
 README = [block for block in blocks() if block.page.name == "README.md"]
 
 
-def commands(block: Block) -> str:
+def script(block: Step) -> str:
     """The commands of a block; a console block also shows what they print."""
-    lines = block.text.splitlines()
-    return "\n".join(line[2:] for line in lines if line.startswith("$ ")) if "$ " in block.text else block.text
+    return "\n".join(command for command, _ in commands(block.text)) or block.text
 
 
-def shell(
-    script: str, cwd: Path, environment: dict[str, str], timeout: float = 100
-) -> subprocess.CompletedProcess[str]:
+def shell(text: str, cwd: Path, environment: dict[str, str], timeout: float = 100) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", script],
+        ["bash", "-euo", "pipefail", "-c", text],
         cwd=cwd,
         env=environment,
         capture_output=True,
@@ -78,28 +56,30 @@ def shell(
 
 def test_every_block_says_what_it_is() -> None:
     assert {block.language for block in blocks()} <= KNOWN
+    for page in PAGES:
+        fences = re.findall(r"^```", page.read_text(), re.MULTILINE)
+        assert len(fences) == 2 * sum(block.page == page for block in blocks()), page
 
 
 @pytest.mark.parametrize("block", SHELL, ids=str)
-def test_a_command_is_run_or_says_why_not(block: Block) -> None:
-    kind, _, detail = block.mark.partition(": ")
-    assert kind in {"", "command", "not run", "render", "serves"}
-    if kind == "command":
-        assert f".ci/readme-command {detail}" in (ROOT / ".ci/run").read_text()
-    if kind == "not run":
-        assert len(detail.split()) > 2, "a reason"
+def test_a_command_is_run_or_says_why_not(block: Step) -> None:
+    assert block.mark in {"", "command", "not run", "render", "serves"}
+    if block.mark == "command":
+        assert f".ci/readme-command {block.detail}" in (ROOT / ".ci/run").read_text()
+    if block.mark == "not run":
+        assert len(block.detail.split()) > 2, "a reason"
 
 
 @pytest.mark.parametrize("block", RUN, ids=str)
-def test_the_commands_succeed(block: Block, clone: Path, environment: dict[str, str]) -> None:
-    assert commands(block).strip()
-    done = shell(commands(block), clone, environment)
+def test_the_commands_succeed(block: Step, clone: Path, forking_environment: dict[str, str]) -> None:
+    assert script(block).strip()
+    done = shell(script(block), clone, forking_environment)
     assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("block", SERVED, ids=str)
-def test_the_commands_serve_until_they_are_interrupted(block: Block, clone: Path, environment: dict[str, str]) -> None:
-    for command in commands(block).splitlines():
+def test_the_commands_serve_until_they_are_interrupted(block: Step, clone: Path, environment: dict[str, str]) -> None:
+    for command in script(block).splitlines():
         with subprocess.Popen(
             ["bash", "-c", f"exec {command}"], cwd=clone, env=environment, stdout=subprocess.PIPE, text=True
         ) as process:
@@ -113,8 +93,8 @@ def test_the_commands_serve_until_they_are_interrupted(block: Block, clone: Path
 
 @pytest.mark.render
 @pytest.mark.parametrize("block", RENDERED, ids=str)
-def test_the_commands_succeed_where_a_device_renders(block: Block, clone: Path, environment: dict[str, str]) -> None:
-    done = shell(commands(block), clone, environment, timeout=280)
+def test_the_commands_succeed_where_a_device_renders(block: Step, clone: Path, environment: dict[str, str]) -> None:
+    done = shell(script(block), clone, environment, timeout=280)
     assert done.returncode == 0, done.stderr
     following = blocks()[blocks().index(block) + 1]
     if following.page == block.page and following.language == "text":
@@ -122,7 +102,7 @@ def test_the_commands_succeed_where_a_device_renders(block: Block, clone: Path, 
 
 
 def test_the_main_job_prints_what_the_readme_shows(clone: Path, environment: dict[str, str]) -> None:
-    (job,) = [block for block in README if block.mark == "command: build"]
+    (job,) = [block for block in README if (block.mark, block.detail) == ("command", "build")]
     command = job.text.split(" && ")[-1]
     assert command.startswith("scenecc build scenes/tabletop.yaml --num-scenes 4")
     done = shell(command, clone, environment)
@@ -142,17 +122,8 @@ def test_the_readmes_scene_builds_and_its_slip_is_told_as_shown(tmp_path: Path, 
     assert shown in told.stdout
 
 
-def test_the_readmes_scenes_differ_as_shown(tmp_path: Path, environment: dict[str, str]) -> None:
-    _, scene = [block for block in README if block.language == "yaml"]
-    (tmp_path / "clutter.yaml").write_text(scene.text)
-    (command,) = re.findall(r"`(scenecc build clutter.yaml [^`]*)`", (ROOT / "README.md").read_text())
-    done = shell(command, tmp_path, environment)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith(_text_after(scene))
-
-
 @pytest.mark.parametrize("block", SCENES, ids=str)
-def test_every_scene_in_the_pages_compiles_without_a_word(block: Block, tmp_path: Path) -> None:
+def test_every_scene_in_the_pages_compiles_without_a_word(block: Step, tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     file.write_text(block.text)
     assert validate(file) == []
@@ -180,14 +151,7 @@ def test_a_pages_python_runs_from_top_to_bottom(page: Path, clone: Path, environ
     assert done.returncode == 0, done.stderr
 
 
-def _text_after(block: Block) -> str:
+def _text_after(block: Step) -> str:
     following = README[README.index(block) + 1]
     assert following.language == "text"
     return following.text
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_links_lead_somewhere(page: Path) -> None:
-    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text()):
-        if "://" not in target:
-            assert (page.parent / target).exists(), target

@@ -61,6 +61,11 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
     assert loaded("import scenecc, scenecc.scene, scenecc.cli") == set()
 
 
+def test_the_help_loads_no_reader() -> None:
+    code = "from scenecc.cli.app import application\napplication()"
+    assert loaded(code, among=(*HEAVY, "yaml", "pydantic", "scenecc.cli.build")) == {"scenecc.cli.build"}
+
+
 @pytest.mark.parametrize("text", [SCENE, BROKEN], ids=["valid", "broken"])
 def test_validating_a_scene_without_meshes_loads_nothing_heavy(tmp_path: Path, text: str) -> None:
     file = tmp_path / "scene.yaml"

@@ -14,6 +14,8 @@ from typing import Any
 import pytest
 import yaml
 
+from scenecc.starter import starter_files
+
 ROOT = Path(__file__).parents[2]
 GOOD = "scenecc: 1\nentities:\n  cube: {shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}\n"
 BAD = GOOD.replace("half_size", "half_sizes")
@@ -37,6 +39,11 @@ def pre_commit(repository: Path, environment: dict[str, str]) -> subprocess.Comp
     assert hook["language"] == "python"
     local = {"repo": "local", "hooks": [{**hook, "language": "system"}]}
     (repository / ".pre-commit-config.yaml").write_text(yaml.safe_dump({"repos": [local]}))
+    return run_hooks(repository, environment)
+
+
+def run_hooks(repository: Path, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    """Runs the hooks of a repository."""
     subprocess.run(["git", "add", "--all"], cwd=repository, check=True)
     return subprocess.run(
         [sys.executable, "-m", "pre_commit", "run", "--all-files", "--color", "never"],
@@ -61,6 +68,15 @@ def test_the_hook_stops_a_bad_scene(repository: Path, environment: dict[str, str
     assert done.returncode == 1
     assert "scenes/bad.yaml:3:31: error SC101" in done.stdout
     assert "compose.yaml" not in done.stdout
+
+
+def test_the_hook_of_a_starter_stops_a_scene_with_a_warning(repository: Path, environment: dict[str, str]) -> None:
+    (repository / ".pre-commit-config.yaml").write_bytes(starter_files("empty", None)[".pre-commit-config.yaml"])
+    (repository / "scenes" / "warned.yaml").write_text(WARNED)
+    done = run_hooks(repository, environment)
+    assert done.returncode == 1
+    assert "scenes/warned.yaml" in done.stdout
+    assert "good.yaml" not in done.stdout
 
 
 def action() -> dict[str, Any]:
@@ -147,6 +163,18 @@ def test_an_input_is_never_a_command(runner: Runner) -> None:
     done = runner.step("Check scenes", paths="$(touch pwned)\n`touch pwned`\n--help\n; touch pwned")
     assert done.returncode == 2
     assert not (runner.workspace / "pwned").exists()
+
+
+@pytest.mark.parametrize(("extras", "package"), [("", str(ROOT)), ("mjcf,view", f"{ROOT}[mjcf,view]")])
+def test_the_action_installs_the_extras_that_are_asked_for(
+    extras: str, package: str, repository: Path, environment: dict[str, str]
+) -> None:
+    runner = Runner(repository, environment)
+    python = repository.parent / "bin" / "python"  # makes the environment, and is its interpreter
+    python.write_text('#!/bin/sh\nmkdir -p "$3/bin"; cp "$0" "$3/bin/python"; echo "$@"\n')
+    python.chmod(0o755)
+    done = runner.step("Install scenecc", extras=extras)
+    assert done.stdout.splitlines()[-1] == f"-m pip install --quiet {package}"
 
 
 def test_the_action_installs_itself(repository: Path, environment: dict[str, str]) -> None:

@@ -12,7 +12,7 @@ NAMES = sorted(file.stem for file in PREFABS.glob("*.yaml") if "." not in file.s
 
 
 def test_the_page_is_generated_from_the_prefabs() -> None:
-    assert (ROOT / "docs" / "prefabs.md").read_text(encoding="utf-8") == page()
+    assert (ROOT / "docs/reference/prefabs.md").read_text(encoding="utf-8") == page()
 
 
 def test_every_prefab_is_on_the_page() -> None:

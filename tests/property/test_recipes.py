@@ -150,7 +150,7 @@ def test_a_heap_falls_into_its_bin() -> None:
         assert all((one.pose[:, 2] > 0.01).all() for one in things)
 
 
-YAML = re.findall(r"^```yaml\n(.*?)^```$", (ROOT / "docs/recipes.md").read_text(), re.MULTILINE | re.DOTALL)
+YAML = re.findall(r"^```yaml\n(.*?)^```$", (ROOT / "docs/how-to/recipes.md").read_text(), re.MULTILINE | re.DOTALL)
 
 
 @pytest.mark.parametrize("block", YAML, ids=lambda block: block.partition("\n")[0])

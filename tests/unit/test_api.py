@@ -129,7 +129,7 @@ def test_a_scene_that_only_speaks_of_plans_is_a_scene(tmp_path: Path) -> None:
 
 
 def test_a_mesh_too_large_to_weigh_is_the_scenes_fault() -> None:
-    shape = {"type": "convex_mesh", "file": str(GOOD.parents[2] / "assets/gem.stl"), "scale": 1e20}
+    shape = {"type": "convex_mesh", "file": str(GOOD.parents[2] / "scenes/assets/gem.stl"), "scale": 1e20}
     with pytest.raises(scenecc.SceneError) as caught:
         scenecc.load_scene(
             {"scenecc": 1, "entities": {"gem": {"mass": 1, "shapes": [shape]}}}, render=False, allow_outside_assets=True
@@ -140,7 +140,7 @@ def test_a_mesh_too_large_to_weigh_is_the_scenes_fault() -> None:
 
 def test_one_asset_root_may_be_given_alone() -> None:
     mug = {"scenecc": 1, "entities": {"mug": {"shapes": [{"type": "convex_parts", "file": "asset://mug.obj"}]}}}
-    assert scenecc.validate(mug, asset_roots=str(GOOD.parents[2] / "assets")) == []
+    assert scenecc.validate(mug, asset_roots=str(GOOD.parents[2] / "scenes/assets")) == []
 
 
 @pytest.mark.parametrize("given", [1, "u", ["u"], [("u", [1, 2])], {1, 2}])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import pickle
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -19,6 +21,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
 import scenecc
 from scenecc import SceneBatch
+from scenecc.extras import install_hint
 from scenecc.gymnasium import SceneVectorEnv
 
 RAIL = {
@@ -90,14 +93,14 @@ class OneEnv(gymnasium.Env[Any, Any]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         super().reset(seed=seed)
         if self.begun is None or seed is not None:
-            self.begun, _ = self.envs.reset(seed=seed)
-        observed, self.begun = self.begun, None
-        return observed[0], {}
+            self.begun = self.envs.reset(seed=seed)
+        (observed, infos), self.begun = self.begun, None
+        return observed[0], {"passport": str(infos["passport"][0])}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         observed, rewards, terminated, truncated, infos = self.envs.step(action[None])
         ended = bool(terminated[0] or truncated[0])
-        self.begun = observed if ended else None
+        self.begun = (observed, infos) if ended else None
         final = infos["final_obs"][0] if ended else observed[0]
         return final, float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {}
 
@@ -109,6 +112,14 @@ def test_the_checker_of_gymnasium_passes() -> None:
     check_env(OneEnv(observation_space=spaces.Box(-10, 10, (2,), np.float32)), skip_render_check=True)
 
 
+def written(*given: Any) -> tuple[Any, ...]:
+    """What a reset or a step gives, with the passports as texts."""
+    *others, infos = given
+    if "passport" in infos:
+        infos["passport"] = np.array([one and str(one) for one in infos["passport"]], object)
+    return (*others, infos)
+
+
 @pytest.mark.parametrize("scale", [0.1, 1.0])
 def test_it_is_what_gymnasium_makes_of_single_environments(scale: float) -> None:
     """Episodes are truncated with small actions, and end on their own with large ones."""
@@ -117,12 +128,12 @@ def test_it_is_what_gymnasium_makes_of_single_environments(scale: float) -> None
     assert ours.metadata["autoreset_mode"] is theirs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
     for name in ("observation_space", "action_space", "single_observation_space", "single_action_space"):
         assert getattr(ours, name) == getattr(theirs, name)
-    assert data_equivalence(ours.reset(seed=7), theirs.reset(seed=[7, 7, 7]), exact=True)
+    assert data_equivalence(written(*ours.reset(seed=7)), theirs.reset(seed=[7, 7, 7]), exact=True)
     ours.action_space.seed(1)
     ends = np.zeros(2, int)
     for _ in range(60):
         actions = scale * np.abs(ours.action_space.sample())
-        mine, others = ours.step(actions), theirs.step(actions)
+        mine, others = written(*ours.step(actions)), theirs.step(actions)
         assert data_equivalence(mine, others, exact=True)
         ends += [mine[2].sum(), mine[3].sum()]
     assert ends[0 if scale == 1 else 1] > 5
@@ -132,6 +143,8 @@ def test_it_is_what_gymnasium_makes_of_single_environments(scale: float) -> None
 
 def test_an_episode_is_that_of_its_seed(envs: SceneVectorEnv) -> None:
     first, infos = envs.reset(seed=5)
+    assert [str(one) for one in infos.pop("passport")] == [envs.batch.passport(index) for index in range(3)]
+    assert infos.pop("_passport").all()
     assert infos == {}
     assert len(np.unique(first[:, 0])) == 3
     envs.batch.reset(seed=5)
@@ -148,7 +161,10 @@ def test_some_can_be_reset_alone(envs: SceneVectorEnv) -> None:
     envs.reset(seed=1)
     for _ in range(3):
         before = envs.step(np.ones((3, 1), np.float32))[0]
-    after, _ = envs.reset(seed=9, options={"reset_mask": np.array([False, True, False])})
+    after, infos = envs.reset(seed=9, options={"reset_mask": np.array([False, True, False])})
+    assert [one is None for one in infos["passport"]] == [True, False, True]
+    assert json.loads(str(infos["passport"][1]))["reset"]["seed"] == 9
+    assert pickle.loads(pickle.dumps(infos["passport"][1])) == envs.batch.passport(1)
     assert (after[::2] == before[::2]).all()
     assert (after[1] == envs.reset(seed=9)[0][1]).all()
 
@@ -298,7 +314,7 @@ def test_the_error_names_the_extra() -> None:
     done = subprocess.run([sys.executable, "-c", script], check=False, timeout=60, capture_output=True, text=True)
     last = done.stderr.strip().splitlines()[-1]
     assert last.startswith("ImportError: scenecc.gymnasium needs Gymnasium")
-    assert "pip install 'scenecc[gymnasium]'" in last
+    assert install_hint("gymnasium") in last
 
 
 def test_nobody_else_loads_it() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -11,6 +12,7 @@ import pytest
 
 import scenecc
 from scenecc import SceneError
+from scenecc.extras import install_hint
 
 
 def test_importing_it_loads_no_engine_and_no_extra() -> None:
@@ -28,7 +30,7 @@ def test_importing_it_loads_no_engine_and_no_extra() -> None:
 def test_what_is_missing_and_how_to_get_it(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
     scene: Any = SimpleNamespace(num_envs=1, sub_scenes=[None])
-    with pytest.raises(SceneError, match=r"pip install torch 'scenecc\[maniskill\]'") as caught:
+    with pytest.raises(SceneError, match=re.escape(install_hint("maniskill", "torch"))) as caught:
         scenecc.load_scene({"scenecc": 1, "entities": {}}, scene=scene)
     assert [d.code for d in caught.value.diagnostics] == ["SC805"]
     assert caught.value.at_fault == "machine"

@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
 
 from scenecc.diagnostics.diagnostic import Location
+from scenecc.extras import install_hint
 
 if TYPE_CHECKING:
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LoadedScene", "ManiSkillScene", "instantiate", "sim_config"]
 
-INSTALL_HINT = "pip install torch 'scenecc[maniskill]'"
+INSTALL_HINT = install_hint("maniskill", "torch")
 
 
 class ManiSkillScene(Protocol):

@@ -14,22 +14,18 @@ from scenecc.backends.sapien.assets import report_changed_files
 from scenecc.backends.sapien.constraints import ConstraintSet
 from scenecc.backends.sapien.engine import EngineFailure, engine_settings, physx, report_failure
 from scenecc.backends.sapien.objects import DrawnObjects
-from scenecc.backends.sapien.preparation import PreparedArticulation, prepare_entities
+from scenecc.backends.sapien.preparation import PreparedArticulation, PreparedEntity, prepare_entities
 from scenecc.backends.sapien.rendering import LightSet
 from scenecc.diagnostics.collector import collector_paused
-from scenecc.diagnostics.diagnostic import Location
-from scenecc.plan.scene import Physics, process_wide_settings
+from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.plan.scene import GpuMemory, Physics, process_wide_settings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenecc.backends.sapien.preparation import PreparedEntity
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import ScenePlan
     from scenecc.plan.body import Friction
-    from scenecc.plan.scene import GpuMemory
-
 
 CONFLICT_CODE = "SC810"
 
@@ -188,11 +184,10 @@ def _fill_scene(
         lookup = ManiSkillEntityLookup(tuple(range(plan.num_scenes)), _environment_scenes(scene), prepared_entities)
         _refuse_world_constraints(plan, scene)
         constraints = ConstraintSet(plan, lookup)
-        lights = (
-            LightSet(plan, _light_lookup(lookup, scene, prepared_entities), rendered=True)
-            if scene.can_render()
-            else None
-        )
+        # Lights are built once where environments are shown together, as ManiSkill's.
+        once = scene.parallel_in_single_scene
+        lit = ManiSkillEntityLookup((0,), lookup.scenes[:1], prepared_entities) if once else lookup
+        lights = LightSet(plan, lit, rendered=True) if scene.can_render() else None
     except EngineFailure as failure:
         report_failure(failure, sink, place)
         return None
@@ -214,15 +209,6 @@ def _environment_scenes(scene: Any) -> list[Any]:
     if scene.parallel_in_single_scene:
         return [scene.sub_scenes[0]] * len(scene.sub_scenes)
     return list(scene.sub_scenes)
-
-
-def _light_lookup(
-    lookup: ManiSkillEntityLookup, scene: Any, prepared_entities: list[PreparedEntity]
-) -> ManiSkillEntityLookup:
-    """Where lights are built: once where environments are shown together, as ManiSkill's."""
-    return (
-        ManiSkillEntityLookup((0,), lookup.scenes[:1], prepared_entities) if scene.parallel_in_single_scene else lookup
-    )
 
 
 def _check_environment(plan: ScenePlan, scene: Any, sink: Sink) -> bool:

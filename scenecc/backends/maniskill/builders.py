@@ -22,7 +22,7 @@ from scenecc.backends.maniskill.compat import (
 from scenecc.backends.sapien.engine import EngineFailure
 from scenecc.backends.sapien.properties import select_rows
 from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Plane, Value
-from scenecc.plan.rendering import Intrinsic, Perspective
+from scenecc.plan.rendering import Camera, Intrinsic, Orthographic, Perspective
 from scenecc.variation.nodes import NODES, Composed, Rows
 
 if TYPE_CHECKING:
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.preparation import PreparedActor, PreparedArticulation, PreparedEntity
     from scenecc.plan import CollisionShape, ScenePlan
-    from scenecc.plan.rendering import Camera, Orthographic
-
 
 _PLANE_HINT = "environments share one simulation on the GPU: put a box there, or the same plane in all of them"
 

@@ -10,6 +10,8 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from scenecc.extras import install_hint
+
 _OLDEST, _TOO_NEW = (3, 0, 1), (4,)
 """Versions of ManiSkill: the oldest that the tests run with, and the first whose builders have moved."""
 
@@ -26,7 +28,7 @@ def check_version(installed: str) -> None:
 try:
     check_version(version("mani-skill"))
 except PackageNotFoundError as error:
-    raise ImportError("ManiSkill is not installed: pip install torch 'scenecc[maniskill]'") from error
+    raise ImportError(f"ManiSkill is not installed: {install_hint('maniskill', 'torch')}") from error
 
 _STRUCTS = "mani_skill.utils.structs"
 

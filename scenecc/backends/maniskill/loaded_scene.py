@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import warnings
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.maniskill.builders import camera_configs, hidden_objects
 from scenecc.backends.maniskill.compat import Pose, torch
-from scenecc.backends.sapien.contacts import ContactReader
+from scenecc.backends.sapien.contacts import ContactReader, Contacts
 from scenecc.backends.sapien.drawn_fields import (
     DrawnFieldSet,
+    Holder,
     component_holders,
     drawn_names,
     is_seen,
@@ -23,15 +24,18 @@ from scenecc.backends.sapien.drawn_fields import (
 )
 from scenecc.backends.sapien.objects import (
     ArticulationObjects,
+    BodyObjects,
     ComponentBatch,
+    DrawnObjects,
     NamedObjects,
     is_dynamic,
     root_is_fixed,
 )
+from scenecc.backends.sapien.passport import Passport, PassportWriter, Sampled, Start
 from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulation
 from scenecc.backends.sapien.properties import to_poses
 from scenecc.backends.sapien.reset import ResetSampler
-from scenecc.backends.sapien.state import ArticulationState, ArticulationStateWriter
+from scenecc.backends.sapien.state import AnyState, ArticulationState, ArticulationStateWriter, EntityState
 from scenecc.options import check_scene_idxs, check_seeds
 
 if TYPE_CHECKING:
@@ -41,14 +45,11 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from scenecc.backends.sapien.constraints import ConstraintSet
-    from scenecc.backends.sapien.contacts import Contacts
-    from scenecc.backends.sapien.drawn_fields import Holder
-    from scenecc.backends.sapien.objects import BodyObjects, DrawnObjects
     from scenecc.backends.sapien.rendering import LightSet
-    from scenecc.backends.sapien.state import AnyState, EntityState
     from scenecc.plan import ScenePlan
     from scenecc.plan.body import Mount
     from scenecc.plan.rendering import Camera
+    from scenecc.source.provenance import Provenance
 
 
 class ManiSkillEntityLookup(EntityLookup):
@@ -186,6 +187,7 @@ class LoadedScene:
         self._drawn_objects = drawn
         self._constraints = constraints
         self._lights = lights
+        self._passports = PassportWriter(plan)
 
     @property
     def sensor_configs(self) -> list[Any]:
@@ -261,6 +263,7 @@ class LoadedScene:
         drawn = self._drawn_fields.draw(batch)
         pulls = self._constraints.again(batch)
         self._drawn_fields.apply(drawn)
+        self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
         for _, camera in self._cameras():
             # ManiSkill keeps what it has read of a camera once.
             camera._cached_local_pose = camera._cached_intrinsic_matrix = None  # noqa: SLF001
@@ -273,6 +276,22 @@ class LoadedScene:
         with restrict_reset(self.scene, chosen):
             for name, state in states.items():
                 write_state_on_gpu(self._objects(name), self._held[name], state)
+
+    def passport(self, scene: int) -> str:
+        """As `SceneBatch.passport`, of an environment. A replay has no agent's robot that the file lacks."""
+        return str(self.passports([scene])[0])
+
+    def passports(self, env_idx: Iterable[int] | None = None) -> list[Passport]:
+        """As `SceneBatch.passports`, of some environments, all by default."""
+        chosen = range(self.plan.num_scenes) if env_idx is None else map(int, env_idx)
+        return [Passport(partial(self._write_passport, index, self._passports.start(index))) for index in chosen]
+
+    def _write_passport(self, index: int, start: Start) -> str:
+        return self._passports.text(index, start, self._start, self._drawn_fields)
+
+    def attach_provenance(self, provenance: Provenance | None) -> None:
+        """Registers what it was built from. Called by the functions that build."""
+        self._passports.provenance = provenance
 
     def _objects(self, name: str) -> list[Any]:
         """ManiSkill's objects of an entity, in scene order: one, or of articulations that differ one a scene."""

@@ -139,17 +139,6 @@ def _refuse_link_fields(body: BodyStructure) -> None:
         raise EngineFailure(REFUSED_CODE, f"a link has no {said[0]}", origin=body.origin)
 
 
-def prepare_tendons(
-    structure: ArticulationStructure, rows: NDArray[np.intp]
-) -> list[Callable[[Any, list[Any], int], None]]:
-    """One call a mimic, on a new articulation and its links, of one of `rows`.
-
-    Raises:
-        EngineFailure: PhysX cannot do it.
-    """
-    return [_prepare_tendon(structure, mimic, rows) for mimic in structure.mimics]
-
-
 def _prepare_tendon(
     structure: ArticulationStructure, mimic: Mimic, rows: NDArray[np.intp]
 ) -> Callable[[Any, list[Any], int], None]:
@@ -194,7 +183,7 @@ class BatchArticulationBuilder:
         self._links = [PreparedLink(link, entity, rows, resources, rendered=rendered) for link in structure.links]
         self._root_type = "fixed" if structure.fix_root_link else "undefined"
         self._poses = to_poses(select_rows(entity.pose, rows))
-        self._tendons = prepare_tendons(structure, rows)
+        self._tendons = [_prepare_tendon(structure, mimic, rows) for mimic in structure.mimics]
         self._properties = split_setters(ARTICULATION_PROPERTIES.steps(structure, rows))
         self._velocities = split_setters(ROOT_PROPERTIES.steps(structure, rows))
         self._qpos: list[NDArray[np.float32]] | None = None

@@ -14,6 +14,7 @@ import importlib
 import importlib.util
 import inspect
 import json
+import logging
 import os
 import re
 import tempfile
@@ -36,7 +37,8 @@ from scenecc.backends.sapien.engine import (
     report_failure,
 )
 from scenecc.backends.sapien.objects import DrawnObjects
-from scenecc.backends.sapien.properties import select_rows
+from scenecc.backends.sapien.properties import Column, select_rows
+from scenecc.extras import install_hint
 from scenecc.files import State, cache_folder, keep_file, open_regular, read_checked, replace_all, state_now
 from scenecc.geometry.obj_materials import keep_named_images, with_materials
 from scenecc.geometry.ply import encode_parts
@@ -50,11 +52,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.properties import Column
     from scenecc.diagnostics import Sink
     from scenecc.plan import CoacdParams, ScenePlan, Value
     from scenecc.plan.body import AssetFile, Texture, VisualMaterial
 
+_LOGGER = logging.getLogger(__name__)
 
 Signature = tuple[State, ...]
 """Of a file and of those that it names."""
@@ -222,7 +224,7 @@ def decompose(file: AssetFile, params: CoacdParams) -> Path:
             raise EngineFailure(
                 COACD_CODE,
                 f"convex decomposition needs the package '{module}', which is not installed",
-                hint="pip install 'scenecc[convex]'",
+                hint=install_hint("convex"),
             )
     arguments = coacd_arguments(params)
     folder = cache_folder("coacd")
@@ -298,6 +300,8 @@ def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
 
 def _run_coacd(content: _CoacdInput, arguments: dict[str, Any], result: Path) -> None:
     """Writes `result` whole or not at all. CoACD's automatic preprocessing may fail where a forced one does not."""
+    name = Path(content.mesh[0]).name
+    _LOGGER.info("CoACD cuts %s, which may take minutes; the parts are kept", name)
     modes = [arguments["preprocess_mode"]]
     if modes[0] != "on":
         modes.append("on")
@@ -306,6 +310,7 @@ def _run_coacd(content: _CoacdInput, arguments: dict[str, Any], result: Path) ->
         parts, complaint = _run_worker(content, arguments | {"preprocess_mode": mode})
         if parts:
             replace_all({result: parts})
+            _LOGGER.info("CoACD has cut %s", name)
             return
     raise EngineFailure(COACD_CODE, f"CoACD failed on '{content.mesh[0]}': {complaint}")
 

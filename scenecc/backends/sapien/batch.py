@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.contacts import ContactReader
+from scenecc.backends.sapien.contacts import ContactReader, Contacts
 from scenecc.backends.sapien.drawn_fields import DrawnFieldSet, plan_holders
 from scenecc.backends.sapien.entity_batch import ArticulationBatch, EntityBatch
 from scenecc.backends.sapien.objects import (
     ArticulationObjects,
     BodyObjects,
+    ComponentBatch,
     DrawnObjects,
     NamedObjects,
     is_dynamic,
     iterate_entities,
 )
+from scenecc.backends.sapien.passport import Passport, PassportWriter, Sampled, Start
 from scenecc.backends.sapien.reset import ResetSampler
 from scenecc.backends.sapien.state import (
+    AnyState,
+    DrawnFieldState,
     RemovedArticulation,
     SceneState,
+    StateWriter,
     make_state_writer,
     read_articulations,
     read_state,
@@ -37,7 +42,7 @@ from scenecc.interrupt import interrupts_wait
 from scenecc.options import check_scene_idxs, check_seeds, integer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
     from types import TracebackType
 
     from numpy.typing import ArrayLike, NDArray
@@ -45,14 +50,13 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.cameras import CameraBatch
     from scenecc.backends.sapien.constraints import ConstraintBatch, ConstraintSet, TargetCalls
-    from scenecc.backends.sapien.contacts import Contacts
     from scenecc.backends.sapien.engine import sapien
-    from scenecc.backends.sapien.objects import ComponentBatch
     from scenecc.backends.sapien.rendering import LightBatch, LightsAndCameras
-    from scenecc.backends.sapien.state import AnyState, DrawnFieldState, StateWriter
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
-
+    from scenecc.plan.framing import Subject
+    from scenecc.plan.rendering import Preset, ShaderName
+    from scenecc.source.provenance import Provenance
 
 DIVERGENCE_LIMIT: Final = 1e6
 """[m, m/s, rad, rad/s] Single precision resolves 0.06 m there, so no scene is meant to reach it."""
@@ -275,7 +279,7 @@ class SceneBatch:
         self._rendering: LightsAndCameras | None = None
         self._sink = sink
         self._steps = dict.fromkeys(scene_idxs, 0)
-        self._seeds = dict.fromkeys(scene_idxs, plan.seed)
+        self._passports = PassportWriter(plan)
         self._closed = False
 
     def __len__(self) -> int:
@@ -342,14 +346,56 @@ class SceneBatch:
         self._check_open()
         return NamedObjects({} if self._rendering is None else self._rendering.cameras, "camera")
 
-    def framed(self, width: int = 640, height: int = 480) -> CameraBatch:
+    def framed(
+        self,
+        width: int = 640,
+        height: int = 480,
+        *,
+        focus: str | None = None,
+        eye: Sequence[float] | None = None,
+        look_at: Sequence[float] | None = None,
+        shader: ShaderName | None = None,
+    ) -> CameraBatch:
         """A new camera that frames each scene at its first picture and then does not move.
 
-        Sizes are in pixels. Raises ValueError if no renderer makes pictures of this size, RuntimeError once closed.
+        Args:
+            width: of its pictures [px].
+            height: of its pictures [px].
+            focus: frame this entity, or link (ENTITY/LINK), instead of what moves.
+            eye: (3,) where it stands [m]; None: where it sees all that it frames from the front, left and above.
+            look_at: (3,) the point in the middle of the picture [m]; None: the middle of what it frames.
+            shader: SAPIEN's shader pack; None: its default.
+
+        Raises:
+            ValueError: no renderer makes pictures of this size, or `eye` is `look_at`.
+            RuntimeError: the batch is closed, or the render device cannot trace rays.
         """
         self._check_open()
         assert self._rendering is not None
-        return self._rendering.framed(width, height)
+        if eye is not None and look_at is not None and list(eye) == list(look_at):
+            raise ValueError("a camera cannot look at the point where it stands")
+        return self._rendering.framed(width, height, focus=focus, eye=eye, look_at=look_at, shader=shader)
+
+    def subject(self, scene_idx: int, focus: str | None = None) -> Subject:
+        """What a framing camera frames of a scene as it stands now. Raises KeyError if nothing is seen of `focus`.
+
+        Raises RuntimeError if the batch was built without rendering, or is closed.
+        """
+        self._check_open()
+        assert self._rendering is not None
+        return self._rendering.subject(scene_idx, focus)
+
+    def body_poses(self, scene_idx: int) -> dict[str, NDArray[np.float64]]:
+        """The poses (7,) of all bodies in a scene by name, of links as ENTITY/LINK. Raises RuntimeError once closed."""
+        self._check_open()
+        assert self._rendering is not None
+        return self._rendering.poses(scene_idx)
+
+    def set_light_preset(self, preset: Preset) -> None:
+        """Says which rig lights a scene that has no lights at its first picture. Raises RuntimeError once closed."""
+        self._check_open()
+        assert self._rendering is not None
+        self._rendering.preset = preset
 
     def show_collision(self) -> None:
         """Draws collision shapes in place of visuals from now on, coloured by type of body.
@@ -404,18 +450,22 @@ class SceneBatch:
             if check:
                 check_divergence(self._plan, self._members.present(), self._steps, self._sink.another())
 
-    def contacts(self, a: str | None = None, b: str | None = None) -> Contacts:
+    def contacts(
+        self, a: str | None = None, b: str | None = None, *, scene_idxs: Container[int] | None = None
+    ) -> Contacts:
         """The contacts of the last `step`; a scene that was not stepped since its start or a reset has none.
 
         Args:
             a: only those of this body or articulation, or of one link: ENTITY/LINK. Normals and impulses are on it.
             b: only those with this one.
+            scene_idxs: only those of these scenes; None: of all.
 
         Raises:
             KeyError: there is no such entity or link.
             RuntimeError: the batch is closed.
         """
-        return self._contact_reader.read(self._stepped(), a, b)
+        stepped = (one for one in self._stepped() if scene_idxs is None or one[0] in scene_idxs)
+        return self._contact_reader.read(stepped, a, b)
 
     def net_contact_force(self, name: str) -> NDArray[np.float32]:
         """(B, 3) [N] sum of the contact forces on a body, articulation or link in the last step, in the world frame.
@@ -500,7 +550,7 @@ class SceneBatch:
         """
         self._check_open()
         chosen = self._chosen(scene_idxs)
-        seeds = check_seeds(seed, [self._seeds[index] for index in chosen])
+        seeds = check_seeds(seed, [self._passports.start(index).seed for index in chosen])
         drawing = self._start.batch(chosen, seeds, draws or {})
         states = self._start.drawn(drawing)
         drawn = self._drawn_fields.draw(drawing)
@@ -512,7 +562,7 @@ class SceneBatch:
         for component, setter, arguments in again:
             getattr(component, setter)(*arguments)
         self._drawn_fields.audit(drawn, self._sink.another())
-        self._seeds.update(zip(chosen, seeds, strict=True))
+        self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
 
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
         """Poses and velocities of all bodies in these scenes, to the bit, who is asleep, and where kinematic bodies go.
@@ -560,6 +610,41 @@ class SceneBatch:
         self._drawn_fields.apply(drawn)
         self._place(chosen, states, exact=exact)
         self._drawn_fields.audit(drawn, self._sink.another())
+
+    def passport(self, scene: int) -> str:
+        """A line of JSON from which `scenecc replay` builds a scene again as it was at its last start.
+
+        It has hashes of all files, parameters, seeds, versions and a hash of the state at the start: what the last
+        `reset`, or the build, gave. What was set by hand is not in it, nor what `set_state` restored. See
+        `docs/how-to/reproducing.md`.
+
+        Args:
+            scene: its index, one of `scene_idxs`.
+
+        Raises:
+            ValueError: the batch was built from a plan as an object.
+            OSError: a file of the scene cannot be read, or changed since it was compiled.
+            KeyError: this batch has no such scene.
+            RuntimeError: the batch is closed.
+        """
+        return str(self.passports([scene])[0])
+
+    def passports(self, scene_idxs: Sequence[int] | None = None) -> list[Passport]:
+        """The passports of some scenes at their last starts, all by default. Each is written when its `str` is taken.
+
+        Writing one raises as `passport` does.
+        """
+        self._check_open()
+        chosen = self._chosen(scene_idxs)
+        return [Passport(partial(self._write_passport, index, self._passports.start(index))) for index in chosen]
+
+    def _write_passport(self, index: int, start: Start) -> str:
+        self._check_open()
+        return self._passports.text(index, start, self._start, self._drawn_fields)
+
+    def attach_provenance(self, provenance: Provenance | None) -> None:
+        """Registers what the batch was built from. Called by the functions that build."""
+        self._passports.provenance = provenance
 
     def close(self) -> None:
         """Empties every scene and lets go of it. Closing twice is allowed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.backends.sapien.assets import report_changed_files
 from scenecc.backends.sapien.audit.batch import audit_batch, audit_rendering
@@ -21,15 +21,15 @@ from scenecc.backends.sapien.engine import (
     sapien,
 )
 from scenecc.backends.sapien.objects import DrawnObjects
-from scenecc.backends.sapien.preparation import EntityLookup, prepare_entities
+from scenecc.backends.sapien.preparation import EntityLookup, PreparedEntity, prepare_entities
 from scenecc.backends.sapien.rendering import LightsAndCameras
 from scenecc.diagnostics.collector import collector_paused
+from scenecc.extras import DRIVER_HINT
 from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from scenecc.backends.sapien.preparation import PreparedEntity
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 
@@ -92,13 +92,6 @@ def fill_scenes(
             place(add, number)
         if progress is not None:
             progress(number + 1, len(scenes))
-
-
-DRIVER_HINT: Final = (
-    "with a GPU, install its Vulkan driver (in a container of NVIDIA's, ask for the capability `graphics`);\n"
-    "without one, Mesa's lavapipe, 24.3 or later, renders on the CPU: `apt-get install mesa-vulkan-drivers libvulkan1`"
-)
-"""How to get a render device, in two lines."""
 
 
 def build_batch(

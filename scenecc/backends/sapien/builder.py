@@ -6,14 +6,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.assets import load_all_parts
+from scenecc.backends.sapien.assets import Resources, load_all_parts
 from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, engine_refusal, physx, render, sapien
-from scenecc.backends.sapien.geometry import (
-    COLLISION_SHAPES,
-    VISUAL_SHAPES,
-    ShapeContext,
-    front_face_column,
-)
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES, ShapeContext, front_face_column
 from scenecc.backends.sapien.properties import (
     BODY_PROPERTIES,
     COLLISION_GROUPS,
@@ -39,7 +34,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.assets import Resources
     from scenecc.backends.sapien.objects import DrawnObjects
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import contextmanager, suppress
-from math import atan, radians, sin, tan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,13 +11,11 @@ import numpy as np
 from scenecc.backends.sapien.engine import EngineFailure, render, sapien, supports_ray_tracing
 from scenecc.backends.sapien.objects import ComponentBatch
 from scenecc.backends.sapien.properties import to_poses
-from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.options import check_scene_idxs
 from scenecc.plan import literal
+from scenecc.plan.framing import FRAMING_FOVY
 from scenecc.plan.rendering import (
-    FLAT_THICKNESS,
-    FRAMING_DIRECTION,
     RAY_TRACING_SHADERS,
     Camera,
     Intrinsic,
@@ -27,12 +24,12 @@ from scenecc.plan.rendering import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Sequence
+    from collections.abc import Callable, Generator, Sequence
 
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.preparation import EntityLookup
-    from scenecc.plan.rendering import Light
+    from scenecc.plan.rendering import Light, ShaderName
 
 
 MILLIMETRES = 1000.0
@@ -174,6 +171,7 @@ class CameraBatch(RenderComponentBatch):
         scene_idxs: Sequence[int] | None = None,
         *,
         human: bool = False,
+        shift: tuple[float, float] = (0, 0),
     ) -> dict[str, NDArray[Any]]:
         """Takes pictures of the scenes as they are now.
 
@@ -190,6 +188,8 @@ class CameraBatch(RenderComponentBatch):
                   there is nothing. Only if asked for: not every shader pack has it.
             scene_idxs: which of its scenes, in this order; all by default.
             human: show what the plan hides from sensors.
+            shift: how far what is seen moves right and down in the picture [px]. The mean of pictures with shifts
+                within a pixel has smooth edges.
 
         Returns:
             Name → array; rows are the scenes.
@@ -202,7 +202,7 @@ class CameraBatch(RenderComponentBatch):
         """
         wanted = [what] if isinstance(what, str) else list(what)
         rows = self._rows(scene_idxs)
-        found = [self._shot(row, wanted, human=human) for row in rows]
+        found = [self._shot(row, wanted, shift, human=human) for row in rows]
         return {name: np.stack([shot[i] for shot in found]) for i, name in enumerate(wanted)}
 
     def retire(self, scene_idx: int) -> None:
@@ -240,7 +240,7 @@ class CameraBatch(RenderComponentBatch):
                 raise KeyError(f"'{self._name}' is in no scene {index} of this batch; it is in {list(have)}")
         return [have.index(index) for index in chosen]
 
-    def _shot(self, row: int, wanted: Sequence[str], *, human: bool) -> list[NDArray[Any]]:
+    def _shot(self, row: int, wanted: Sequence[str], shift: tuple[float, float], *, human: bool) -> list[NDArray[Any]]:
         self._light(self._scene_idxs[row])
         if self._aim is not None:
             self._aim(row)
@@ -250,7 +250,8 @@ class CameraBatch(RenderComponentBatch):
         scene = camera.get_entity().get_scene()
         if scene is None:
             raise RuntimeError(f"what '{self._name}' is mounted on is not in scene {self._scene_idxs[row]} now")
-        with _hide_bodies([] if human else self._hidden(self._scene_idxs[row]), scene):
+        hidden: Sequence[Any] = () if human else self._hidden(self._scene_idxs[row])
+        with _hide_bodies(hidden, scene), _shift_picture(camera, *shift):
             scene.update_render()
             camera.take_picture()
             try:
@@ -275,6 +276,30 @@ def _hide_bodies(bodies: Sequence[Any], scene: Any) -> Generator[None, None, Non
             body.visibility = visibility
         if bodies:
             scene.update_render()
+
+
+@contextmanager
+def _shift_picture(camera: Any, right: float, down: float) -> Generator[None, None, None]:
+    """Moves what a camera sees by so many pixels for a while."""
+    if right == down == 0:
+        yield
+    elif camera.mode == "orthographic":
+        sides = [camera.ortho_left, camera.ortho_right, camera.ortho_bottom, camera.ortho_top]
+        x, y = right * (sides[1] - sides[0]) / camera.width, down * (sides[3] - sides[2]) / camera.height
+        camera.set_orthographic_parameters(
+            camera.near, camera.far, sides[0] - x, sides[1] - x, sides[2] + y, sides[3] + y
+        )
+        try:
+            yield
+        finally:
+            camera.set_orthographic_parameters(camera.near, camera.far, *sides)
+    else:
+        cx, cy = camera.cx, camera.cy
+        camera.set_principal_point(cx + right, cy + down)
+        try:
+            yield
+        finally:
+            camera.set_principal_point(cx, cy)
 
 
 def render_bodies(entity: Any) -> list[Any]:
@@ -315,12 +340,8 @@ def to_pose(numbers: NDArray[np.float64]) -> Any:
     return to_poses(numbers[None])[0]
 
 
-def build_camera(camera: Camera, lookup: EntityLookup) -> list[Any]:
-    """The component of a camera in each scene that has it, among those that are built.
-
-    Raises:
-        EngineFailure: the renderer cannot make it, or the device cannot trace the rays that it asks for.
-    """
+def check_ray_tracing(camera: Camera) -> None:
+    """Raises EngineFailure if the device cannot trace the rays that a camera asks for: SAPIEN would crash."""
     if camera.shader in RAY_TRACING_SHADERS and not supports_ray_tracing():
         raise EngineFailure(
             "SC807",
@@ -328,6 +349,15 @@ def build_camera(camera: Camera, lookup: EntityLookup) -> list[Any]:
             hint="leave `shader` out, or build where the Vulkan driver has VK_KHR_ray_tracing_pipeline",
             origin=camera.origin and camera.origin.child("shader"),
         )
+
+
+def build_camera(camera: Camera, lookup: EntityLookup) -> list[Any]:
+    """The component of a camera in each scene that has it, among those that are built.
+
+    Raises:
+        EngineFailure: the renderer cannot make it, or the device cannot trace the rays that it asks for.
+    """
+    check_ray_tracing(camera)
     made: list[Any] = []
     for number, row in rows_by_scene(camera, lookup):
         component = new_camera(camera, row)
@@ -399,12 +429,10 @@ def shader_folder(name: str | None) -> str:
 
 DEFAULT_CAMERA: Final = "default"
 
-DEFAULT_WIDTH, DEFAULT_HEIGHT, DEFAULT_FOVY = 640, 480, radians(60)
-
-FRAMING_MARGIN: Final = 1.1
+DEFAULT_WIDTH, DEFAULT_HEIGHT = 640, 480
 
 
-def default_camera(num_scenes: int, width: int = DEFAULT_WIDTH, height: int = DEFAULT_HEIGHT) -> Camera:
+def default_camera(num_scenes: int, width: int, height: int, shader: ShaderName | None = None) -> Camera:
     """The camera, at no place yet. `width`, `height`: of its pictures [px]."""
     return Camera(
         name=DEFAULT_CAMERA,
@@ -412,41 +440,8 @@ def default_camera(num_scenes: int, width: int = DEFAULT_WIDTH, height: int = DE
         pose=literal(IDENTITY_POSE),
         width=width,
         height=height,
-        lens=Perspective(fovy=literal(DEFAULT_FOVY)),
+        lens=Perspective(fovy=literal(FRAMING_FOVY)),
         near=literal(0.01),
         far=literal(100.0),
-    )
-
-
-def frame_scene(
-    scene: Any, width: int = DEFAULT_WIDTH, height: int = DEFAULT_HEIGHT
-) -> tuple[NDArray[np.float64], float, float]:
-    """The pose (7,) of a camera that sees all of a scene, with its near and far planes [m].
-
-    The sphere around the boxes of all that is seen fills the picture in width or height, whichever is less. What is
-    flat, as the ground is, counts only where there is nothing else.
-    """
-    low, high = _scene_bounds(scene.render_system.render_bodies)
-    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
-    half = DEFAULT_FOVY / 2 if width >= height else atan(tan(DEFAULT_FOVY / 2) * width / height)
-    distance = FRAMING_MARGIN * radius / sin(half)
-    back = np.array(FRAMING_DIRECTION) / np.linalg.norm(FRAMING_DIRECTION)
-    q, _ = rotation_arrays.looking(-back[None])
-    pose = np.concatenate([middle + distance * back, q[0]])
-    return pose, max(0.01, 0.01 * (distance - radius)), 100 * (distance + radius)
-
-
-def _scene_bounds(bodies: Iterable[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    boxes = [np.asarray(body.compute_global_aabb_tight(), np.float64) for body in bodies if _has_bounds(body)]
-    boxes = [box for box in boxes if np.isfinite(box).all()]
-    solid = [box for box in boxes if (box[1] - box[0]).min() > FLAT_THICKNESS] or boxes
-    if not solid:
-        return np.full(3, -0.5), np.full(3, 0.5)
-    corners = np.stack(solid)
-    return corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
-
-
-def _has_bounds(body: Any) -> bool:
-    return bool(body.render_shapes) and not all(
-        isinstance(shape, render.RenderShapePlane) for shape in body.render_shapes
+        shader=shader,
     )

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 import importlib
 import json
 import os
-import signal
 import sys
 from io import BytesIO
 from pathlib import Path
@@ -14,14 +12,13 @@ from typing import Any
 
 from scenecc.files import read_checked
 from scenecc.geometry.ply import encode_parts
-
-_PR_SET_PDEATHSIG = 1
+from scenecc.interrupt import exit_with_parent
 
 
 def main() -> None:
     """Cuts one mesh into convex parts and writes them as one mesh of separate components."""
     request = json.load(sys.stdin)
-    _exit_with_parent(request["parent"])
+    exit_with_parent(request["parent"])
     coacd: Any = importlib.import_module("coacd")
     trimesh: Any = importlib.import_module("trimesh")
     coacd.set_log_level("error")
@@ -34,13 +31,6 @@ def main() -> None:
     meshes = [trimesh.Trimesh(vertices, faces) for vertices, faces in parts]
     with os.fdopen(request["output"], "wb") as file:
         file.write(encode_parts([(mesh.vertices, mesh.faces) for mesh in meshes]))
-
-
-def _exit_with_parent(parent: int) -> None:
-    """Has Linux end this process as soon as the one that asked for it ends, however that ends."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        sys.exit()
 
 
 if __name__ == "__main__":

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from scenecc.variation.evaluation import Batch
     from scenecc.variation.nodes import Node
 
-
 _COMPONENTS: dict[type, Any] = {
     Weld: physx.PhysxDriveComponent,
     Drive: physx.PhysxDriveComponent,

@@ -6,14 +6,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.objects import ArticulationObjects, freeze_array, unknown_name
+from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, freeze_array, unknown_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
-
-    from scenecc.backends.sapien.objects import BodyObjects
 
 
 class Contacts(NamedTuple):

@@ -24,8 +24,8 @@ from scenecc.backends.sapien.live_properties import (
     set_all,
     stored_rows,
 )
-from scenecc.backends.sapien.objects import ArticulationObjects
-from scenecc.backends.sapien.preparation import group_by_structure, rows_in_scenes
+from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, ComponentBatch, DrawnObjects
+from scenecc.backends.sapien.preparation import StructureRows, group_by_structure, rows_in_scenes
 from scenecc.backends.sapien.properties import JOINT_FRAMES
 from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
 from scenecc.backends.sapien.state import DrawnFieldState
@@ -43,14 +43,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.objects import BodyObjects, ComponentBatch, DrawnObjects
-    from scenecc.backends.sapien.preparation import StructureRows
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.geometry.rotation_arrays import Floats
     from scenecc.plan import Entity, ScenePlan
     from scenecc.variation.evaluation import Batch
-
-    Floats = NDArray[np.float64]
 
 
 class Holder(NamedTuple):
@@ -106,6 +103,11 @@ class DrawnField:
     def key(self) -> str:
         """What a saved state calls it."""
         return f"{self.holder.who}.{self.name}"
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether only a batch that renders has it."""
+        return is_seen(self.holder)
 
     def draw(self, batch: Batch) -> FieldWrite:
         """What it is in the scenes of a batch, all of which have it; nothing is set.

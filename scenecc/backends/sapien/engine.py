@@ -19,16 +19,13 @@ from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
 
-from scenecc.diagnostics.diagnostic import Location
-from scenecc.plan.scene import CONFIG_KINDS, SCENE_CONFIG_FIELDS, process_wide_settings
+from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.plan.scene import CONFIG_KINDS, SCENE_CONFIG_FIELDS, Physics, process_wide_settings
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.plan.scene import Physics
-
 
 with warnings.catch_warnings():
     # SAPIEN warns at import where it finds no system libvulkan; physics needs none, and a user can do nothing with it.
@@ -90,6 +87,25 @@ def summary_has_ray_tracing(summary: str, name: str) -> bool:
     devices = [device.splitlines() for device in summary.split("GPU: ")[1:]]
     said = [line for title, *lines in devices if title.strip() == name for line in lines if "rayTrace:" in line]
     return not said or any(line.split()[-1] == "1" for line in said)
+
+
+@contextmanager
+def ray_tracing_quality(samples: int, *, denoise: bool) -> Generator[None]:
+    """Has cameras that are made meanwhile take so many samples a pixel, and restores SAPIEN's process-wide settings.
+
+    Args:
+        samples: a pixel.
+        denoise: filter the noise where the device can: SAPIEN's denoisers need CUDA, and elsewhere only log errors.
+    """
+    before = render.get_ray_tracing_samples_per_pixel(), render.get_ray_tracing_denoiser()
+    try:
+        render.set_ray_tracing_samples_per_pixel(samples)
+        if denoise and render_problem() is None and new_render_system().device.is_cuda():
+            render.set_ray_tracing_denoiser("optix")
+        yield
+    finally:
+        render.set_ray_tracing_samples_per_pixel(before[0])
+        render.set_ray_tracing_denoiser(before[1])
 
 
 @cache

@@ -9,17 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.assets import mirror_meshes
+from scenecc.backends.sapien.assets import Resources, mirror_meshes
 from scenecc.backends.sapien.engine import physx, render
-from scenecc.backends.sapien.properties import (
-    Column,
-    bind_columns,
-    row_value,
-    select_rows,
-    size_column,
-    to_vectors,
-)
-from scenecc.geometry.surfaces import cached_parts
+from scenecc.backends.sapien.properties import Column, bind_columns, row_value, select_rows, size_column, to_vectors
+from scenecc.geometry.surfaces import Profile, cached_parts
 from scenecc.plan import (
     Box,
     Capsule,
@@ -34,17 +27,14 @@ from scenecc.plan import (
     TriangleMesh,
     VisualPlane,
 )
-from scenecc.plan.geometry import REVOLVED_SOLIDS
+from scenecc.plan.geometry import REVOLVED_SOLIDS, RevolvedSolid
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.assets import Resources
-    from scenecc.geometry.surfaces import Profile
     from scenecc.plan import CollisionGeometry, Value, VisualGeometry
-    from scenecc.plan.geometry import RevolvedSolid
 
 
 @dataclass(frozen=True, slots=True)

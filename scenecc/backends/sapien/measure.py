@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from scenecc.geometry.rotations import Pose7
     from scenecc.plan import BodyStructure, CollisionGeometry, Entity, Joint
 
-
 _GEOMETRIES: Final = {
     shape.engine: geometry
     for geometry, shape in COLLISION_SHAPES.items()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
@@ -12,19 +12,15 @@ from scenecc.backends.sapien.articulation_builder import BatchArticulationBuilde
 from scenecc.backends.sapien.assets import Resources, refresh_caches
 from scenecc.backends.sapien.builder import BatchActorBuilder
 from scenecc.backends.sapien.engine import EngineFailure, report_failure
-from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects
+from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, DrawnObjects
 from scenecc.plan import ArticulationStructure, BodyStructure
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.objects import DrawnObjects
     from scenecc.diagnostics import Sink
     from scenecc.plan import Entity, ScenePlan
     from scenecc.plan.body import Mount
-
 
 Structure = TypeVar("Structure", bound="BodyStructure | ArticulationStructure")
 

@@ -19,8 +19,8 @@ from scenecc.backends.sapien.cameras import (
     RenderComponentBatch,
     attach_component,
     build_camera,
+    check_ray_tracing,
     default_camera,
-    frame_scene,
     new_camera,
     render_bodies,
     rows_by_scene,
@@ -28,11 +28,14 @@ from scenecc.backends.sapien.cameras import (
 )
 from scenecc.backends.sapien.engine import EngineFailure, physx, render
 from scenecc.backends.sapien.geometry import RENDER_SHAPES
+from scenecc.backends.sapien.solids import read_solids
 from scenecc.plan import literal
+from scenecc.plan.framing import azimuth_of, find_subject, frame_subject, hidden_share, toward
 from scenecc.plan.rendering import (
     COLLISION_COLORS,
-    DEFAULT_AMBIENT_LIGHT,
-    DEFAULT_LIGHT_DIRECTIONS,
+    DEFAULT_PRESET,
+    LIGHT_RIGS,
+    PLANE_HALF_SIZE,
     AreaLight,
     CubeMap,
     DirectionalLight,
@@ -46,9 +49,14 @@ from scenecc.plan.rendering import (
 from scenecc.plan.schema import PIXEL_BOUNDS
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
     from scenecc.backends.sapien.preparation import EntityLookup
     from scenecc.plan import ScenePlan, Value
-    from scenecc.plan.rendering import Camera, Environment, Light
+    from scenecc.plan.framing import Subject, View
+    from scenecc.plan.rendering import Camera, Environment, Light, LightRig, Preset, ShaderName
 
 
 LIGHT_CLASSES: Final[dict[type, str]] = {
@@ -135,10 +143,6 @@ def _make_cubemap(paths: tuple[str, ...], environment: Environment) -> Any:
         origin = environment.origin and environment.origin.child("map")
         message = f"the renderer cannot load the map '{paths[0]}': {error}"
         raise EngineFailure("SC807", message, origin=origin) from error
-
-
-PLANE_HALF_SIZE: Final = 1e4
-"""Half the side of a plane [m], as in SAPIEN's viewer."""
 
 
 def _flat_shaded_mesh(shape: Any, material: Any) -> Any:
@@ -238,11 +242,37 @@ class LightSet:
         return {index: scene.render_system for index, scene in zip(lookup.scene_idxs, lookup.scenes, strict=True)}
 
 
+_MOST_HIDDEN: Final = 0.5
+"""Of the subject's bodies, where the key light is kept from them."""
+
+_SHADOW_MAP: Final = 4096
+"""Side of the shadow map of the default key light [px]."""
+
+
+def _shadow_depth(radius: float) -> float:
+    """Half the depth of that shadow [m]: what is farther is black, and single precision ends at 1e-7 of it."""
+    return radius * min(max(100 / radius, 200), 1e4)
+
+
+def _free_side(subject: Subject, ahead: float, rig: LightRig) -> tuple[int, bool]:
+    """1 for the rig as it is, -1 for its mirror image, and whether the key light throws a shadow.
+
+    The mirror image is for a wall that keeps the key light from the subject. Within walls it throws no shadow.
+    """
+    key, distance = rig.lights[0], 100 * subject.radius
+    for side in (1, -1):
+        place = subject.center + distance * toward(ahead + side * key.azimuth, key.elevation)
+        if hidden_share(subject, place) <= _MOST_HIDDEN:
+            return side, rig.shadow
+    return 1, False
+
+
 class LightsAndCameras(LightSet):
     """Lights and cameras of a batch.
 
     Attributes:
         cameras: by name, in the order of the plan.
+        preset: the rig that lights a scene without lights at its first picture.
     """
 
     def __init__(self, plan: ScenePlan, lookup: EntityLookup, *, rendered: bool) -> None:
@@ -253,6 +283,7 @@ class LightsAndCameras(LightSet):
         """
         super().__init__(plan, lookup, rendered=rendered)
         self._seen_by_people = [entity.name for entity in plan.entities if entity.hidden]
+        self.preset: Preset = DEFAULT_PRESET
         self._dark = set(lookup.scene_idxs) if is_unlit(plan) else set[int]()
         self.cameras = {
             camera.name: self._camera(camera, build_camera(camera, lookup) if rendered else None)
@@ -262,57 +293,128 @@ class LightsAndCameras(LightSet):
         if not plan.cameras:
             self.cameras[DEFAULT_CAMERA] = self.framed()
 
-    def _light_up(self, index: int) -> None:
+    def _light_up(self, index: int, view: Callable[[int], View] | None = None) -> None:
         """Lights a scene for its first picture if nothing else does: without, every picture would be black.
 
-        Not before, so that what is built is what the file says and nothing more.
+        Not before, so that what is built is what the file says and nothing more. The rig stands as for a camera that
+        frames the scene, or as for `view`.
         """
         if index not in self._dark or self._lookup is None:
             return
         self._dark.remove(index)
-        scene = self._lookup.scenes[self._lookup.scene_idxs.index(index)]
+        scene = self._scene(index)
         if has_light(scene):
             return
-        scene.set_ambient_light(DEFAULT_AMBIENT_LIGHT)
-        for direction in DEFAULT_LIGHT_DIRECTIONS:
-            scene.add_directional_light(direction, [1, 1, 1])
+        subject, rig = self.subject(index), LIGHT_RIGS[self.preset]
+        ahead = azimuth_of(subject.center if view is None else view(index).pose[:3], subject)
+        scene.set_ambient_light([rig.ambient] * 3)
+        side, shadowed = _free_side(subject, ahead, rig)
+        for number, light in enumerate(rig.lights):
+            scene.add_directional_light(
+                -toward(ahead + side * light.azimuth, light.elevation),
+                [light.brightness] * 3,
+                shadow=shadowed and number == 0,
+                position=subject.center,
+                shadow_scale=subject.reach,
+                shadow_near=-_shadow_depth(subject.radius),
+                shadow_far=_shadow_depth(subject.radius),
+                shadow_map_size=_SHADOW_MAP,
+            )
+
+    def _scene(self, index: int) -> Any:
+        assert self._lookup is not None
+        return self._lookup.scenes[self._lookup.scene_idxs.index(index)]
+
+    def subject(self, index: int, focus: str | None = None) -> Subject:
+        """What a picture of a scene frames as it stands now.
+
+        Args:
+            index: of the scene.
+            focus: an entity, or a link as ENTITY/LINK, that it is to frame alone.
+
+        Raises:
+            KeyError: nothing is seen of this entity in the scene.
+            RuntimeError: the batch was built without rendering.
+        """
+        assert self._lookup is not None
+        self._check_rendered()
+        scene = self._scene(index)
+        scene.update_render()
+        solids, owners = read_solids(scene)
+        if focus is None:
+            return find_subject(solids)
+        wanted = {
+            entity for name, entity in self._lookup.entities(index) if name == focus or name.startswith(f"{focus}/")
+        }
+        bodies = [number for number in set(solids.bodies.tolist()) if owners[number] in wanted]
+        if not bodies:
+            raise KeyError(focus)
+        return find_subject(solids, bodies)
+
+    def poses(self, index: int) -> dict[str, NDArray[np.float64]]:
+        """The poses (7,) of bodies in a scene, by name, of links as ENTITY/LINK."""
+        assert self._lookup is not None
+        return {
+            name: np.concatenate([entity.pose.p, entity.pose.q]).astype(np.float64)
+            for name, entity in self._lookup.entities(index)
+            if entity.get_scene() is not None
+        }
 
     def _camera(self, camera: Camera, objs: list[Any] | None) -> CameraBatch:
         return CameraBatch(camera.name, self._present(camera), objs, self._hidden, self._names, self._light_up)
 
-    def framed(self, width: int = DEFAULT_WIDTH, height: int = DEFAULT_HEIGHT) -> CameraBatch:
+    def framed(
+        self,
+        width: int = DEFAULT_WIDTH,
+        height: int = DEFAULT_HEIGHT,
+        *,
+        focus: str | None = None,
+        eye: Sequence[float] | None = None,
+        look_at: Sequence[float] | None = None,
+        shader: ShaderName | None = None,
+    ) -> CameraBatch:
         """A camera that frames each scene as it stands when the first picture of it is taken.
 
         It comes into a scene with this picture: it takes memory.
 
         Raises:
             ValueError: no renderer makes pictures of this size [px].
+            RuntimeError: the device cannot trace the rays that the shader asks for.
         """
         for size in (width, height):
             if not PIXEL_BOUNDS.allow(size):
                 raise ValueError(f"a picture has {PIXEL_BOUNDS.low} to {PIXEL_BOUNDS.high} pixels a side, not {size}")
-        camera = default_camera(self._plan.num_scenes, width, height)
+        camera = default_camera(self._plan.num_scenes, width, height, shader)
+        if self._rendered:
+            try:
+                check_ray_tracing(camera)
+            except EngineFailure as failure:
+                raise RuntimeError(f"{failure.message}: {failure.hint}") from failure
         present = self._present(camera)
+
+        def view(index: int) -> View:
+            return frame_subject(self.subject(index, focus), width, height, eye=eye, look_at=look_at)
+
         found = CameraBatch(
             camera.name,
             present,
             [None] * len(present) if self._rendered else None,
             self._hidden,
             self._names,
-            self._light_up,
-            lambda number: self._frame(camera, found, number),
+            lambda index: self._light_up(index, view),
+            lambda number: self._frame(camera, found, number, view),
         )
         self._framed.append(found)
         return found
 
-    def _frame(self, camera: Camera, batch: CameraBatch, number: int) -> None:
+    def _frame(self, camera: Camera, batch: CameraBatch, number: int, view: Callable[[int], View]) -> None:
         assert self._lookup is not None
         if batch.objs[number] is not None:
             return
-        scene = self._lookup.scenes[number]
-        scene.update_render()
-        pose, near, far = frame_scene(scene, camera.width, camera.height)
-        camera = replace(camera, pose=literal(tuple(pose.tolist())), near=literal(near), far=literal(far))
+        seen = view(self._lookup.scene_idxs[number])
+        camera = replace(
+            camera, pose=literal(tuple(seen.pose.tolist())), near=literal(seen.near), far=literal(seen.far)
+        )
         component = new_camera(camera, 0)
         attach_component(component, camera, 0, self._lookup, number)
         batch.objs[number] = component
@@ -324,12 +426,15 @@ class LightsAndCameras(LightSet):
             RuntimeError: the batch was built without rendering.
         """
         assert self._lookup is not None
-        if not self._rendered:
-            raise RuntimeError(NOT_RENDERED.format(what="what is seen"))
+        self._check_rendered()
         shown = CollisionView()
         for index in self._lookup.scene_idxs:
             for _, entity in self._lookup.entities(index):
                 shown.show(entity)
+
+    def _check_rendered(self) -> None:
+        if not self._rendered:
+            raise RuntimeError(NOT_RENDERED.format(what="what is seen"))
 
     def _hidden(self, index: int) -> list[Any]:
         if not self._seen_by_people or self._lookup is None:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.objects import ArticulationObjects
-from scenecc.backends.sapien.preparation import group_by_structure, rows_in_scenes
+from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects
+from scenecc.backends.sapien.preparation import StructureRows, group_by_structure, rows_in_scenes
 from scenecc.backends.sapien.properties import select_rows
-from scenecc.backends.sapien.state import ArticulationState, bodies_at_rest
+from scenecc.backends.sapien.state import AnyState, ArticulationState, bodies_at_rest
 from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS
@@ -18,7 +18,7 @@ from scenecc.plan.scene import is_unnamed_draw
 from scenecc.variation.evaluation import Batch, to_field_rows
 from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type
 from scenecc.variation.node_bounds import BoundsAnalysis
-from scenecc.variation.nodes import Computed, Rows
+from scenecc.variation.nodes import Computed, Node, Rows
 from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
@@ -26,11 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.objects import BodyObjects
-    from scenecc.backends.sapien.preparation import StructureRows
-    from scenecc.backends.sapien.state import AnyState
     from scenecc.plan import Entity, ScenePlan, Value
-    from scenecc.variation.nodes import Node
 
 
 class _SampledField(NamedTuple):

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from scenecc.diagnostics.formats.style import relative_file, visible
+from scenecc.diagnostics.formats.style import Style, relative_file, visible
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.codes import Severity
     from scenecc.diagnostics.diagnostic import Diagnostic, Location
-    from scenecc.diagnostics.formats.style import Style
 
 _COMMANDS: Final[dict[Severity, str]] = {"error": "error", "warning": "warning", "note": "notice"}
 

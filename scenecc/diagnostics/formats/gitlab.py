@@ -7,12 +7,11 @@ import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from scenecc.diagnostics.formats.style import encodable, relative_file
+from scenecc.diagnostics.formats.style import Style, encodable, relative_file
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.codes import Severity
     from scenecc.diagnostics.diagnostic import Diagnostic
-    from scenecc.diagnostics.formats.style import Style
 
 _SEVERITIES: Final[dict[Severity, str]] = {"error": "major", "warning": "minor", "note": "info"}
 

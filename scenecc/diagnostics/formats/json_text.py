@@ -6,11 +6,10 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, TypedDict
 
-from scenecc.diagnostics.formats.style import encodable
+from scenecc.diagnostics.formats.style import Style, encodable
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic, Related
-    from scenecc.diagnostics.formats.style import Style
 
 
 class RelatedRecord(TypedDict):

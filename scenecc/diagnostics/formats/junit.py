@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
-from scenecc.diagnostics.formats.style import encodable, relative_file, visible
+from scenecc.diagnostics.formats.style import Style, encodable, relative_file, visible
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic
-    from scenecc.diagnostics.formats.style import Style
 
 _NOT_XML = re.compile("[\ufffe\uffff]")
 

@@ -8,13 +8,12 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.codes import CODES
-from scenecc.diagnostics.formats.style import encodable, uri
+from scenecc.diagnostics.formats.style import Style, encodable, uri
 from scenecc.diagnostics.reference import markdown
 from scenecc.version import VERSION
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic, Location
-    from scenecc.diagnostics.formats.style import Style
 
 Json = dict[str, object]
 
@@ -29,15 +28,11 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     """
     rules = {code: i for i, code in enumerate(sorted({encodable(d.code) for d in diagnostics}))}
     run: Json = {
-        "tool": {"driver": _driver(list(rules))},
+        "tool": {"driver": {"name": "scenecc", "version": VERSION, "rules": list(map(_rule, rules))}},
         "columnKind": "unicodeCodePoints",
         "results": [_result(d, rules, style.root) for d in diagnostics],
     }
     return json.dumps({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
-
-
-def _driver(codes: list[str]) -> Json:
-    return {"name": "scenecc", "version": VERSION, "rules": [_rule(code) for code in codes]}
 
 
 def _rule(code: str) -> Json:

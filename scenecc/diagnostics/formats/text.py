@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from rich.cells import cell_len
 
-from scenecc.diagnostics.formats.style import visible
+from scenecc.diagnostics.formats.style import Style, visible
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.codes import Severity
     from scenecc.diagnostics.diagnostic import Diagnostic, Location
-    from scenecc.diagnostics.formats.style import Style
-
 
 _TAB = 4
+_ONE_LINE = 140
+"""Characters of a message and its hint that stand in the first line together, which says what to do."""
+
 _CUT = "…"
 
 
@@ -102,12 +103,9 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     if not diagnostics:
         return ""
     page = _Page(style)
-    blocks = ["".join(line + "\n" for line in page.block(d)) for d in _errors_last(diagnostics)]
+    last_errors = sorted(diagnostics, key=lambda d: -_SEVERITIES.index(d.severity))
+    blocks = ["".join(line + "\n" for line in page.block(d)) for d in last_errors]
     return "\n".join([*blocks, page.summary(diagnostics) + "\n"])
-
-
-def _errors_last(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
-    return sorted(diagnostics, key=lambda d: -_SEVERITIES.index(d.severity))
 
 
 class _Page:
@@ -121,11 +119,14 @@ class _Page:
         severity = diagnostic.severity
         head = self._paint(severity, f"{severity} {visible(diagnostic.code)}")
         indent = " " * _gutter(diagnostic)
-        lines = [f"{self._place(diagnostic.location)} {head}: {visible(diagnostic.message)}"]
+        message, hint = visible(diagnostic.message), diagnostic.hint or ""
+        if hint and "\n" not in hint and len(message) + len(hint) <= _ONE_LINE:
+            message, hint = f"{message}; {self._paint('hint', visible(hint))}", ""
+        lines = [f"{self._place(diagnostic.location)} {head}: {message}"]
         if diagnostic.path:
             lines.append(f"{indent} {self._paint('gutter', '-->')} {visible(diagnostic.path)}")
         lines += self._source(diagnostic.location, severity, len(indent))
-        lines += self._hint(diagnostic.hint or "", indent)
+        lines += self._hint(hint, indent)
         for related in diagnostic.related:
             where = self._place(related.location)
             note = self._paint("note", "note")

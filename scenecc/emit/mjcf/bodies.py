@@ -6,28 +6,25 @@ import math
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
-from scenecc.emit.mjcf.model import InitialState, ModelBody, pose_attributes, write_collisions, write_visuals
+from scenecc.emit.mjcf.model import InitialState, MjcfModel, ModelBody, pose_attributes, write_collisions, write_visuals
 from scenecc.emit.output import (
     MAX_LIMIT,
     UNLIMITED,
+    XmlElement,
     format_number,
     is_pure_damping,
     optional_fields,
     pose_in_row,
     transform_direction,
 )
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert, relative_pose
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3, compose, invert, relative_pose
 from scenecc.plan import ArticulationStructure, BodyStructure, Connection, Distance, Drive, Gear, Weld
 from scenecc.plan.articulation import VELOCITY_FIELDS
 from scenecc.plan.properties import property_fields
 
 if TYPE_CHECKING:
-    from scenecc.emit.mjcf.model import MjcfModel
-    from scenecc.emit.output import XmlElement
-    from scenecc.geometry.rotations import Vec3
     from scenecc.plan import Constraint, Value
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMass
-
 
 _UNSUPPORTED_JOINT_FIELDS = tuple(name for name in property_fields("joint") if name not in {"friction", "armature"})
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.emit.output import Z_TO_X, XmlElement, format_obj, optional_fields
+from scenecc.emit.output import Z_TO_X, AssetFolder, UnsupportedFeatures, XmlElement, format_obj, optional_fields
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
-from scenecc.meshes.builder import bake_scale
-from scenecc.meshes.surface import encode_png
+from scenecc.meshes.builder import MeshBuilder, bake_scale
+from scenecc.meshes.surface import MeshShape, SurfaceMaterial, encode_png
 from scenecc.names import UniqueNames
 from scenecc.plan import CollisionShape, Heightfield, VisualPlane
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS, Solid
@@ -22,14 +22,10 @@ from scenecc.plan.schema import type_name
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scenecc.emit.output import AssetFolder, UnsupportedFeatures
     from scenecc.meshes import Image
-    from scenecc.meshes.builder import MeshBuilder
-    from scenecc.meshes.surface import MeshShape, SurfaceMaterial
     from scenecc.plan import BodyStructure, ScenePlan, VisualGeometry
     from scenecc.plan.body import Mount
     from scenecc.plan.snapshot import MeasuredBody, MeasuredMesh, MeasuredScene, MeasuredShape
-
 
 SECTIONS = ("asset", "worldbody", "contact", "equality", "tendon", "actuator", "keyframe")
 

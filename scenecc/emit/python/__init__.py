@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
-from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials, number_literal, present_fields
+from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials, present_fields
 from scenecc.emit.python.entities import RepeatedEntity, fold_repeats, write_entity, write_repeated_entity
 from scenecc.emit.python.files import ScriptFiles, plan_values, unused_files
 from scenecc.emit.python.rendering import write_sections
-from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of
+from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of, number_literal
 from scenecc.plan import ArticulationStructure
 from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS, VELOCITY_FIELDS, tendon_links
 from scenecc.plan.body import rebase_file

@@ -27,7 +27,6 @@ from scenecc.emit.python.context import (
     NameLookup,
     StatementWriter,
     frame_expression,
-    number_literal,
     numbers_literal,
     pose_call,
     present_fields,
@@ -35,7 +34,7 @@ from scenecc.emit.python.context import (
     write_property,
     write_shared_statements,
 )
-from scenecc.emit.python.source import SourceNode, call, list_of, string
+from scenecc.emit.python.source import Group, SourceNode, call, list_of, number_literal, string
 from scenecc.plan import ArticulationStructure, constant
 from scenecc.plan.articulation import (
     TENDON_STIFFNESS,
@@ -288,7 +287,8 @@ def write_articulation(robot: ArticulationScript) -> None:
         source.statement(columns.value(getattr(structure, name), name), assign=f"articulation.root_{name}")
     write_positions(source, structure, columns)
     for link in robot.mounted_links:
-        MountTargets.write_link(source, robot.name, link, f"articulation.find_link_by_name({string(link)}).entity")
+        found = Group("articulation.find_link_by_name(", (string(link),), ").entity")
+        MountTargets.write_link(source, robot.name, link, found)
 
 
 def _write_builder(robot: ArticulationScript) -> None:

@@ -12,13 +12,13 @@ from scenecc.emit.python.context import (
     IDENTITY_ROW,
     MountTargets,
     SceneValues,
-    number_literal,
+    ScriptMaterials,
     numbers_literal,
     pose_call,
     present_fields,
     write_properties,
 )
-from scenecc.emit.python.source import SourceNode, SourceWriter, call, string
+from scenecc.emit.python.source import SourceNode, SourceWriter, call, number_literal, string
 from scenecc.plan import (
     BodyStructure,
     Box,
@@ -45,10 +45,8 @@ from scenecc.plan.properties import property_fields
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
-    from scenecc.emit.python.context import ScriptMaterials
     from scenecc.emit.python.files import ScriptFiles
     from scenecc.plan import Entity, Inertial
-
 
 Arguments = dict[str, SourceNode]
 

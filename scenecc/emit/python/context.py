@@ -5,8 +5,7 @@ A material that is the same in every scene is one variable. One that varies is c
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Hashable, Iterable, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from itertools import pairwise
@@ -14,34 +13,26 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from scenecc.emit.python.source import Group, SourceNode, SourceWriter, call, list_of, string
+from scenecc.emit.python.source import (
+    Group,
+    Identifiers,
+    SourceNode,
+    SourceWriter,
+    call,
+    list_of,
+    number_literal,
+    string,
+)
 from scenecc.plan import literal
-from scenecc.plan.body import Friction
+from scenecc.plan.body import Friction, Mount, Texture, VisualMaterial
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Hashable, Iterable
-
     from numpy.typing import NDArray
 
     from scenecc.emit.python.files import ScriptFiles
-    from scenecc.emit.python.source import Identifiers
     from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape, Entity, ScenePlan, Value, VisualShape
-    from scenecc.plan.body import Mount, Texture, VisualMaterial
-
 
 IDENTITY_ROW = np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float64)
-
-
-def number_literal(item: float) -> str:
-    """The shortest literal of the same float64 (a whole number of a few digits without its point), integer or flag.
-
-    Infinity, which limits may be, has none.
-    """
-    if isinstance(item, float) and math.isinf(item):
-        return f'float("{item}")'
-    if isinstance(item, float) and item.is_integer() and abs(item) < 1e6 and str(item) != "-0.0":
-        return str(int(item))
-    return repr(item).replace("e+", "e")
 
 
 def numbers_literal(row: NDArray[Any]) -> SourceNode:
@@ -468,10 +459,10 @@ class MountTargets:
                 self._links.setdefault(mount.entity, {})[mount.link] = None
 
     @staticmethod
-    def expression(mount: Mount) -> str:
+    def expression(mount: Mount) -> Group:
         """An expression for the `sapien.Entity` of a mount, in `scene`."""
-        link = "" if mount.link is None else f", {string(mount.link)}"
-        return f"held[scene, {string(mount.entity)}{link}]"
+        names = (name for name in (mount.entity, mount.link) if name is not None)
+        return Group("held[", ("scene", *map(string, names)), "]")
 
     def is_body(self, names: tuple[str, ...]) -> bool:
         """Whether an entity of one of these names is a mount target as a body."""
@@ -492,14 +483,14 @@ class MountTargets:
             source.line("held = {}")
 
     @staticmethod
-    def write_body(source: SourceWriter, name: SourceNode, entity: str) -> None:
+    def write_body(source: SourceWriter, name: SourceNode, entity: SourceNode) -> None:
         """Stores a body. `name`: an expression for its entity's name. `entity`: one for the entity."""
-        source.statement(entity, assign=f"held[scene, {name}]")
+        source.statement(entity, assign=Group("held[", ("scene", name), "]"))
 
     @staticmethod
-    def write_link(source: SourceWriter, name: SourceNode, link: str, entity: str) -> None:
+    def write_link(source: SourceWriter, name: SourceNode, link: str, entity: SourceNode) -> None:
         """Stores a link, likewise."""
-        source.statement(entity, assign=f"held[scene, {name}, {string(link)}]")
+        source.statement(entity, assign=Group("held[", ("scene", name, string(link)), "]"))
 
 
 @dataclass(frozen=True, slots=True)

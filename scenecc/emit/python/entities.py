@@ -14,6 +14,7 @@ from scenecc.emit.python.articulations import ArticulationScript, write_articula
 from scenecc.emit.python.bodies import BodyScript, write_body
 from scenecc.emit.python.context import (
     SceneValues,
+    ScriptContext,
     append_in_scenes,
     scene_loop_header,
     scene_selection,
@@ -25,9 +26,7 @@ from scenecc.plan import ArticulationStructure, CollisionShape, Entity, Value, V
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scenecc.emit.python.context import ScriptContext
     from scenecc.plan import BodyStructure, ScenePlan
-
 
 MIN_LOOP_BODIES = 3
 """From this number of bodies on, a loop is shorter to read; for articulations, from two."""

@@ -9,22 +9,28 @@ from inspect import getsource
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from scenecc.emit.python.context import number_literal
-from scenecc.emit.python.source import WIDTH, SourceNode, SourceWriter, call, list_of, string
+from scenecc.emit.python.source import (
+    WIDTH,
+    Identifiers,
+    SourceNode,
+    SourceWriter,
+    call,
+    list_of,
+    number_literal,
+    string,
+)
 from scenecc.files import read_checked
 from scenecc.geometry import surfaces
 from scenecc.geometry.surfaces import heightfield_surface
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
 from scenecc.plan.properties import Quantity
-from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
+from scenecc.plan.schema import FieldKind, ListKind, ObjectKind, UnionKind, plan_fields
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenecc.emit.python.source import Identifiers
     from scenecc.plan import ScenePlan
     from scenecc.plan.body import AssetFile
-    from scenecc.plan.schema import FieldKind
 
 _PACKAGE_FILE = '''\
 def package_file(package: str, path: str) -> Path:
@@ -336,7 +342,7 @@ def plan_values(node: object) -> Iterator[tuple[object, FieldKind, Value]]:
     """All values below a dataclass of the plan: the dataclass that has each, the kind of its field, and the value."""
     for slot in plan_fields(type(node)):
         item = getattr(node, slot.name)
-        for one in item if isinstance(slot.kind, ListKind) else (item,):
+        for one in (item or ()) if isinstance(slot.kind, ListKind) else (item,):
             if isinstance(one, Value):
                 yield node, slot.kind, one
             elif isinstance(slot.kind, ObjectKind | UnionKind | ListKind) and is_dataclass(one):

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.emit.python.context import (
-    frame_expression,
-    number_literal,
-    pose_call,
-    scene_block,
-    texture_call,
-    write_properties,
-)
-from scenecc.emit.python.source import SourceNode, call, string
+from scenecc.emit.python.context import frame_expression, pose_call, scene_block, texture_call, write_properties
+from scenecc.emit.python.source import SourceNode, call, number_literal, string
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld
 from scenecc.plan.constraint import WELD_SWING
 from scenecc.plan.rendering import (
@@ -126,7 +120,8 @@ def _attach_component(
     source.statement(name, assign=f"{variable}.name")
     where: SourceNode = columns.value(mounted.pose, "pose", pose_call)
     if mounted.mount is not None:
-        source.line(f"{tables.mount_targets.expression(mounted.mount)}.add_component({variable})")
+        target = tables.mount_targets.expression(mounted.mount)
+        source.statement(replace(target, tail=f"{target.tail}.add_component({variable})"))
         source.statement(where, assign=f"{variable}.local_pose")
         return
     source.line("entity = sapien.Entity()")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import builtins
 import keyword
+import math
 import re
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
@@ -34,7 +35,7 @@ SourceNode = str | Group
 
 def call(function: str, *args: SourceNode, **keywords: SourceNode) -> Group:
     """A call of `function`."""
-    return Group(f"{function}(", (*args, *(_keyword_argument(name, node) for name, node in keywords.items())), ")")
+    return Group(f"{function}(", (*args, *(_add_prefix(f"{name}=", node) for name, node in keywords.items())), ")")
 
 
 def list_of(items: Sequence[SourceNode]) -> Group:
@@ -96,10 +97,15 @@ class SourceWriter:
         shown = text if text.isprintable() else repr(text)[1:-1]
         self.line(f"# {shown}".rstrip())
 
-    def statement(self, node: SourceNode, *, assign: str = "") -> None:
-        """An expression, assigned to `assign` if that is given."""
-        head = f"{assign} = " if assign else ""
-        self._lines.extend(_format_lines(_add_prefix(head, node), self._indent, 0))
+    def statement(self, node: SourceNode, *, assign: SourceNode = "") -> None:
+        """An expression, assigned to `assign` if that is given, whose lines break last."""
+        head = f"{_format_flat(assign)} = " if assign else ""
+        lines = _format_lines(_add_prefix(head, node), self._indent, 0)
+        if isinstance(assign, Group) and len(lines[0]) > WIDTH:
+            *lines, _ = _format_lines(assign, self._indent, WIDTH)
+            first, *rest = _format_lines(_add_prefix(f"{assign.tail} = ", node), self._indent, 0)
+            lines = [*lines, first, *rest]
+        self._lines.extend(lines)
 
     @contextmanager
     def block(self, header: str) -> Generator[None]:
@@ -108,10 +114,6 @@ class SourceWriter:
         self._indent += _INDENT_WIDTH
         yield
         self._indent -= _INDENT_WIDTH
-
-
-def _keyword_argument(name: str, node: SourceNode) -> SourceNode:
-    return _add_prefix(f"{name}=", node)
 
 
 def _add_prefix(prefix: str, node: SourceNode) -> SourceNode:
@@ -168,3 +170,15 @@ class Identifiers:
         if wanted not in self._local:
             self._local[wanted] = self.take(wanted)
         return self._local[wanted]
+
+
+def number_literal(item: float) -> str:
+    """The shortest literal of the same float64 (a whole number of a few digits without its point), integer or flag.
+
+    Infinity, which limits may be, has none.
+    """
+    if isinstance(item, float) and math.isinf(item):
+        return f'float("{item}")'
+    if isinstance(item, float) and item.is_integer() and abs(item) < 1e6 and str(item) != "-0.0":
+        return str(int(item))
+    return repr(item).replace("e+", "e")

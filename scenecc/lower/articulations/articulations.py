@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.lower.articulations.attachments import ArticulationAssembler, Assembly
-from scenecc.lower.articulations.drafts import LinkTreeDrafter, read_alternatives
-from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers
+from scenecc.lower.articulations.drafts import (
+    Alternative,
+    Alternatives,
+    ArticulationDraft,
+    DraftJoint,
+    Layer,
+    LinkTreeDrafter,
+    read_alternatives,
+)
+from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers, JointValue
 from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
 from scenecc.lower.articulations.robots import (
     OverrideValues,
@@ -19,27 +28,18 @@ from scenecc.lower.articulations.robots import (
     nearest_override,
 )
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
-from scenecc.lower.references import RobotRequest
-from scenecc.lower.shapes import warn_ignored_pairs_collide
-from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
-from scenecc.plan.body import COLLISION_ID_BITS
+from scenecc.lower.references import PlanTables, RobotReader, RobotRequest
+from scenecc.lower.shapes import DEFAULT_BITS, GroupBits, ShapeLowerer
+from scenecc.plan.articulation import MAX_LINKS, ArticulationStructure, Link, Mimic
+from scenecc.plan.body import COLLISION_ID_BITS, AssetFile, BodyType, groups_collide
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.geometry.rotations import Pose7
-    from scenecc.lower.articulations.drafts import Alternative, Alternatives, ArticulationDraft, DraftJoint, Layer
-    from scenecc.lower.articulations.initial_state import JointValue
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import MaterialLowerer
-    from scenecc.lower.references import PlanTables, RobotReader
-    from scenecc.lower.shapes import GroupBits, ShapeLowerer
     from scenecc.plan import BodyStructure, Value
-    from scenecc.plan.body import AssetFile, BodyType
     from scenecc.robots.description import DescribedConstraint, DescribedRobot, RobotDescription
-
 
 _VISIBLE_KEYS = ("visibility",)
 _COLLIDING_KEYS = ("density", "patch_radius", "min_patch_radius", "collision_group", "disable_self_collisions")
@@ -497,7 +497,7 @@ class ArticulationLowerer:
             links.append(Link(link.name, body, link.parent, made, link.file))
         if bits:
             alike = origin.child("disable_self_collisions") if ignored else None
-            warn_ignored_pairs_collide(draft, [link.body for link in links], bits, alike, self._sink)
+            _warn_ignored_pairs_collide(draft, [link.body for link in links], bits, alike, self._sink)
         return ArticulationStructure(
             links=tuple(links),
             fix_root_link=bool(draft.fixed),
@@ -575,3 +575,69 @@ def _mimics(joints: list[DraftJoint | None]) -> tuple[Mimic, ...]:
         for joint in joints
         if joint is not None and (mimic := joint.mimic) is not None
     )
+
+
+def _warn_ignored_pairs_collide(
+    draft: ArticulationDraft,
+    bodies: Sequence[BodyStructure],
+    written: Mapping[int, Origin],
+    whole: Origin | None,
+    sink: Sink,
+) -> None:
+    """Warns of `collision_bits` by which links collide that were to ignore one another, each place once.
+
+    Args:
+        draft: of the articulation.
+        bodies: of its links, as they are built.
+        written: where the `collision_bits` of a link are written, by its number.
+        whole: the key by which no two of its links collide; None: there is none.
+        sink: takes the warnings.
+    """
+    if len(bodies) > MAX_LINKS:
+        # Which is an error; so many pairs take long.
+        return
+    found: dict[Origin, list[tuple[int, int]]] = {}
+    for link, place in written.items():
+        pairs = list(_colliding(link, draft, bodies, all_of_them=whole is not None))
+        if pairs:
+            found.setdefault(place, []).extend(pairs)
+    for place, pairs in found.items():
+        (first, second), count = pairs[0], len({frozenset(pair) for pair in pairs}) - 1
+        names = f"`{cut(draft.links[first].name)}` and `{cut(draft.links[second].name)}`"
+        more = f", and {count} other pair{'s' if count > 1 else ''}" if count else ""
+        message = f"by these bits {names}{more} collide, which are to ignore one another"
+        hint = "say `collision_group` instead, which keeps what is ignored, or give all of them a bit in common"
+        related = [("are to ignore one another", _ignore_origin(first, second, draft, whole), "value")]
+        sink.report("SC524", message, place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
+
+
+def _colliding(
+    number: int, draft: ArticulationDraft, bodies: Sequence[BodyStructure], *, all_of_them: bool
+) -> Iterator[tuple[int, int]]:
+    link = draft.links[number]
+    if not bodies[number].collisions:
+        return
+    mine = _bits(bodies[number])
+    for other, body in enumerate(bodies):
+        near = other in (number, link.parent) or draft.links[other].parent == number
+        if near or not body.collisions:
+            continue
+        ignored = all_of_them or link.ignore_bits & draft.links[other].ignore_bits
+        if ignored and any(groups_collide(a, b) for a in mine for b in _bits(body)):
+            yield number, other
+
+
+def _bits(body: BodyStructure) -> list[tuple[int, ...]]:
+    """SAPIEN's four integers of the shapes of a link, each once."""
+    each = dict.fromkeys(body.shape_groups())
+    return [DEFAULT_BITS if groups is None else tuple(map(int, groups.numbers())) for groups in each]
+
+
+def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Origin | None) -> Origin:
+    """The place at which two links are told to ignore one another."""
+    if whole is not None:
+        return whole
+    links = draft.links
+    common = links[first].ignore_bits & links[second].ignore_bits
+    bit = (common & -common).bit_length() - 1
+    return draft.ignored.get(bit, links[second].origin)

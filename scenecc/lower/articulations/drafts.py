@@ -7,46 +7,31 @@ together is found before anything is drawn; each combination becomes a structure
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product, zip_longest
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import show
-from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, shortest_from_x, turned
+from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, shortest_from_x, turned
 from scenecc.lower.field_types import FieldType, field_type, report_exclusive_keys, report_unused_key, vector
+from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.local_poses import local_pose, seven_numbers
-from scenecc.lower.poses import (
-    POSE,
-    check_limits_keys,
-    direction,
-    lower_limits,
-    pose_item,
-    warn_limits_in_degrees,
-)
+from scenecc.lower.poses import POSE, check_limits_keys, direction, lower_limits, pose_item, warn_limits_in_degrees
 from scenecc.lower.references import possible_values
-from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene, varying
-from scenecc.plan.articulation import breadth_first_order
+from scenecc.plan.articulation import JointType, breadth_first_order
 from scenecc.plan.properties import POSITIVE
-from scenecc.spec.articulation import iterate_parts
-from scenecc.spec.pose import AXES
-from scenecc.variation.nodes import Composed, Pointing, Posed, Stacked
+from scenecc.spec.articulation import TreeJoint, TreeLink, iterate_parts
+from scenecc.variation.nodes import Composed, Node, Pointing, Posed, Stacked
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
     from scenecc.plan import Inertial
-    from scenecc.plan.articulation import JointType
-    from scenecc.spec.articulation import TreeJoint, TreeLink
-    from scenecc.variation.nodes import Node
-
 
 Layer = tuple[Any, "Origin"]
 """A model with keys, and the node that has them."""
@@ -524,14 +509,11 @@ class _KeyAlternatives:
                 return False
             for given in every:
                 value = self.value(given)
-                if value is None or not self._may_be(value):
+                if value is None or not (self._kind.within is None or self._kind.bounds.allow(value)):
                     self._misfit(given, value, place, fields)
                     return False
                 self.places.setdefault(value, place)
         return True
-
-    def _may_be(self, value: Any) -> bool:
-        return self._kind.within is None or self._kind.bounds.allow(value)
 
     def _misfit(self, given: Any, value: Any, place: Origin, fields: FieldLowerer) -> None:
         if value is not None:
@@ -591,7 +573,7 @@ class _Combinations:
 
     def _together(self) -> list[Combination] | None:
         """The combinations that some scene can have; None if these are too many, which was reported."""
-        from scenecc.variation.enumeration import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
+        from scenecc.variation.node_bounds import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
         from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
         try:

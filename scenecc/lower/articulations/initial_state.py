@@ -11,8 +11,8 @@ from scenecc.lower.articulations.links import first_outside, widest
 from scenecc.lower.articulations.robots import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
+from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.poses import suspect_degrees, warn_large_angle
-from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import literal, per_scene, varying
 from scenecc.plan.properties import FLOAT32_MAX, Bounds
 from scenecc.spec.base import NOTE_PREFIX
@@ -29,9 +29,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.drafts import DraftJoint, DraftMimic
-    from scenecc.lower.fields import FieldLowerer
     from scenecc.plan import Value
-
 
 _POSITION = field_type("qpos")
 _VELOCITY = field_type("qvel")

@@ -7,14 +7,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.articulations.drafts import ContactDefaults
-from scenecc.lower.articulations.robots import nearest_override
+from scenecc.lower.articulations.drafts import ContactDefaults, DraftJoint, DraftLink, Layer
+from scenecc.lower.articulations.robots import OverrideValues, nearest_override
 from scenecc.lower.deferred_checks import ResettableValue
-from scenecc.lower.entities import BODY_FIELDS, lower_inertial
-from scenecc.lower.field_types import field_type, report_exclusive_keys
+from scenecc.lower.field_types import BODY_FIELDS, field_type, report_exclusive_keys
+from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
-from scenecc.lower.shapes import DEFAULT_BITS, ShapeDefaults, find_group
+from scenecc.lower.shapes import DEFAULT_BITS, GroupBits, ShapeDefaults, find_group
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
 from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
 from scenecc.plan.properties import FLOAT32_MAX, JOINT_PROPERTIES, properties_of, property_fields
@@ -27,11 +27,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.lower.articulations.drafts import DraftJoint, DraftLink, Layer
-    from scenecc.lower.articulations.robots import OverrideValues
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.lower.shapes import GroupBits
-
 
 _LINK_KEYS = tuple(row.key for row in properties_of("body") if row.field not in NON_LINK_FIELDS)
 """What a link may say of itself, of what SAPIEN keeps for any body."""

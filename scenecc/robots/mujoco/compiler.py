@@ -21,6 +21,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenecc.extras import install_hint
 from scenecc.robots.mujoco import worker
 from scenecc.robots.mujoco.model import CompiledModel
 
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 OLDEST, BEYOND = (3, 5), (5, 0)
 """Versions of MuJoCo with which this is tested: from, and below."""
 
-INSTALL_HINT = 'run `pip install "scenecc[mjcf]"`, or read the file as ManiSkill does: `loader: maniskill`'
+INSTALL_HINT = f"{install_hint('mjcf')}, or read the file as ManiSkill does: `loader: maniskill`"
 
 _MEMORY = 4 * 2**30
 """Address space of the process [bytes]."""

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.robots.description import DescribedConstraint
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.robots.description import DescribedConstraint, LinkName
 from scenecc.robots.mujoco.model import CONNECT_EQUALITY, JOINT_EQUALITY, WELD_EQUALITY, WORLD, CompiledModel
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scenecc.geometry.rotations import Pose7
-    from scenecc.robots.description import LinkName
     from scenecc.robots.mjcf_files import MjcfReport
 
 _OF_SITES = 6

@@ -7,17 +7,14 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.robots.description import DescribedDrive, DescribedJoint, DescribedMimic
+from scenecc.geometry.rotations import AXES
+from scenecc.robots.description import DescribedDrive, DescribedJoint, DescribedMimic, SapienJointType
 from scenecc.robots.mujoco.model import BALL, FREE, HINGE, JOINT_EQUALITY, SLIDE, CompiledModel
 from scenecc.robots.poses import axis_pose
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Location
-    from scenecc.geometry.rotations import Vec3
-    from scenecc.robots.description import SapienJointType
     from scenecc.robots.mjcf_files import MjcfReport
-
-_AXES: dict[str, Vec3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 _TO_JOINT, _TO_JOINT_IN_PARENT = 0, 1
 """`mjtTrn`: an actuator on a joint; both are the same for hinges and slides."""
@@ -83,7 +80,7 @@ class JointReader:
             angles = (None,) * 3 if start is None else _hinge_angles(start)
             return [
                 self._described(f"{name}_{word}" if name else "", "revolute", axis, anchor, place, dof + i, qpos=angle)
-                for i, ((word, axis), angle) in enumerate(zip(_AXES.items(), angles, strict=True))
+                for i, ((word, axis), angle) in enumerate(zip(AXES.items(), angles, strict=True))
             ]
         zero = self._zero(joint)
         limited = bool(model["jnt_limited"][joint])

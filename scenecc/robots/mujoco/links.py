@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.names import UniqueNames
 from scenecc.robots.description import (
     DescribedInertial,
     DescribedJoint,
     DescribedLink,
     DescribedRobot,
+    LinkName,
     ball_moment,
 )
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
@@ -28,8 +29,6 @@ from scenecc.robots.poses import compose_poses
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
-    from scenecc.geometry.rotations import Pose7
-    from scenecc.robots.description import LinkName
     from scenecc.robots.mjcf_files import MjcfReport
 
 _DUMMY_SHARE = 1e-4

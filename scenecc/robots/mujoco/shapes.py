@@ -1,18 +1,23 @@
-"""Geoms of a compiled model as shapes."""
+"""Geoms of a compiled model as shapes, and meshes that are known by their numbers alone."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.files import keep_file
+from scenecc.geometry.ply import encode_ply
+from scenecc.geometry.rotations import Pose7, to_vector
 from scenecc.geometry.surfaces import ellipsoid_surface
 from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedMaterial,
     DescribedVisual,
+    Geometry,
     HeightfieldGeometry,
     MeshGeometry,
     PlaneGeometry,
@@ -31,16 +36,48 @@ from scenecc.robots.mujoco.model import (
     CompiledModel,
     invert_pose,
 )
-from scenecc.robots.numeric_meshes import numeric_mesh
 from scenecc.robots.poses import compose_poses, pose_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
+    from numpy.typing import NDArray
+
     from scenecc.diagnostics import Location
-    from scenecc.geometry.rotations import Pose7
-    from scenecc.robots.description import Geometry
     from scenecc.robots.mjcf_files import MjcfReport
+
+MIN_EXTENT: Final = 1e-5
+"""Half the length along an axis up to which a mesh is flat there [m]."""
+
+
+def numeric_mesh(
+    name: str, vertices: NDArray[Any], triangles: NDArray[Any], normals: Any = None, uvs: Any = None
+) -> MeshGeometry:
+    """A mesh of numbers. It collides as its convex hull, unless the scene decomposes meshes, and is seen as it is.
+
+    It is kept as a PLY in the user's cache folder, by its content, so that a process cooks equal meshes once, and it
+    goes with the plan. Each of its axes has a length of 2 there and the scale has its size: PhysX leaves out corners
+    within 0.7 mm of a hull before it is scaled, so that small and oblong meshes would lose half of their mass.
+
+    Args:
+        name: what messages call it.
+        vertices: (V, 3) [m].
+        triangles: (T, 3) indices of vertices, counterclockwise from outside.
+        normals: (V, 3) of unit length; None: each vertex has that of one of its triangles.
+        uvs: (V, 2) texture coordinates from the image's top left corner.
+
+    Raises:
+        OSError: the cache folder cannot be written.
+    """
+    extent = np.ptp(vertices, axis=0) / 2
+    scale = np.where(extent > MIN_EXTENT, extent, 1.0)
+    if normals is not None:
+        normals = normals * scale
+        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    data = encode_ply(vertices / scale, triangles, normals, uvs)
+    uri = f"mesh://{re.sub(r'[^A-Za-z0-9_.-]', '_', name)[:80]}.ply"
+    return MeshGeometry(uri, keep_file("meshes", data, ".ply"), to_vector(scale), data=data)
+
 
 _X_TO_Z = pose_numbers((0.0, 0.0, 0.0), (0.7071067811865476, 0.0, -0.7071067811865476, 0.0))
 """From SAPIEN's planes and solids, which point along x, to MuJoCo's, which point along z."""

@@ -20,12 +20,11 @@ from xml.sax.saxutils import quoteattr
 from scenecc.diagnostics.messages import cut
 from scenecc.robots.files import read_robot_bytes
 from scenecc.robots.mujoco.worker import MODEL_PREFIX
-from scenecc.robots.xml import parse_number
+from scenecc.robots.xml import SourceElement, parse_number
 
 if TYPE_CHECKING:
     from scenecc.robots.description import DescribedFile
     from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
-    from scenecc.robots.xml import SourceElement
 
 _PICTURES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
 """The attributes of a texture that name files."""

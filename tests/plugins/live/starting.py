@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import sapien
 
-from scenecc.decompiler.facts import Facts, Numbers
-from scenecc.decompiler.reading import read_entity
+from scenecc.decompiler.reading import Facts, Numbers, read_entity
 
 
 def start_from(scene: Any, reference: Facts) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from scenecc import check_scene, compile_scene
+from scenecc import check_scene, compile_scene, load_scene
 from scenecc.checks import mesh_measures
 from scenecc.checks.mesh_measures import measure_mesh
 
@@ -42,7 +42,8 @@ def found(folder: Path, mesh: trimesh.Trimesh, shape: str, body: str = "body_typ
         f"    {shape}",
     ]  # fmt: skip
     (folder / "scene.yaml").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return [(d.code, d.line or 0) for d in check_scene(folder / "scene.yaml", settle=0) if d.code != "SC852"]
+    diagnostics = check_scene(folder / "scene.yaml", settle=0)
+    return [(d.code, d.line or 0) for d in diagnostics if d.code != "SC542"]  # it is not seen
 
 
 COLLIDES = "collisions: [{{type: {}, file: mesh.ply{}}}]"
@@ -58,6 +59,7 @@ FAULTS = {
     "SC437": (box(move=lambda vertices: vertices * 400), HULL, "body_type: dynamic"),
     "SC438": (box(move=lambda vertices: vertices + 9), HULL, "body_type: dynamic"),
     "SC439": (cup(), HULL, "body_type: dynamic"),
+    "SC440": (box(move=lambda vertices: np.vstack([vertices, [0, 0, 1]])), HULL, "body_type: dynamic"),
 }
 
 
@@ -78,6 +80,8 @@ def test_a_fault_is_found_at_the_file_of_the_shape(code: str, tmp_path: Path) ->
         (FAULTS["SC437"][0], TRIANGLES, "body_type: static"),
         (FAULTS["SC438"][0], TRIANGLES, "body_type: static"),
         (cup(), TRIANGLES, "body_type: static"),
+        (FAULTS["SC440"][0], TRIANGLES, "body_type: static"),
+        (box(move=lambda vertices: np.vstack([vertices, [0, 0, 0.05]])), HULL, "body_type: dynamic"),
     ],
 )
 def test_what_does_not_matter_for_a_use_is_not_found(
@@ -109,6 +113,34 @@ def test_a_body_that_is_seen_elsewhere_is_found_in_each_scene(tmp_path: Path) ->
         diagnostics = check_scene(tmp_path / "scene.yaml", settle=0)
         assert [d.code for d in diagnostics] == expected
         assert all((d.line, d.column) == (4, 3) for d in diagnostics)
+
+
+def test_loose_vertices_count_as_the_engine_counts_them(tmp_path: Path) -> None:
+    """SAPIEN's hull goes around those of a PLY; the reader of other formats leaves them out."""
+    mesh = FAULTS["SC440"][0]
+    heights: dict[str, float] = {}
+    for suffix in ("ply", "obj", "glb"):
+        mesh.export(tmp_path / f"mesh.{suffix}")
+        shape = {"type": "convex_mesh", "file": str(tmp_path / f"mesh.{suffix}")}
+        scene = {"scenecc": 1, "entities": {"thing": {"body_type": "static", "shapes": [shape]}}}
+        with load_scene(scene, render=False, asset_roots=[tmp_path], allow_outside_assets=True) as batch:
+            (component,) = batch.scenes[0].physx_system.get_rigid_static_components()
+            heights[suffix] = float(component.get_global_aabb_fast()[1][2])
+    assert heights == pytest.approx({"ply": 1.0, "obj": 0.1, "glb": 0.1})
+
+
+@pytest.mark.parametrize(("away", "size", "codes"), [(0.15, 0.1, []), (0.5, 0.1, ["SC442"]), (0.5, 0.01, [])])
+def test_a_large_part_that_does_not_collide_is_found(
+    away: float, size: float, codes: list[str], tmp_path: Path
+) -> None:
+    box().export(tmp_path / "mesh.ply")
+    collisions = "collisions: [{type: convex_mesh, file: mesh.ply}]"
+    part = f"{{type: sphere, radius: {size}, pose: [0, 0, {away}]}}"
+    text = f"scenecc: 1\nentities:\n  thing:\n    body_type: static\n    {collisions}\n    visuals:\n"
+    text += f"      - {{type: mesh, file: mesh.ply}}\n      - {part}\n"
+    (tmp_path / "scene.yaml").write_text(text, encoding="utf-8")
+    found = check_scene(tmp_path / "scene.yaml", settle=0)
+    assert [(d.code, d.line) for d in found] == [(code, 8) for code in codes]
 
 
 def test_file_names_that_differ_in_case_are_found(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from plugins.image_files import PICTURES, hdr, picture
 
-from scenecc.checks.images import check_image
+from scenecc.checks.images import JpegBlockBudget, check_image
 from scenecc.checks.mesh_data import AssetError
 
 LIMIT = 2**24
@@ -91,3 +91,19 @@ def test_what_is_taken_is_what_sapiens_reader_takes(tmp_path: Path, held_rendere
         RenderTexture2D(str(path))
         taken += 1
     assert taken > 100
+
+
+def test_a_jpeg_that_is_known_takes_as_much_of_the_budget_and_one_beyond_it_is_not_known() -> None:
+    data = picture("JPEG", "RGB", 120, 40)
+    damaged = data[:-40] + bytes(38) + data[-2:]  # only its pixels
+
+    def left(content: bytes, budget: int) -> int:
+        blocks = JpegBlockBudget(budget)
+        check_image(io.BytesIO(content), LIMIT, blocks=blocks)
+        return blocks.left
+
+    assert left(damaged, 1) < 0  # its headers are fine
+    with pytest.raises(AssetError):
+        left(damaged, 10_000)
+    assert left(data, 10_000) == left(data, 10_000) < 10_000
+    assert left(data, 1) < 0

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from scenecc.decompiler.patterns import by_pattern, pattern_of
+from scenecc.decompiler.articulations import by_pattern, pattern_of
 
 ARM = [*(f"panda_joint{i}" for i in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
 

@@ -1,9 +1,7 @@
-"""`scenecc explain`, and the page that is generated from the same table."""
+"""`scenecc explain`, and the pages that are generated from the same table."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import unicodedata
 from pathlib import Path
 
@@ -11,7 +9,7 @@ import pytest
 
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.formats.style import visible
-from scenecc.diagnostics.reference import explain, nearest_codes, page
+from scenecc.diagnostics.reference import explain, main, nearest_codes, pages
 
 ROOT = Path(__file__).parents[3]
 
@@ -50,23 +48,27 @@ def test_the_nearest_codes_come_first() -> None:
     assert nearest_codes("banana") == []
 
 
-def test_the_committed_page_is_what_the_table_gives() -> None:
-    committed = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8")
-    assert committed == page(), "run `python -m scenecc.diagnostics.reference docs/diagnostics.md`"
+def test_the_committed_pages_are_what_the_table_gives() -> None:
+    folder = ROOT / "docs/reference/diagnostics"
+    committed = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
+    assert committed == pages(), "run `python -m scenecc.diagnostics.reference docs/reference/diagnostics`"
 
 
-def test_the_page_has_every_code_once_in_the_index_and_once_as_an_entry() -> None:
-    text = page()
+def test_the_page_of_its_digit_has_a_code_once_in_the_table_and_once_as_an_entry() -> None:
     for code in CODES:
-        assert text.count(f"\n### {code}\n") == 1
+        text = pages()[f"sc{code[2]}.md"]
+        assert text.count(f"\n## {code}\n") == 1
         assert text.count(f"\n| [{code}](#{code.lower()}) |") == 1
 
 
-def test_the_generator_writes_the_page(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "scenecc.diagnostics.reference"]
-    printed = subprocess.run(command, capture_output=True, check=True).stdout.decode("utf-8")
-    subprocess.run([*command, str(tmp_path / "page.md")], check=True)
-    assert printed == (tmp_path / "page.md").read_text(encoding="utf-8") == page()
-    wrong = subprocess.run([*command, "a", "b"], capture_output=True, check=False)
-    assert wrong.returncode == 2
-    assert b"usage" in wrong.stderr
+def test_the_index_leads_to_every_page() -> None:
+    index, *others = pages().items()
+    assert index[0] == "index.md"
+    assert all(f"]({name})" in index[1] for name, _ in others)
+
+
+def test_the_generator_writes_the_pages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(tmp_path / "codes")]) == 0
+    assert {path.name: path.read_text(encoding="utf-8") for path in (tmp_path / "codes").iterdir()} == pages()
+    assert main([]) == main(["a", "b"]) == 2
+    assert "usage" in capsys.readouterr().err

@@ -135,7 +135,7 @@ def test_colours_are_those_of_the_file_to_the_last_bit(tmp_path: Path) -> None:
 
 def test_textures_are_kept_as_they_are(tmp_path: Path) -> None:
     for name in ("checker.png", "wear.png", "bumps.png"):
-        (tmp_path / name).write_bytes((ROOT / "assets" / name).read_bytes())
+        (tmp_path / name).write_bytes((ROOT / "scenes" / "assets" / name).read_bytes())
     scene = tmp_path / "scene.yaml"
     scene.write_text(
         "scenecc: 1\nmaterials:\n"
@@ -149,8 +149,8 @@ def test_textures_are_kept_as_they_are(tmp_path: Path) -> None:
     data, told = emitted(scene)
     assert not told
     tree = header(data)
-    assert (ROOT / "assets" / "checker.png").read_bytes() in data
-    assert (ROOT / "assets" / "bumps.png").read_bytes() in data
+    assert (ROOT / "scenes" / "assets" / "checker.png").read_bytes() in data
+    assert (ROOT / "scenes" / "assets" / "bumps.png").read_bytes() in data
     checked, worn = tree["materials"]
     # SAPIEN shows an image in place of the colour; glTF multiplies them.
     assert checked["pbrMetallicRoughness"]["baseColorFactor"] == [1, 1, 1, 1]
@@ -164,7 +164,7 @@ def test_textures_are_kept_as_they_are(tmp_path: Path) -> None:
     assert "normalTexture" in checked
     assert worn["pbrMetallicRoughness"]["roughnessFactor"] == 1
     image = loaded(data).geometry["mesh 1"].visual.material.metallicRoughnessTexture
-    wear = np.asarray(Image.open(ROOT / "assets" / "wear.png").convert("RGB"))
+    wear = np.asarray(Image.open(ROOT / "scenes" / "assets" / "wear.png").convert("RGB"))
     pixels = np.asarray(image)
     assert (pixels[..., 1] == wear[..., 0]).all()
     assert (pixels[..., 2] == 64).all()
@@ -173,7 +173,7 @@ def test_textures_are_kept_as_they_are(tmp_path: Path) -> None:
 
 def test_an_image_is_in_the_space_that_gltf_takes_it_in(tmp_path: Path) -> None:
     """SAPIEN reads an image as sRGB unless it is told otherwise, also where it stands in place of a number."""
-    (tmp_path / "wear.png").write_bytes((ROOT / "assets" / "wear.png").read_bytes())
+    (tmp_path / "wear.png").write_bytes((ROOT / "scenes" / "assets" / "wear.png").read_bytes())
     scene = tmp_path / "scene.yaml"
     scene.write_text(
         "scenecc: 1\nmaterials:\n  worn: {visual: {roughness_texture: wear.png, "
@@ -182,7 +182,7 @@ def test_an_image_is_in_the_space_that_gltf_takes_it_in(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     material = loaded(emitted(scene)[0]).geometry["mesh 0"].visual.material
-    value = np.asarray(Image.open(ROOT / "assets" / "wear.png").convert("RGB"))[..., 0] / 255
+    value = np.asarray(Image.open(ROOT / "scenes" / "assets" / "wear.png").convert("RGB"))[..., 0] / 255
     linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
     encoded = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
     assert_allclose(np.asarray(material.metallicRoughnessTexture)[..., 1] / 255, linear, atol=0.5 / 255)
@@ -202,7 +202,7 @@ def test_what_is_not_seen_is_not_drawn_and_what_is_faint_is_faint() -> None:
 
 
 def test_what_is_faint_is_so_with_an_image_too() -> None:
-    paint = {"base_color": [1, 0, 0, 0.5], "base_color_texture": str(ROOT / "assets" / "checker.png")}
+    paint = {"base_color": [1, 0, 0, 0.5], "base_color_texture": str(ROOT / "scenes" / "assets" / "checker.png")}
     ball = {"body_type": "kinematic", "material": "paint", "shapes": [{"type": "sphere", "radius": 1}]}
     data, _ = emitted(
         {
@@ -219,7 +219,7 @@ def test_what_is_faint_is_so_with_an_image_too() -> None:
 
 
 def test_two_images_that_gltf_has_in_one_are_sampled_alike_or_told() -> None:
-    wear = str(ROOT / "assets" / "wear.png")
+    wear = str(ROOT / "scenes" / "assets" / "wear.png")
     for rough, metal, words in (
         (
             {},
@@ -254,7 +254,7 @@ def test_what_cameras_do_not_see_is_drawn_and_nothing_is_a_file_too() -> None:
 
 
 def test_a_mirrored_mesh_is_seen_from_outside(tmp_path: Path) -> None:
-    (tmp_path / "gem.stl").write_bytes((ROOT / "assets" / "gem.stl").read_bytes())
+    (tmp_path / "gem.stl").write_bytes((ROOT / "scenes" / "assets" / "gem.stl").read_bytes())
     scene = tmp_path / "scene.yaml"
     text = "scenecc: 1\nentities:\n  gem: {{body_type: none, visuals: [{{type: mesh, file: gem.stl, scale: {}{}}}]}}\n"
     for scale, face, sign in (
@@ -296,7 +296,7 @@ def test_a_robot_is_a_tree_of_links_where_the_engine_has_them() -> None:
 
 
 def test_colliding_shapes_are_drawn_as_the_engine_has_them(tmp_path: Path) -> None:
-    (tmp_path / "mug.obj").write_bytes((ROOT / "assets" / "mug.obj").read_bytes())
+    (tmp_path / "mug.obj").write_bytes((ROOT / "scenes" / "assets" / "mug.obj").read_bytes())
     scene = tmp_path / "scene.yaml"
     scene.write_text(
         "scenecc: 1\nentities:\n"
@@ -309,7 +309,7 @@ def test_colliding_shapes_are_drawn_as_the_engine_has_them(tmp_path: Path) -> No
     assert (note.code, note.severity) == ("SC746", "note")
     assert note.location.line == 3
     read = loaded(data)
-    seen = trimesh.load_mesh(ROOT / "assets" / "mug.obj")
+    seen = trimesh.load_mesh(ROOT / "scenes" / "assets" / "mug.obj")
     assert_allclose(bounds(read, "mug"), seen.bounds * 2 + [0, 0, 1], atol=1e-5)
     mesh = read.geometry[read.graph["mug/convex_mesh"][1]]
     # Its hull: corners of the file, behind each face of which all of them lie, but for what cooking takes off.

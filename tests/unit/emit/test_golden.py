@@ -38,7 +38,7 @@ NAMES = [*SAMPLES, *(f"scene_{path.stem}" for path in SCENES)]
 
 
 REVIEWED = {
-    "json": ("drawn", "knobs", "scene_constraints", "scene_variation"),
+    "json": ("drawn", "knobs", "scene_robot_door"),
     "python": (
         *("decomposed", "drawn", "fastened", "links"),
         *("scene_include", "scene_knobs", "scene_prefabs", "scene_robot_arm"),

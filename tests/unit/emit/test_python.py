@@ -21,9 +21,18 @@ from plugins.structures import body_of
 from scenecc.diagnostics import Sink
 from scenecc.emit import EMITTERS, emit
 from scenecc.emit.python.bodies import BODY_PROPERTIES, COLLISIONS, RENDER_PROPERTIES, VISUALS
-from scenecc.emit.python.context import number_literal
 from scenecc.emit.python.files import COACD_DEFAULTS
-from scenecc.emit.python.source import WIDTH, Identifiers, SourceWriter, call, list_of, string
+from scenecc.emit.python.source import (
+    WIDTH,
+    Group,
+    Identifiers,
+    SourceNode,
+    SourceWriter,
+    call,
+    list_of,
+    number_literal,
+    string,
+)
 from scenecc.plan import (
     BodyStructure,
     Box,
@@ -253,6 +262,21 @@ def test_what_does_not_fit_stands_an_item_a_line() -> None:
     assert source.text == (
         "y = f(\n    [1],\n    a=" + "x" * 60 + ",\n    b=[\n" + "        1234567890,\n" * 9 + "    ],\n)\n"
     )
+
+
+@pytest.mark.parametrize("name", [8, 30, 42, 50, 80, 120])
+@pytest.mark.parametrize("found", ["entity", Group("articulation.find_link_by_name(", ('"elbow"',), ").entity")])
+def test_a_long_target_breaks_after_what_is_assigned_as_ruff_would(
+    name: int, found: SourceNode, tmp_path: Path
+) -> None:
+    pytest.importorskip("ruff")
+    source = SourceWriter()
+    source.statement(found, assign=Group("held[", ("scene", string("n" * name), string("elbow")), "]"))
+    path = tmp_path / "script.py"
+    path.write_text(source.text, encoding="utf-8")
+    command = [sys.executable, "-m", "ruff", "format", "--diff", "--isolated", "--line-length", str(WIDTH), str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ import scenecc
 from scenecc import open_scene
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.extras import install_hint
 
 Gf: Any = import_module("pxr.Gf")  # usd-core says nothing of its types
 Usd: Any = import_module("pxr.Usd")
@@ -126,7 +127,7 @@ def test_friction_is_a_physics_material(tmp_path: Path) -> None:
 
 
 def test_a_look_is_a_preview_surface_and_its_image_lies_beside(tmp_path: Path) -> None:
-    (tmp_path / "checker.png").write_bytes((ROOT / "assets" / "checker.png").read_bytes())
+    (tmp_path / "checker.png").write_bytes((ROOT / "scenes" / "assets" / "checker.png").read_bytes())
     scene = tmp_path / "scene.yaml"
     scene.write_text(
         "scenecc: 1\nmaterials:\n"
@@ -140,7 +141,7 @@ def test_a_look_is_a_preview_surface_and_its_image_lies_beside(tmp_path: Path) -
     files, told = emitted(scene)
     assert not told
     _, image = files
-    assert files[image] == (ROOT / "assets" / "checker.png").read_bytes()
+    assert files[image] == (ROOT / "scenes" / "assets" / "checker.png").read_bytes()
     stage = opened(files, tmp_path)
 
     def surface(path: str) -> Any:
@@ -160,7 +161,7 @@ def test_a_look_is_a_preview_surface_and_its_image_lies_beside(tmp_path: Path) -
 
 
 def test_meshes_are_drawn_scaled_and_collide_as_they_were_cooked(tmp_path: Path) -> None:
-    (tmp_path / "gem.stl").write_bytes((ROOT / "assets" / "gem.stl").read_bytes())
+    (tmp_path / "gem.stl").write_bytes((ROOT / "scenes" / "assets" / "gem.stl").read_bytes())
     scene = tmp_path / "scene.yaml"
     scene.write_text(
         "scenecc: 1\nentities:\n  gem:\n    collisions: [{type: convex_mesh, file: gem.stl, scale: [2, 2, 4]}]\n"
@@ -353,4 +354,4 @@ def test_without_usd_core_it_says_what_to_install_before_it_reads_anything(monke
     (error,) = failure.value.diagnostics
     assert error.code == "SC813"
     assert "usd-core" in error.message
-    assert error.hint == 'run `pip install "scenecc[export]"`'
+    assert error.hint == install_hint("export")

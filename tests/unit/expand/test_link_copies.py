@@ -62,7 +62,7 @@ def test_places_of_copies(expanded: Expander) -> None:
 
     assert traced(0, "name") == ((0, "name"), "")
     assert traced(2, "joint") == ((1, "joint"), "i=3")
-    assert traced(1, "children", 0, "joint") == ((1, "children", 0, "joint"), "i=1, j=0")
+    assert traced(1, "children", 0, "joint") == ((1, "children", 0, "joint"), "i=1")
     assert traced(1, "children", 1, "joint") == ((1, "children", 1, "joint"), "i=1")
     assert traced(2, "children", 2, "joint") == ((1, "children", 0, "joint"), "i=3, j=2")
     assert traced(2, "children", 3, "joint") == ((1, "children", 1, "joint"), "i=3")

@@ -316,7 +316,7 @@ def test_what_is_inside_of_what_is_removed_is_not_overridden(expanded: Expander)
     ("override", "code", "column", "message", "hint"),
     [
         ("leg_2: {mass: 1}", "SC243", 7, "nothing inside `work` is called `leg_2`", "did you mean `leg_1`?"),
-        ("zzz: remove", "SC243", 7, "nothing inside `work` is called `zzz`", "known here: "),
+        ("zzz: remove", "SC243", 7, "nothing inside `work` is called `zzz`", "the nearest here: "),
         ("leg_0: {shapes: {3: {radius: 1}}}", "SC243", 24, "there is no item 3: the list has 3", "the last is 2"),
         ("leg_0: {if: true}", "SC244", 15, "`if` cannot be overridden", "with"),
         ("inner: {prefix: a}", "SC244", 15, "`prefix` cannot be overridden", "with"),

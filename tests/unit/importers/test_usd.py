@@ -534,3 +534,42 @@ def test_large_layers_are_refused(tmp_path: Path) -> None:
     limits = Options.of(limits={"asset_bytes": 1000}).limits
     assert read_stage(tmp_path / "big.usda", ImportContext(sink, AssetScope(tmp_path), limits)) is None
     assert "asset_bytes" in sink.diagnostics()[0].message
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (f'def Sphere "a" ({BODY})\n{{\nstring radius = "x"\n}}', "`radius` of /World/a is of the type `text`"),
+        (f'def Sphere "a" ({BODY})\n{{\nfloat3 physics:mass = (1, 2, 3)\n}}', "of the type `GfVec3`, not `number`"),
+        (f'def Sphere "a" ({BODY})\n{{\ntoken physxRigidBody:linearDamping = "x"\n}}', "not `number`"),
+        (MATERIALS.replace("float inputs:roughness = 0.25", 'string inputs:roughness = "x"'), "not `number`"),
+    ],
+)
+def test_values_of_other_types_are_errors(tmp_path: Path, text: str, told: str) -> None:
+    found, sink = attempt(tmp_path, text)
+    assert found is None
+    assert [each.code for each in sink.diagnostics()] == ["SC430"]
+    assert told in sink.diagnostics()[0].message
+
+
+def test_numbers_of_another_precision_are_read(tmp_path: Path) -> None:
+    found = read(tmp_path, f'def Sphere "a" ({BODY})\n{{\nhalf radius = 0.5\ndouble physics:mass = 3\n}}')
+    assert entities(found)["a"]["mass"] == 3
+    assert entities(found)["a"]["shapes"][0]["radius"] == 0.5
+
+
+def test_other_up_axes_are_errors(tmp_path: Path) -> None:
+    _, sink = attempt(tmp_path, "", head='upAxis = "Q"')
+    assert "`upAxis` is `Q`" in sink.diagnostics()[0].message
+
+
+def test_a_material_without_a_surface_and_one_with_an_impossible_index_of_refraction(tmp_path: Path) -> None:
+    bound = "rel material:binding = </World/paint>\n"
+    schemas = BODY.replace("[", '["MaterialBindingAPI", ')
+    cube = f'def Cube "a" ({schemas})\n{{\n{bound}}}\n'
+    found = read(tmp_path, 'def Material "paint"\n{\n}\n' + cube)
+    assert "materials" not in found.document
+    paint = MATERIALS.replace(
+        "color3f inputs:diffuseColor.connect = </World/paint/t.outputs:rgb>", "float inputs:ior = -1"
+    )
+    assert "specular" not in read(tmp_path, paint + cube).document["materials"]["paint"]["visual"]

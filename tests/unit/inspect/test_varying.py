@@ -78,8 +78,12 @@ def test_a_field_is_called_as_in_the_file_and_nothing_is_drawn() -> None:
 
 
 def test_a_shape_of_a_plan_without_a_file_is_told_by_its_number() -> None:
-    structure = BodyStructure("dynamic", (BOX, CollisionShape(Sphere(between(1, 2)))))
-    assert differing(structure) == {"collisions[1].radius": "1 … 2"}
+    bits = per_scene([[1, 1, 0, 0], [2, 1, 0, 0], [2, 1, 0, 0]], "int64")
+    structure = BodyStructure("dynamic", (BOX, CollisionShape(Sphere(between(1, 2)), collision_groups=bits)))
+    assert differing(structure) == {
+        "collisions[1].radius": "1 … 2",
+        "collisions[1].collision_bits": "[1, 1, 0, 0] | [2, 1, 0, 0]",
+    }
 
 
 def test_a_pose_differs_in_its_position_or_its_rotation() -> None:

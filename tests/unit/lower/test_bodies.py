@@ -12,7 +12,7 @@ from plugins.structures import body_of
 from unit.lower.scenes import compiled, entity
 
 import scenecc
-from scenecc.lower.entities import BODY_FIELDS
+from scenecc.lower.field_types import BODY_FIELDS
 from scenecc.plan import CoacdParams, ConvexParts
 from scenecc.plan.body import VisualMaterial
 from scenecc.spec.body import MOTION_AXES, BodySpec

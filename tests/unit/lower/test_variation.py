@@ -1,4 +1,4 @@
-"""Forms and expressions of one field, and the key that a draw is known by, as `docs/draws.md` lists them."""
+"""Forms and expressions of one field, and the key that a draw is known by, as `docs/reference/draws.md` lists them."""
 
 from __future__ import annotations
 

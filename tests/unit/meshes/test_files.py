@@ -14,6 +14,7 @@ from plugins.mesh_files import TETRA, checked, glb, gltf_document, ply, stl, wri
 from plugins.plan_parts import ROOT
 from unit.checks.test_mesh_dae import DAE
 
+from scenecc.extras import install_hint
 from scenecc.meshes import MeshError
 from scenecc.meshes.files import MeshFiles
 from scenecc.plan.body import AssetFile
@@ -45,7 +46,7 @@ def turned() -> bytes:
 
 def made(folder: Path, name: str) -> Path:
     if name in {"bowl.obj", "bowl.glb", "mug.obj", "gem.stl"}:
-        return ROOT / "assets" / name
+        return ROOT / "scenes" / "assets" / name
     write(folder, "glass.mtl", MTL)
     return write(
         folder,
@@ -116,7 +117,7 @@ def test_images_of_a_material_are_those_that_sapien_loads(tmp_path: Path) -> Non
         "map_Ks": "g",
     }
     for name in "abcdefg":
-        (tmp_path / f"{name}.png").write_bytes((ROOT / "assets" / "checker.png").read_bytes())
+        (tmp_path / f"{name}.png").write_bytes((ROOT / "scenes" / "assets" / "checker.png").read_bytes())
     write(tmp_path, "m.mtl", "newmtl m\n" + "".join(f"{key} {name}.png\n" for key, name in words.items()))
     uvs = "vt 0 0\nvt 1 0\nvt 0 1\n"
     path = write(tmp_path, "m.obj", f"mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{uvs}f 1/1 2/2 3/3\n")
@@ -134,7 +135,7 @@ def test_images_of_a_material_are_those_that_sapien_loads(tmp_path: Path) -> Non
 def test_texture_coordinates_are_sapiens(name: str) -> None:
     from sapien import render
 
-    path = ROOT / "assets" / name
+    path = ROOT / "scenes" / "assets" / name
     (theirs,), (mine,) = render.RenderShapeTriangleMesh(str(path)).parts, MeshFiles().parts(checked(path, "seen"))
     assert mine.surface.uvs is not None
     there = np.column_stack([theirs.vertices, theirs.get_vertex_uv()])
@@ -191,12 +192,12 @@ def test_collada_asks_for_its_package(tmp_path: Path, monkeypatch: pytest.Monkey
     with pytest.raises(MeshError, match="pycollada") as problem:
         MeshFiles().parts(checked(path, "seen"))
     assert problem.value.code == "SC813"
-    assert problem.value.hint == 'run `pip install "scenecc[export]"`'
+    assert problem.value.hint == install_hint("export")
 
 
 def test_roughness_and_metal_of_one_image_are_told_apart(tmp_path: Path) -> None:
     document, body = gltf_document()
-    image = (ROOT / "assets" / "wear.png").read_bytes()
+    image = (ROOT / "scenes" / "assets" / "wear.png").read_bytes()
     document["bufferViews"].append({"buffer": 0, "byteOffset": len(body), "byteLength": len(image)})
     document["buffers"][0]["byteLength"] = len(body) + len(image)
     document["images"] = [{"bufferView": 2, "mimeType": "image/png"}]
@@ -214,7 +215,7 @@ def test_roughness_and_metal_of_one_image_are_told_apart(tmp_path: Path) -> None
 
 def test_nothing_is_read_that_the_check_did_not_find(tmp_path: Path) -> None:
     """A reader takes this comment for the name of a library; the check and the engine do not."""
-    image = (ROOT / "assets" / "checker.png").read_bytes()
+    image = (ROOT / "scenes" / "assets" / "checker.png").read_bytes()
     write(tmp_path, "secret.mtl", "newmtl a\nKd 0 0 1\nmap_Kd secret.png\n")
     write(tmp_path, "secret.png", image)
     (tmp_path / "scene").mkdir()

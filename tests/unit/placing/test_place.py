@@ -150,6 +150,13 @@ def test_where_nothing_fits_scene_and_tries_are_named() -> None:
     assert code_of(crowded) == ["SC354"]
 
 
+@pytest.mark.parametrize(("key", "value"), [("near", {"first": [3, 4]}), ("apart", 3)])
+def test_a_distance_beyond_the_size_of_the_target_is_told(key: str, value: Any) -> None:
+    wide = scene(1, first=thing(0), second=thing(0, **{key: value}))
+    with pytest.raises(SceneError, match=f"`{key}` asks for 3 m, and the top of `table` is"):
+        compile_scene(wide)
+
+
 def test_where_nothing_fits_what_most_tries_failed_at_is_named() -> None:
     with pytest.raises(SceneError, match=r"of the last tries in scene 0, 50 of 50 are not whole on `table`"):
         compile_scene(scene(3, cube=thing(0, region=[[0.49, 0], [0.5, 0.1]], tries=50)))

@@ -70,7 +70,7 @@ def _reordered(node: Any, orders: dict[str, list[int]]) -> Any:
             changed[slot.name] = Value(places[item.data])
         elif isinstance(slot.kind, ObjectKind | UnionKind):
             changed[slot.name] = _reordered(item, orders)
-        elif isinstance(slot.kind, ListKind) and not isinstance(slot.kind.item, ListKind):
+        elif isinstance(slot.kind, ListKind) and not isinstance(slot.kind.item, ListKind | ScalarKind):
             changed[slot.name] = tuple(_reordered(one, orders) for one in item)
             if slot.name in orders:
                 changed[slot.name] = tuple(changed[slot.name][index] for index in orders[slot.name])
@@ -87,6 +87,7 @@ def _sites(node: Any, path: str, rebuild: Callable[[Any], Any]) -> Iterator[Site
             return rebuild(dataclasses.replace(node, **{name: new}))
 
         if item is None or slot.name in {
+            "expectations",  # told as a whole: tests/unit/simulation/test_expect.py
             "files",
             "physical_materials",
             "visual_materials",

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plugins.maniskill_tasks import STEPS, Captured, LeftOut, capture_tasks, references
+from plugins.trajectory import first_difference
 
-from scenecc.decompiler.differing import differences
-from scenecc.decompiler.trajectory import first_difference
+from scenecc.decompiler.verify import differences
 
 pytestmark = [pytest.mark.maniskill, pytest.mark.timeout(600)]
 FOLDERS = ("assets/", "partnet_mobility/", "robots/", "scene_datasets/", "tasks/")
@@ -52,15 +52,19 @@ def test_a_task_is_captured_whole(tasks: dict[str, Captured | LeftOut]):
     assert len(links) == 15
     targets = [joint.value("drive_target") for joint in pick.scene.of_kind("joint") if joint.value("dof")]
     assert all(str(target) == "[0.0]" for target in targets)
-    assert pick.trajectory.poses.shape == (STEPS + 1, 19, 7)
-    assert np.abs(pick.trajectory.qpos[-1] - pick.trajectory.qpos[0]).max() > 1
+    moves = pick.trajectory
+    assert len(moves.states) == STEPS + 1
+    assert sum(label.startswith("pose of ") for label in moves.labels) == 19 * 7
+    qpos = [label.startswith("qpos of ") for label in moves.labels]
+    assert np.abs(moves.states[-1, qpos] - moves.states[0, qpos]).max() > 1
 
 
 def test_prefixes_of_maniskill_are_taken_off_names(tasks: dict[str, Captured | LeftOut]):
     two = captured(tasks, "TwoRobotPickCube-v1").bare()
-    assert [name for name, _ in two.trajectory.articulations] == ["panda_wristcam-agent-0", "panda_wristcam-agent-1"]
+    robots = [facts.name for facts in two.scene.of_kind("articulation")]
+    assert robots == ["panda_wristcam-agent-0", "panda_wristcam-agent-1"]
     links = two.scene.of_kind("PhysxArticulationLinkComponent")
-    assert {link.name for link in links} == set(two.trajectory.entities[:15])
+    assert {link.name for link in links} == {entity.name for entity in two.scene.of_kind("entity")[:15]}
     assert links[-1].value("articulation") == "panda_wristcam-agent-1"
     assert not [facts for facts in two.scene.of_kind("entity") if facts.name.startswith("scene-")]
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import scenecc
+from scenecc.extras import install_hint
 from scenecc.plan import ArticulationStructure, Intrinsic, Perspective
 from scenecc.plan.rendering import resize_camera, restrict_to_camera
 from scenecc.render import render
@@ -40,11 +41,60 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
         ({"size": (0, 4)}, "a size must be at least 1"),
         ({"size": (16385, 4)}, "1 to 16384 pixels a side"),
         ({"steps": -1}, "steps must be at least 0"),
+        ({"samples": 0}, "samples must be 1 to 256, not 0"),
+        ({"samples": 1000}, "samples must be 1 to 256, not 1000"),
+        ({"samples": 4, "what": "depth"}, "samples is for pictures in colour, not for depth"),
+        ({"labels": True, "what": "segmentation"}, "labels is for pictures in colour"),
+        ({"background": "chartreus"}, "background must be '#rrggbb' or a name of CSS"),
+        ({"background": "#ff000080"}, "background must be"),
+        ({"eye": (1, 2, 3), "look_at": (1.0, 2.0, 3.0)}, "look_at must not be the point where the camera stands"),
+        ({"eye": (1, 2, float("nan"))}, "eye must be within"),
+        ({"camera": "wide", "focus": "cube"}, "focus is for the camera that frames the scene"),
+        ({"contacts": True}, "contacts needs steps"),
+        ({"legend": True}, "legend is for depth and segmentation, not for color"),
+        ({"legend": True, "what": "depth", "film": "gif", "steps": 3}, "legend is for a picture, not for a film"),
+        ({"shader": "minimal", "what": "normal"}, "`minimal` sees no normals"),
+        ({"preset": "stage"}, "preset must be one of studio, plain, dark"),
     ],
 )
 def test_an_argument_out_of_its_range_is_a_value_error(arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         scenecc.render_scene(SCENE, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        ({"focus": "cub"}, "SC910", "the scene has no entity 'cub'"),
+        ({"focus": "arm/tap"}, "SC910", "the scene has no entity 'arm/tap'"),
+        (
+            {"size": (4000, 3000), "samples": 64},
+            "SC912",
+            "a picture of 4000 × 3000 pixels with 64 samples each takes more",
+        ),
+        ({"size": (16384, 16384)}, "SC912", "pixels is more than"),
+    ],
+)
+def test_what_the_plan_does_not_have_or_nobody_waits_for_is_refused(
+    arguments: dict[str, Any], code: str, words: str
+) -> None:
+    with pytest.raises(scenecc.SceneError) as caught:
+        scenecc.render_scene(SCENE, **arguments)
+    (told,) = caught.value.diagnostics
+    assert (told.code, words in told.message) == (code, True)
+    if "focus" in arguments:
+        assert told.hint in {"did you mean `cube`?", "did you mean `arm/tip`?"}
+
+
+def test_eyes_are_read_from_the_command_line() -> None:
+    import typer
+
+    from scenecc.cli.render_options import point
+
+    assert point("1,-0.5,2e-1") == (1, -0.5, 0.2)
+    for text in ("1,2", "1,2,x", "1,2,3,4", ""):
+        with pytest.raises(typer.BadParameter, match="is not X,Y,Z in metres"):
+            point(text)
 
 
 def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,7 +104,7 @@ def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest
         with pytest.raises(scenecc.SceneError) as caught:
             scenecc.render_scene(SCENE, film=film, steps=3)
         (told,) = caught.value.diagnostics
-        assert (told.code, told.hint) == ("SC812", "pip install 'scenecc[pictures]'")
+        assert (told.code, told.hint) == ("SC812", install_hint("pictures"))
         assert told.message == f"pictures need {words}, not installed here"
         assert caught.value.at_fault == "machine"
 

@@ -1,4 +1,4 @@
-"""Each attribute that the installed MuJoCo knows is built, told or without an effect, as docs/mjcf.md says."""
+"""Each attribute of the installed MuJoCo is built, told or without an effect, as docs/reference/mjcf.md says."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scenecc.source.paths import AssetScope, ResolvedFile
 
 mujoco: Any = pytest.importorskip("mujoco")
 
-PAGE = Path(__file__).parents[3] / "docs/mjcf.md"
+PAGE = Path(__file__).parents[3] / "docs/reference/mjcf.md"
 
 
 def documented() -> dict[str, set[str]]:

@@ -27,7 +27,7 @@ from scenecc.robots.description import (
     HeightfieldGeometry,
     RobotDescription,
 )
-from scenecc.robots.numeric_meshes import numeric_mesh
+from scenecc.robots.mujoco.shapes import numeric_mesh
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -110,6 +110,9 @@ def test_a_body_over_nothing_falls_for_ever() -> None:
     }
     (one,) = check_scene(document, settle=0)
     assert (one.code, one.path) == ("SC852", "entities.beside")
+    document["physics"] = {"gravity": [0, 0, 0]}
+    assert check_scene(document) == []
+    del document["physics"]
     document["entities"]["beside"]["gravity"] = False
     assert check_scene(document, settle=0) == []
 

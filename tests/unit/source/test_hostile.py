@@ -164,6 +164,7 @@ def test_where_a_character_is_refused() -> None:
     (found,) = sink.diagnostics()
     assert (found.line, found.column) == (2, 6)
     assert "U+0007" in found.message
+    assert found.hint == 'delete it, or write "\\u0007" in double quotes'
 
 
 def test_files_that_are_no_files(tmp_path: Path, second: None) -> None:

@@ -135,11 +135,11 @@ def test_permissions(tree: Path) -> None:
 @pytest.mark.parametrize(
     ("uri", "meant"),
     [
-        ("meshes/bowl.obj", "Bowl.obj"),
-        ("meshes/Bowl.stl", "Bowl.obj"),
-        ("meshes/Bowll.obj", "Bowl.obj"),
+        ("meshes/bowl.obj", "meshes/Bowl.obj"),
+        ("meshes/Bowl.stl", "meshes/Bowl.obj"),
+        ("./meshes/../meshes/Bowll.obj", "./meshes/../meshes/Bowl.obj"),
         ("mesh/Bowl.obj", "meshes/Bowl.obj"),
-        ("meshes/texture/oak.png", "textures/oak.png"),
+        ("meshes/texture/oak.png", "meshes/textures/oak.png"),
         ("Meshes/textures/oak.png", "meshes/textures/oak.png"),
     ],
 )
@@ -171,7 +171,7 @@ def test_asset_roots_are_searched_in_order(tree: Path, tmp_path: Path) -> None:
     assert (found.path, found.uri) == ((other / "bowl.obj").resolve(), "asset://bowl.obj")
     assert refused(resolve_path("asset://../secret.obj", base=tree, scope=first)).code == "SC402"
     missing = refused(resolve_path("asset://bowl.stl", base=tree, scope=first))
-    assert (missing.code, missing.hint) == ("SC401", "did you mean `Bowl.obj`?")
+    assert (missing.code, missing.hint) == ("SC401", "did you mean `asset://Bowl.obj`?")
     assert str(other) in missing.message
     assert refused(resolve_path("asset://bowl.obj", base=tree, scope=AssetScope(root=tree))).code == "SC406"
     # What lies in an asset root may be named by a plain path too.

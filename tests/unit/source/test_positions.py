@@ -9,6 +9,7 @@ from plugins.diagnostics import TakingSink
 
 from scenecc.diagnostics.diagnostic import At, Location, Origin, Path
 from scenecc.source import Document, Limits, read_dict, read_text
+from scenecc.source.document import written_tree
 
 TEXT = """\
 scenecc: 1
@@ -128,3 +129,31 @@ def test_places_at_a_depth_beyond_pythons_stack(sink: TakingSink) -> None:
     assert document is not None
     assert document.locate(Origin(None, ("a",)), "value").line == 1
     assert document.locate(Origin(None, ("b", *[0] * 460)), "value").line is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "whole", "path", "span"),
+    [
+        ("a:\n  b: 1\n  c: 2\n", True, ("a", "c"), (2, 2, 3)),
+        ("a:\n  b: 1\n  c: [1, {d: ", False, ("a", "c"), (2, 2, 3)),
+        ("a:\n  b: 1\n  - c\nd: 1\n", False, ("a", "b"), (1, 2, 3)),
+        ("a: [{b: 1, c: 2", False, ("a", 0, "b"), (0, 5, 6)),
+        ("a: &x {b: *x}\n", True, ("a", "b"), (0, 7, 8)),
+        ("a: {<<: {b: 1}}\n", True, ("a", "b"), (0, 9, 10)),
+    ],
+)
+def test_the_tree_of_a_text_ends_where_that_is_wrong(text, whole, path, span) -> None:
+    tree = written_tree(text)
+    assert tree.is_whole is whole
+    node = tree.root
+    for step in path[:-1]:
+        node = node.entries[step].node if isinstance(step, str) else node.items[step]
+    assert node.entries[path[-1]].key == span
+
+
+def test_the_tree_of_nothing_and_of_what_is_too_deep() -> None:
+    assert written_tree("").is_whole
+    assert written_tree("").root.entries == {}
+    deep = written_tree("a: 1\nb: " + "[" * 5000)
+    assert not deep.is_whole
+    assert deep.root.entries["a"].node.text == "1"

@@ -41,7 +41,7 @@ CASES = {
     "a: & b": (1, 4, 5, "cannot start with `&`", "quote"),
     'a: "\\q"': (1, 5, 6, "escape", "backslash"),
     "a: - 1": (1, 4, 5, "list item cannot start here", "line of its own"),
-    "a:\n- 1\nb: 2\n- 3": (4, 1, 2, "list item among keys", "dashes"),
+    "a:\n- 1\nb: 2\n- 3": (4, 1, 2, "list item among keys", "not both"),
     "a:\n  - b\n  c: 1": (3, 3, 4, "not an item", "`- `"),
     "a: 1\n...\nb": (3, 1, 2, "follows the end", None),
     "a: |x\n  b": (1, 5, 6, "comment or line break", None),

@@ -130,7 +130,7 @@ def test_a_form_in_place_of_a_mapping_is_one_diagnostic(form: str, path: tuple[A
         ({"body_type": {"cycle": ["static"]}}, "body_type"),
         ({"scene_idxs": {"cycle": [1]}}, "scene_idxs"),
         ({"locked_axes": ["x", {"choice": ["y"]}]}, "locked_axes[1]"),
-        ({"shapes": {"choice": [[BALL]]}}, "shapes"),
+        ({"shapes": {"choice": [[BALL]]}}, "shapes.choice"),
     ],
 )
 def test_structure_never_varies(keys: dict[str, Any], path: str) -> None:
@@ -155,7 +155,7 @@ def test_structure_never_varies(keys: dict[str, Any], path: str) -> None:
         ({"with": {}}, "SC101", "with", "`use`"),
         ({"pick": 0}, "SC101", "pick", "`variants`"),
         ({"repaet": {}}, "SC101", "repaet", "`repeat`"),
-        ({"if": "n > 1"}, "SC103", "if", "`${n > 1}`"),
+        ({"if": "n > 1"}, "SC103", "if", '"${n > 1}"'),
     ],
 )
 def test_what_was_probably_meant_of_variation_is_said(keys: dict[str, Any], code: str, path: str, words: str) -> None:

@@ -30,6 +30,7 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
         ({"mass": {"range": [0.1, 0.2]}, **SHAPES}, "SC103", ".mass", "`{uniform: [low, high]}`"),
         ({"mass": {"randint": [1, 2]}, **SHAPES}, "SC103", ".mass", "`{integers: [low, high]}`"),
         ({"mass": {"gamma": [1, 2]}, **SHAPES}, "SC103", ".mass", "choice, cycle, integers, log_uniform, normal"),
+        ({"mass": "500g", **SHAPES}, "SC103", ".mass", "write 0.5: masses are in kg"),
         ({"mass": "$mass", **SHAPES}, "SC103", ".mass", '"${mass}"'),
         ({"mass": "{{ mass }}", **SHAPES}, "SC103", ".mass", '"${mass}"'),
         ({"mass": "${1 > 2 ? 3 : 4}", **SHAPES}, "SC118", ".mass", "`a if condition else b`"),
@@ -66,7 +67,7 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
         ({"uid": "panda"}, "SC101", ".uid", "`{use: scenecc:table_scene, with: {robot: …}}`"),
         ({"position": [0, 0, 1], **SHAPES}, "SC101", ".position", "`pose`"),
         ({"urdf": "a.urdf", "position": [0, 0, 1]}, "SC101", ".position", "`pose`"),
-        ({"pose": {"position": [0, 0, 1]}, **SHAPES}, "SC101", ".pose.position", "`p`"),
+        ({"pose": {"position": [0, 0, 1]}, **SHAPES}, "SC101", ".pose.position", "`p: [x, y, z]`"),
         (
             {"shapes": [{"type": "cylinder", "radius": 1, "half_length": 1, "height": 2}]},
             "SC101",

@@ -212,6 +212,10 @@ def test_what_has_no_value_is_an_error_at_its_place(text: str, marked: str, mess
     assert found == marked or (marked == "}" and error.start == text.index("}"))
 
 
+def test_an_expression_without_its_end_says_how_to_end_it() -> None:
+    assert refused("a ${i").hint == "close it with `}`; write `$${` for the characters themselves"
+
+
 def test_errors_suggest_near_names() -> None:
     assert refused("${sizze}").hint == "did you mean `size`?"
     assert refused("${floow(1)}").hint == "did you mean `floor`?"

@@ -16,7 +16,7 @@ from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.nodes import Chosen, Drawn, Key, Node, RandomRotated
 
-PAGE = (Path(__file__).parents[3] / "docs/draws.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs/reference/draws.md").read_text(encoding="utf-8")
 KEY = Key("entities", "cube", "pose.p")
 
 GOLDEN_WORDS = [

@@ -14,10 +14,9 @@ from scenecc.spec.json_schema import json_schema
 from scenecc.spec.params import Draw
 from scenecc.variation import evaluation, forms, node_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS
-from scenecc.variation.enumeration import MAX_DRAWS_READ
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.forms import FORM_KEYS, Template
-from scenecc.variation.node_bounds import find_bounds
+from scenecc.variation.node_bounds import MAX_DRAWS_READ, find_bounds
 from scenecc.variation.nodes import (
     NODES,
     Chosen,

@@ -1,4 +1,4 @@
-"""`shuffle`: a random order of a list, one a scene, as docs/draws.md has it."""
+"""`shuffle`: a random order of a list, one a scene, as docs/reference/draws.md has it."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from scenecc import ParamRow
-from scenecc.viewer.panel import AS_WRITTEN, add_control, read_text
+from scenecc.viewer.controls import AS_WRITTEN, add_control, read_text
 
 
 class Gui:

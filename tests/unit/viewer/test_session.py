@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,71 +14,13 @@ import pytest
 pytest.importorskip("viser", reason="needs the extra `view`")
 
 import viser
+from plugins.shown import BALL, MORE, SCENE, Shown
 
 import scenecc
-from scenecc import PageAddress, ViewOptions
+from scenecc import ViewOptions
 from scenecc.diagnostics import Diagnostic
 from scenecc.diagnostics.diagnostic import Location
-from scenecc.options import Options
-from scenecc.viewer.page import close_server, open_server
-from scenecc.viewer.panel import AS_WRITTEN
-from scenecc.viewer.session import Session
-
-SCENE = """\
-scenecc: 1
-num_scenes: 2
-params:
-  size: {default: 0.1, min: 0.05, max: 0.5}
-entities:
-  ball: {pose: {p: [0, 0, {uniform: [1, 2]}]}, shapes: [{type: sphere, radius: "${size}"}]}
-"""
-MORE = "  more: {pose: [1, 0, 0.5], shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}\n"
-BALL = "/scene 0/ball"
-
-
-class Shown:
-    """A session, and what its page shows. `params`: given at its start."""
-
-    def __init__(
-        self,
-        server: viser.ViserServer,
-        path: Path,
-        look: ViewOptions | None = None,
-        params: dict[str, Any] | None = None,
-    ) -> None:
-        self.server, self.path = server, path
-        self.told: list[list[str]] = []
-        options = Options.of(params=params)
-        self.session = Session(server, lambda: str(path), options, look or ViewOptions(), path=path, told=self._hear)
-
-    def _hear(self, diagnostics: Any) -> None:
-        found: list[Diagnostic] = list(diagnostics)
-        self.told.append([one.code for one in found])
-
-    def node(self, path: str) -> Any:
-        return self.server.scene.get_handle_by_name(path)
-
-    def texts(self) -> str:
-        """All texts of the panels."""
-        panel = self.session._panel
-        return "\n".join(each.content for each in (panel._fault, panel._warnings, panel._time, panel._facts))
-
-
-@pytest.fixture
-def server() -> Iterator[viser.ViserServer]:
-    made = open_server(PageAddress(port=0), "test")
-    yield made
-    close_server(made)
-
-
-@pytest.fixture
-def shown(server: viser.ViserServer, tmp_path: Path) -> Iterator[Shown]:
-    path = tmp_path / "scene.yaml"
-    path.write_text(SCENE)
-    made = Shown(server, path)
-    made.session.start()
-    yield made
-    made.session.close()
+from scenecc.viewer.controls import AS_WRITTEN
 
 
 def test_a_save_shows_what_is_new_and_leaves_the_rest(shown: Shown) -> None:
@@ -194,7 +136,8 @@ def test_what_is_shown_of_it_changes_nothing_of_the_simulation(shown: Shown) -> 
     assert shown.node(f"{BALL}/collision 0") is not None
     assert (shown.node(BALL).position == place).all()
     shown.session.look_at(ViewOptions(visual=False))
-    assert not shown.node(BALL).show_axes
+    # What shows nothing has no node.
+    assert shown.node(BALL) is None
     assert shown.node(f"{BALL}/name") is None
     assert shown.node(f"{BALL}/visual 0") is None
 

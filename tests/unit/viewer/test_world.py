@@ -19,8 +19,10 @@ import trimesh
 import zstandard
 
 import scenecc
+from scenecc.extras import install_hint
 from scenecc.options import Options
 from scenecc.viewer import PageAddress, ViewOptions, page_of_source, view_scene
+from scenecc.viewer.cameras import first_view
 from scenecc.viewer.nodes import Files, Frame, Name, SurfaceNode
 from scenecc.viewer.world import Loading, World, check_scene, load
 
@@ -324,7 +326,7 @@ def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest
             call({"scenecc": 1})
         (told,) = caught.value.diagnostics
         assert told.file == "scenecc", "it is no fault of a scene's"
-        assert (told.code, told.hint) == ("SC816", 'run `pip install "scenecc[view]"`')
+        assert (told.code, told.hint) == ("SC816", install_hint("view"))
         assert told.message == "a page needs viser and watchfiles, not installed here"
         assert caught.value.at_fault == "machine"
 
@@ -336,3 +338,40 @@ def test_a_simulation_that_diverges_gives_no_page(tmp_path: Path) -> None:
     with pytest.raises(scenecc.SceneError) as caught:
         page_of_source(path, steps=20)
     assert ([found.code for found in caught.value.diagnostics], caught.value.at_fault) == (["SC820"], "scene")
+
+
+def test_a_page_opens_at_the_files_camera_or_at_what_moves() -> None:
+    wall = {"type": "box", "half_size": [0.1, 8, 3]}
+    room = {
+        "wall": {"body_type": "static", "pose": [6, 0, 3], "shapes": [wall]},
+        "cube": {"pose": [0, 0, 0.1], "shapes": [BOX]},
+        "arm": ARM,
+    }
+    cameras = {
+        "hand": {"mount": "arm/tip", "fovy_deg": 40, "width": 64, "height": 48},
+        "side": {"pose": {"p": [0, 5, 1], "look_at": [0, 0, 1]}, "fovx_deg": 90, "width": 64, "height": 48},
+        "flat": {
+            "pose": {"p": [0, 0, 5], "rpy_deg": [0, 89, 0]},
+            "orthographic": {"top": 2},
+            "width": 64,
+            "height": 48,
+        },
+    }
+    scene = {"scenecc": 1, "entities": room, "cameras": cameras}
+    made = world(scene=scene)
+    picture = made.picture(ViewOptions(), Files())
+    hand, side, flat = picture.views
+    assert (hand.name, hand.mounted, side.mounted) == ("hand", True, False)
+    assert first_view(picture.views, picture.solids, grid=False) == side
+    assert first_view(picture.views, picture.solids, grid=True) is None
+    assert side.position == pytest.approx((0, 5, 1))
+    assert side.look_at[0] == pytest.approx(0, abs=1e-6)
+    assert side.fov == pytest.approx(2 * np.arctan(48 / 64))
+    distance = np.linalg.norm(np.subtract(flat.look_at, flat.position))
+    assert distance * np.tan(flat.fov / 2) == pytest.approx(2)
+    opened = first_view((), picture.solids, grid=False)
+    assert opened is not None
+    # Not of the wall, which is much larger than what moves before it.
+    assert np.linalg.norm(np.subtract(opened.look_at, (0.5, 0, 0.5))) < 1
+    assert np.linalg.norm(opened.position) < 8
+    made.close()

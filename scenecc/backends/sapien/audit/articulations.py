@@ -32,9 +32,8 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.comparison import BatchComparison, ExpectedProperties
     from scenecc.backends.sapien.audit.reference import EngineDefaults, ReferenceMeshes
     from scenecc.backends.sapien.preparation import PreparedArticulation
+    from scenecc.geometry.rotation_arrays import Floats
     from scenecc.plan import ArticulationStructure, Entity, Joint, Value
-
-    Floats = NDArray[np.float64]
 
 
 def center_of_mass_reach(links: Iterable[Any]) -> float:

@@ -12,6 +12,7 @@ from scenecc.backends.sapien.audit.comparison import (
     AUDIT_CODE,
     BatchComparison,
     BodyLocation,
+    ExpectedProperties,
     format_value,
     is_same,
     is_same_local_pose,
@@ -21,6 +22,7 @@ from scenecc.backends.sapien.audit.reference import (
     MESH_TOLERANCE,
     PRECISION_CODE,
     EngineDefaults,
+    ReferenceMeshes,
     body_mass,
     expected_friction,
     expected_mass,
@@ -40,18 +42,15 @@ from scenecc.backends.sapien.properties import (
     to_poses,
 )
 from scenecc.plan import ConvexMesh, ConvexParts, Heightfield, Mesh, MeshGeometry, Plane, TriangleMesh
-from scenecc.plan.body import VisualMaterial
+from scenecc.plan.body import Texture, VisualMaterial
 from scenecc.plan.geometry import RevolvedSolid
 from scenecc.plan.properties import MAX_BODY_OFFSET
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from scenecc.backends.sapien.audit.comparison import ExpectedProperties
-    from scenecc.backends.sapien.audit.reference import ReferenceMeshes
     from scenecc.backends.sapien.preparation import PreparedActor, PreparedEntity, StructureRows
     from scenecc.plan import BodyStructure, CollisionShape, Inertial, ScenePlan, Value, VisualShape
-    from scenecc.plan.body import Texture
 
 
 class ShapeAudit:

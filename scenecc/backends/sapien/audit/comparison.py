@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from scenecc.backends.sapien.engine import sapien
-from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.diagnostic import Location, Origin
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator, Sequence
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.preparation import PreparedEntity
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin
-
 
 AUDIT_CODE = "SC802"
 

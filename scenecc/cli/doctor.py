@@ -1,0 +1,137 @@
+"""`scenecc doctor`."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final, Literal
+
+from scenecc.cli.options import TableFormat, TableFormatOption
+from scenecc.cli.output import print_json, print_out
+from scenecc.extras import DRIVER_HINT, EXTRAS, install_hint
+from scenecc.interrupt import child
+from scenecc.version import VERSION
+
+_PACKAGES: Final = ("sapien", "pydantic", "numpy", "trimesh")
+
+_ASK_ENGINE: Final = """
+import json, warnings
+warnings.simplefilter("ignore")
+import sapien
+found = {}
+for name, ask in (("render", lambda: sapien.render.RenderSystem().device), ("cuda", lambda: sapien.Device("cuda"))):
+    try:
+        found[name] = ask().name
+    except RuntimeError:
+        found[name] = None
+print(json.dumps(found))
+"""
+"""Asked in a process of its own: a driver at fault may end it."""
+
+_CUDA_HINT: Final = "only simulation on a GPU needs it: a driver of NVIDIA, and PhysX's GPU library, which SAPIEN loads"
+_ENGINE_SECONDS: Final = 60
+
+_NEXT: Final = "\nScenes are checked and built without what is missing. To begin: `scenecc init demo`\n"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line: what was looked at, whether it is there, what it is, and how to get what is missing."""
+
+    name: str
+    state: Literal["ok", "missing"]
+    found: str
+    hint: str | None = None
+
+
+def doctor(*, form: TableFormatOption = TableFormat.text) -> None:
+    """Say what this machine can do, and how to get what is missing.
+
+    It looks for a device that renders, a GPU that simulates, the extras, and ManiSkill's assets. What is missing is no
+    error: scenes are checked and built without any of it.
+
+    \b
+    Examples:
+      scenecc doctor
+      scenecc doctor --format json
+    """
+    checks = [*_versions(), *_devices(), *_extras(), *_assets()]
+    if form is TableFormat.json:
+        print_json({"checks": [asdict(check) for check in checks]})
+        return
+    width = max(len(check.name) for check in checks)
+    for check in checks:
+        print_out(f"{check.state:7}  {check.name:{width}}  {check.found}\n")
+        if check.hint is not None:
+            for line in check.hint.splitlines():
+                print_out(f"{'':9}{'':{width}}  {line}\n")
+    print_out(_NEXT)
+
+
+def _versions() -> list[Check]:
+    packages = [f"{name} {_version(name)}" for name in _PACKAGES]
+    return [
+        Check(
+            "scenecc", "ok", f"{VERSION}, Python {platform.python_version()}, {platform.system()} {platform.machine()}"
+        ),
+        Check("packages", "ok", ", ".join(packages)),
+    ]
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "?"
+
+
+def _devices() -> list[Check]:
+    try:
+        command = [sys.executable, "-c", _ASK_ENGINE]
+        with child(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+            output, _ = process.communicate(timeout=_ENGINE_SECONDS)
+        found = json.loads(output.splitlines()[-1])
+    except (subprocess.SubprocessError, ValueError, IndexError):
+        found = {"render": None, "cuda": None}
+    return [
+        _device("pictures", found["render"], "no device renders", DRIVER_HINT),
+        _device("GPU", found["cuda"], "no CUDA device", _CUDA_HINT),
+    ]
+
+
+def _device(name: str, device: str | None, lacking: str, hint: str) -> Check:
+    return Check(name, "missing", lacking, hint) if device is None else Check(name, "ok", device)
+
+
+def _extras() -> list[Check]:
+    checks: list[Check] = []
+    for name, extra in EXTRAS.items():
+        lacking = extra.missing
+        if lacking:
+            found = f"{extra.purpose}: needs {', '.join(lacking)}"
+            checks.append(Check(f"[{name}]", "missing", found, install_hint(name)))
+        else:
+            checks.append(Check(f"[{name}]", "ok", extra.purpose))
+    return checks
+
+
+def _assets() -> list[Check]:
+    """What ManiSkill has downloaded, where it looks for it."""
+    if find_spec("mani_skill") is None:
+        return []
+    folder = Path(os.environ.get("MS_ASSET_DIR", Path.home() / ".maniskill")) / "data"
+    hint = "`python -m mani_skill.utils.download_asset NAME` gets what a task or robot needs; all else ships with it"
+    try:
+        names = sorted(f"{one.parent.name}/{one.name}" for one in folder.glob("*/*") if one.is_dir())
+    except OSError:
+        names = []
+    if not names:
+        return [Check("ManiSkill's assets", "missing", f"nothing in {folder}", hint)]
+    return [Check("ManiSkill's assets", "ok", f"{folder}: {', '.join(names)}")]

@@ -1,0 +1,95 @@
+"""`scenecc init`."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable
+from typing import Annotated, Final, NoReturn
+
+import typer
+
+from scenecc.cli.completion import one_of
+from scenecc.cli.output import end, folder_refusal, print_out, usage_error, write_files
+from scenecc.extras import EXTRAS, install_hint
+from scenecc.starter import ROBOTS, TEMPLATES, starter_files
+
+_HERE: Final = "."
+
+_TEMPLATES: Final = "; ".join(f"{name}: {template.description}" for name, template in TEMPLATES.items())
+
+
+def init(
+    name: Annotated[
+        str, typer.Argument(metavar="[NAME]", help="The folder to write; it must be new or empty.", show_default=False)
+    ] = _HERE,
+    *,
+    template: Annotated[
+        str, typer.Option("--template", metavar="NAME", help=f"{_TEMPLATES}.", autocompletion=one_of(TEMPLATES))
+    ] = "pick_place",
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            "--robot",
+            metavar="NAME",
+            help=f"One of {', '.join(ROBOTS)}.",
+            show_default="the template's",
+            autocompletion=one_of(ROBOTS),
+        ),
+    ] = None,
+) -> None:
+    """Write a folder to begin with: a scene, its robot and a test.
+
+    The scene is commented, and an editor completes its keys by the schema beside it. With it come the commit hook and a
+    workflow of GitHub. `panda` needs the extra `maniskill`, which has its files.
+
+    \b
+    Examples:
+      scenecc init demo
+      scenecc init demo --template kitchen --robot panda
+      scenecc init demo --template locomotion
+    """
+    if template not in TEMPLATES:
+        _refuse("template", template, TEMPLATES)
+    chosen = _robot(template, robot)
+    if (reason := folder_refusal(name)) is not None:
+        end([usage_error("SC904", reason, file=name)])
+    files = starter_files(template, chosen)
+    if (fault := write_files(name, files, folder=True)) is not None:
+        end([usage_error(*fault, file=name)])
+    print_out(_summary(name, list(files)))
+
+
+def _robot(template: str, robot: str | None) -> str | None:
+    """The robot that is written. Ends the command where it cannot be."""
+    row = TEMPLATES[template]
+    if robot is None:
+        return row.robots[0] if row.needs_robot else None
+    if robot not in ROBOTS:
+        _refuse("robot", robot, row.robots)
+    if robot not in row.robots:
+        _end("robot", f"the template {template} is not for `{robot}`: it takes {' or '.join(row.robots)}")
+    extra = ROBOTS[robot]
+    if extra is not None and EXTRAS[extra].missing:
+        _end("robot", f"`{robot}` is in the extra `{extra}`, which is not installed: {install_hint(extra)}")
+    return robot
+
+
+def _refuse(option: str, word: str, known: Iterable[str]) -> NoReturn:
+    from scenecc.cli.options import shown
+    from scenecc.diagnostics.messages import suggest
+
+    _end(option, f"there is no {option} {shown(word)}; {suggest(word, known)}")
+
+
+def _end(option: str, message: str) -> NoReturn:
+    raise typer.BadParameter(message, param_hint=f"'--{option}'")
+
+
+def _summary(folder: str, files: list[str]) -> str:
+    """What was written, and the next three commands."""
+    see = "scenecc inspect scene.yaml" if EXTRAS["view"].missing else "scenecc view scene.yaml"
+    commands = ["scenecc check scene.yaml", see, "pytest"]
+    if folder != _HERE:
+        commands = [f"cd {shlex.quote(folder)}", *commands[:2]]
+    lines = [f"wrote {', '.join(files)}", "", "next:", *(f"  {command}" for command in commands)]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,45 @@
+"""`scenecc lsp`."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from scenecc.cli.options import takes_compile_options
+from scenecc.cli.output import Status, print_err
+from scenecc.cli.settings import SettingsFinder
+from scenecc.extras import EXTRAS, install_hint
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+
+
+@partial(takes_compile_options, names=("asset_roots", "allow_outside_assets", "limits"))
+def lsp(*, options: dict[str, Any]) -> None:
+    """Serve an editor: findings while you type, and more.
+
+    The editor starts this command and talks to it on standard input and output, by the Language Server Protocol: how
+    editors are set up is in docs/how-to/editor.md. It shows findings while you type, completes keys, names, links,
+    files and parameters, tells units, sizes and masses, and finds, renames and corrects. `[tool.scenecc]` of the
+    nearest pyproject.toml applies as to `validate`.
+
+    \b
+    Examples:
+      scenecc lsp
+      scenecc lsp --asset-root ~/assets
+    """
+    if EXTRAS["lsp"].missing:
+        print_err(f"scenecc: the language server needs the extra `lsp`: {install_hint('lsp')}\n")
+        raise typer.Exit(Status.machine)
+    from scenecc.lsp.features import serve
+    from scenecc.options import Options
+
+    serve(Options.of(**options), _wanted)
+
+
+def _wanted(diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
+    """The findings of a scene that its settings want, as they are now."""
+    finder = SettingsFinder(None, (), strict=False)
+    return finder.of(scene).apply(diagnostics, scene)

@@ -1,0 +1,105 @@
+"""`scenecc pack`."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from scenecc.cli.completion import complete_scene
+from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
+from scenecc.cli.output import (
+    STDOUT,
+    end,
+    print_asides,
+    print_err,
+    print_json,
+    print_out,
+    scene_errors,
+    unwritten,
+    usage_error,
+    write,
+)
+from scenecc.cli.paths import STDIN, path_faults
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.source.pack import Manifest
+
+
+@partial(takes_compile_options, names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"))
+def pack(
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE", help="A scene file; with --list a pack.", autocompletion=complete_scene)
+    ],
+    *,
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="FILE", help="Output file, NAME.scn; - is standard output.")
+    ] = None,
+    add: Annotated[
+        list[Path] | None,
+        typer.Option("--add", metavar="PATH", help="Pack a further file or folder; may be repeated."),
+    ] = None,
+    listed: Annotated[bool, typer.Option("--list", help="List what is in a pack, with SHA-256 hashes.")] = False,
+    form: TableFormatOption = TableFormat.text,
+    options: dict[str, Any],
+) -> None:
+    """Make one archive of a scene and all files that it uses.
+
+    Every command and function that takes a scene takes the pack. It needs no asset roots and no packages, and reads
+    nothing outside. The same files give the same bytes on any machine.
+
+    The pack has the files of all seeds, of the parameters' defaults and of --set. Where file names depend on
+    parameters of the type choice or boolean, it has the files of all their values.
+
+    \b
+    Examples:
+      scenecc pack scenes/tray.yaml -o tray.scn
+      scenecc pack scenes/tray.yaml --add scenes/assets/bowl.obj -o tray.scn
+      scenecc pack --list tray.scn
+      scenecc build tray.scn
+    """
+    import scenecc
+    from scenecc.files import PACK_SUFFIX
+
+    if listed == (output is not None):
+        raise typer.BadParameter("give either -o FILE or --list", param_hint="'-o'")
+    if scene == STDIN:
+        raise typer.BadParameter("a scene from standard input is in no folder: name its file", param_hint="'SCENE'")
+    if output is not None and output != STDOUT and Path(output).suffix.lower() != PACK_SUFFIX:
+        raise typer.BadParameter(f"a pack is called NAME{PACK_SUFFIX}", param_hint="'-o'")
+    if faults := [*path_faults(scene, output), *_missing(add or [])]:
+        end(faults)
+    with scene_errors(options):
+        if listed:
+            from scenecc.pack import read_pack
+
+            manifest, content = read_pack(scene).manifest, None
+        else:
+            try:
+                packed = scenecc.pack_scene(scene, add=add or (), **options)
+            except OSError as error:
+                end([usage_error(*unwritten(error.filename or output or scene, error), file=output)])
+            manifest, content = packed.manifest, packed.content
+            print_asides(packed.diagnostics)
+    if content is not None and output is not None:
+        if (fault := write(output, content)) is not None:
+            end([usage_error(*fault, file=output)])
+        print_err(f"{output}: {len(manifest.files)} file{'s' * (len(manifest.files) != 1)}, {len(content)} bytes\n")
+    elif form is TableFormat.json:
+        print_json(manifest.model_dump())
+    else:
+        print_out(_text(manifest))
+
+
+def _missing(paths: list[Path]) -> list[Diagnostic]:
+    missing = [str(path) for path in paths if not path.exists()]
+    return [usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in missing]
+
+
+def _text(manifest: Manifest) -> str:
+    """A line a file, as `sha256sum` has it; the scene first."""
+    names = [manifest.entry, *(name for name in manifest.files if name != manifest.entry)]
+    return "".join(f"{manifest.files[name]}  {name}\n" for name in names)

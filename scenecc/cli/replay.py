@@ -1,0 +1,125 @@
+"""`scenecc replay`."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from scenecc.cli.completion import complete_scene
+from scenecc.cli.options import Format, FormatOption, shown, takes_compile_options
+from scenecc.cli.output import (
+    STDOUT,
+    end,
+    outlive_pipes,
+    print_asides,
+    print_err,
+    print_out,
+    progress,
+    refusal,
+    scene_errors,
+    usage_error,
+    write,
+)
+from scenecc.cli.paths import STDIN, source_of
+from scenecc.cli.tables import plain
+
+if TYPE_CHECKING:
+    from scenecc.passports import PassportContent
+    from scenecc.pipeline import CompiledSource
+
+Passport = Annotated[
+    str,
+    typer.Argument(
+        metavar="PASSPORT",
+        help="A file with a passport, the passport itself, or - for standard input.",
+        show_default=False,
+    ),
+]
+File = Annotated[
+    str | None,
+    typer.Option(
+        "--file",
+        metavar="SCENE",
+        help="The scene file.",
+        show_default="the path in the passport",
+        autocompletion=complete_scene,
+    ),
+]
+AnyVersion = Annotated[
+    bool, typer.Option("--any-version", help="Build with other versions than the passport's, with a warning.")
+]
+Render = Annotated[str | None, typer.Option("--render", metavar="FILE.png", help="Write a picture of the scene.")]
+View = Annotated[bool, typer.Option("--view", help="Show the scene in the browser.")]
+
+
+def replay(
+    passport: Passport,
+    *,
+    file: File = None,
+    any_version: AnyVersion = False,
+    render: Render = None,
+    view: View = False,
+    form: FormatOption = Format.text,
+    options: dict[str, Any],
+) -> None:
+    """Build one scene again from its passport, to the bit.
+
+    A passport is the line of JSON that `batch.passport(k)` gives. Files, parameters, versions and the state at the
+    start are compared with it. Whatever differs is an error, which says what it was and what it is.
+
+    \b
+    Examples:
+      scenecc replay passport.json
+      scenecc replay passport.json --file scenes/clutter.yaml --view
+      scenecc replay - --render start.png < passport.json
+    """
+    from scenecc.passports import build_replay, open_passport
+
+    if render is not None and (reason := refusal(render)) is not None:
+        end([usage_error("SC904", reason, file=render)], form)
+    if render not in {None, STDOUT} and not str(render).lower().endswith(".png"):
+        raise typer.BadParameter(f"{shown(str(render))} does not end in .png", param_hint="'--render'")
+    is_text = passport.lstrip()[:1] == "{"
+    if not is_text and passport != STDIN and not os.path.lexists(passport):
+        end([usage_error("SC901", f"there is no file `{passport}`", file=passport)], form)
+    source = source_of(file) if file is not None else None
+    with scene_errors(options, form), progress("replay"):
+        text = passport if is_text else source_of(passport)
+        known, compiled = open_passport(text, file=source, any_version=any_version, **options)
+        build_replay(known, compiled, render=False).close()
+    found = compiled.sink.diagnostics()
+    if form is Format.text:
+        said = f"scene {known.scene} of {known.num_scenes}: the start is that of the passport, to the bit"
+        (print_err if render == STDOUT else print_out)(f"{said}\n")
+    with scene_errors(options, form):
+        if render is not None:
+            found += _picture(known, compiled, render)
+        if view:
+            print_asides(found, form)
+            _serve(known, compiled)
+    end(found, form)
+
+
+def _picture(known: PassportContent, compiled: CompiledSource, target: str) -> list[Any]:
+    """Writes a picture; returns what went wrong."""
+    import scenecc
+
+    made = scenecc.render_scene(compiled, scenes=str(known.scene))
+    reason = write(target, made.png())
+    if reason is None and target != STDOUT:
+        print_out(f"{plain(target)}: scene {known.scene}\n")
+    return [] if reason is None else [usage_error(*reason, file=target)]
+
+
+def _serve(known: PassportContent, compiled: CompiledSource) -> None:
+    import scenecc
+
+    outlive_pipes()  # a browser may go away
+    print_err("Press Ctrl-C to stop.\n")
+    look = scenecc.ViewOptions(scene=known.scene)
+    scenecc.view_scene(compiled, look=look, ready=lambda url: print_out(f"{url}\n"))
+
+
+replay = takes_compile_options(replay, {"asset_roots", "allow_outside_assets", "limits"})

@@ -1,0 +1,39 @@
+"""The corrections of findings, made in a text at their places."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Diagnostic
+
+
+def with_fix(text: str, found: Diagnostic) -> str | None:
+    """The text with one correction; None where its place is not a whole key or list on one line."""
+    if found.fix is None or (place := found.fix.location).line is None or place.column is None or not place.end_column:
+        return None
+    lines = text.split("\n")
+    line = lines[place.line - 1] if place.line <= len(lines) else ""
+    old, rest = line[place.column - 1 : place.end_column - 1], line[place.end_column - 1 :]
+    is_list = found.fix.text.startswith("[")
+    quote = old[:1] if old[:1] in {"'", '"'} and old[:1] == old[-1:] and not is_list else ""
+    key = old[len(quote) : len(old) - len(quote)]
+    if line.rstrip("\r") != place.text or not (old[:1] == "[" and old[-1:] == "]" if is_list else key.isidentifier()):
+        return None
+    lines[place.line - 1] = line[: place.column - 1] + quote + found.fix.text + quote + rest
+    return "\n".join(lines)
+
+
+def is_better(now: list[Diagnostic], then: list[Diagnostic], found: Diagnostic) -> bool:
+    """Whether a finding is gone, and nothing beside it on its line is wrong that was not.
+
+    What is elsewhere on the line, as where a whole scene is on one, may have been hidden by this finding.
+    """
+    around = (found.path or "").rpartition(".")[0]
+
+    def of_line(every: list[Diagnostic]) -> list[str]:
+        return [one.code for one in every if one.line == found.line and (one.path or "").startswith(around)]
+
+    left = of_line(then)
+    left.remove(found.code)
+    return sorted(of_line(now)) == sorted(left)

@@ -1,0 +1,207 @@
+"""What must hold in the scenes, to the plan: names looked up, scenes selected."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.lower.rendering import MountLookup
+from scenecc.plan import BodyStructure
+from scenecc.plan.expect import BodyPair, Condition, Expectation, NoOverlap, Reading, Settled
+from scenecc.plan.scene import find_body, has_joint
+from scenecc.spec.references import NameScopes, qualified_name, resolve_scene_idxs
+from scenecc.variation.forms import Template
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterator, Mapping
+
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.lower.fields import SamplingContext
+    from scenecc.plan import Entity
+    from scenecc.spec.expect import ConditionSpec, ExpectSpec, NoOverlapSpec, SettledSpec
+
+
+def lower_expectations(
+    expect: ExpectSpec | Mapping[str, ExpectSpec],
+    entities: tuple[Entity, ...],
+    unread: Container[str],
+    sampling: SamplingContext,
+    names: NameScopes,
+    selections: Mapping[str, tuple[int, ...]],
+    origin: Origin,
+) -> tuple[Expectation, ...]:
+    """The expectations of a document, in order.
+
+    Args:
+        expect: as the models have it; of an expanded document the parts by their names.
+        entities: all of the plan.
+        unread: as `MountLookup` has it.
+        sampling: of the document.
+        names: what names mean.
+        selections: the scenes of the parts that instances narrow.
+        origin: of `expect`.
+    """
+    if not isinstance(expect, dict):
+        return tuple(_PartLowerer("", entities, unread, sampling, names, sampling.all_scenes).lower(expect, origin))  # pyright: ignore[reportArgumentType]
+    found: list[Expectation] = []
+    used: set[str] = set()
+    for part, spec in expect.items():
+        key = qualified_name("expect", part)
+        scenes = selections.get(key, sampling.all_scenes)
+        lowerer = _PartLowerer(names.scopes.get(key, ""), entities, unread, sampling, names, scenes)
+        for one in lowerer.lower(spec, origin.child(part)):
+            name, number = one.name, 2
+            while name in used:
+                name, number = f"{one.name}.{number}", number + 1
+            used.add(name)
+            found.append(one if name == one.name else _renamed(one, name))
+    return tuple(found)
+
+
+def _renamed(one: Expectation, name: str) -> Expectation:
+    from dataclasses import replace  # noqa: PLC0415 - files that are included seldom expect anything
+
+    return replace(one, name=name)
+
+
+class _PartLowerer:
+    """The expectations of one file, or of one instance.
+
+    Args:
+        scope: of the instance; "" for the document.
+        entities: all of the plan.
+        unread: as `MountLookup` has it.
+        sampling: of the document.
+        names: what names mean.
+        scenes: of the instance.
+    """
+
+    def __init__(
+        self,
+        scope: str,
+        entities: tuple[Entity, ...],
+        unread: Container[str],
+        sampling: SamplingContext,
+        names: NameScopes,
+        scenes: tuple[int, ...],
+    ) -> None:
+        self._scope = scope
+        self._entities = {entity.name: entity for entity in entities}
+        self._sampling = sampling
+        self._names = names
+        self._scenes = scenes
+        self._mounts = MountLookup(entities, unread, names, sampling.sink)
+
+    def lower(self, spec: ExpectSpec, origin: Origin) -> Iterator[Expectation]:
+        """All of them; what is wrong is reported."""
+        prefix = f"{self._scope}/" if self._scope else ""
+        inside = self._inside()
+        if spec.settled is not None:
+            yield self._settled(spec.settled, f"{prefix}settled", inside, origin.child("settled"))
+        if spec.no_overlap is not None:
+            yield self._no_overlap(spec.no_overlap, f"{prefix}no_overlap", inside, origin.child("no_overlap"))
+        for number, one in enumerate(spec.holds):
+            condition = self._condition(one, f"{prefix}holds[{number}]", origin.child("holds", number))
+            if condition is not None:
+                yield condition
+
+    def _inside(self) -> tuple[str, ...] | None:
+        """The entities of the instance; None: all there are."""
+        if not self._scope:
+            return None
+        scopes = ((name, self._names.scopes.get(name, "")) for name in self._entities)
+        return tuple(name for name, scope in scopes if f"{scope}/".startswith(f"{self._scope}/"))
+
+    def _settled(self, spec: SettledSpec, name: str, inside: tuple[str, ...] | None, origin: Origin) -> Settled:
+        excepted: list[str] = []
+        for number, written in enumerate(spec.except_):
+            place = origin.child("except", number)
+            full = self._body(written, place)
+            if full is not None and full not in self._entities:
+                self._sampling.sink.report("SC303", f"`{cut(written)}` is a link, and an entity is wanted", place)
+            elif full is not None and not any(map(_moves, self._entities[full].structures)):
+                hint = "leave it out"
+                self._sampling.sink.report("SC863", f"`{cut(written)}` cannot move", place, hint=hint)
+            excepted.append(full or written)
+        return Settled(name, spec.seconds, spec.within, math.radians(spec.within_deg), inside, tuple(excepted), origin)
+
+    def _no_overlap(self, spec: NoOverlapSpec, name: str, inside: tuple[str, ...] | None, origin: Origin) -> NoOverlap:
+        pairs: list[BodyPair] = []
+        for number, written in enumerate(spec.except_):
+            place = origin.child("except", number)
+            a, b = (self._body(one, place.child(side)) or one for side, one in enumerate(written))
+            pairs.append(BodyPair(a, b))
+        return NoOverlap(name, spec.deeper_than, inside, tuple(pairs), origin)
+
+    def _condition(self, spec: ConditionSpec, name: str, origin: Origin) -> Condition | None:
+        sampling = self._sampling
+        scenes: tuple[int, ...] | None = self._scenes
+        if spec.scene_idxs is not None:
+            place = origin.child("scene_idxs")
+            scenes = resolve_scene_idxs(spec.scene_idxs, sampling.num_scenes, place, sampling.sink)
+            among = frozenset(self._scenes)
+            scenes = scenes and tuple(scene for scene in scenes if scene in among)
+        if not scenes:
+            return None
+        place = origin.child("that")
+        that: Any = spec.that
+        if not isinstance(that, Template):
+            that = Template("${true}" if that else "${false}")
+        draws = sampling.fields(scope=self._scope).draw_names(that, place)
+        if draws is None:
+            return None
+        readings = [Reading(one, "draw", (full,)) for one, full in draws.items()]
+        for written, (function, *arguments) in that.observations.items():
+            names = self._observed(function, arguments, scenes, place, that.place(written))
+            readings.append(Reading(written, function, names))  # pyright: ignore[reportArgumentType]
+        return Condition(name, scenes, spec.after, that.within(None), spec.because, tuple(readings), origin)
+
+    def _observed(
+        self, function: str, arguments: list[str], scenes: tuple[int, ...], place: Origin, span: tuple[int, int]
+    ) -> tuple[str, ...]:
+        """The full names of what is observed; what is not there is reported. `span`: of the call in the expression."""
+        bodies, joints = (arguments[:1], arguments[1:]) if function == "qpos" else (arguments, [])
+        full = tuple(self._body(body, place, scenes, span) or body for body in bodies)
+        for joint in joints:
+            found = find_body(full[0], self._entities)
+            if found is not None and not has_joint(found[0], joint):
+                known = [
+                    link.joint.name
+                    for structure in found[0].structures
+                    if not isinstance(structure, BodyStructure)
+                    for link in structure.links
+                    if link.joint is not None and link.joint.type != "fixed"
+                ]
+                sink = self._sampling.sink
+                message = f"no joint `{cut(joint)}` of `{cut(bodies[0])}` moves"
+                sink.report("SC325", message, place, hint=suggest_name(joint, known, sink), span=span)
+        return (*full, *joints)
+
+    def _body(
+        self, written: str, place: Origin, scenes: tuple[int, ...] = (), span: tuple[int, int] | None = None
+    ) -> str | None:
+        """The full name of an entity, or ENTITY/LINK; None where it was reported.
+
+        Args:
+            written: the name.
+            place: of it.
+            scenes: in some of which it must exist.
+            span: the part of the expression at `place`.
+        """
+        mount = self._mounts.find(written, self._scope, (), place, span=span)
+        if mount is None:
+            return None
+        entity = self._entities[mount.entity]
+        if scenes and set(scenes).isdisjoint(entity.scene_idxs):
+            message = f"`{cut(written)}` is in none of these scenes"
+            hint = "`scene_idxs` says in which scenes this must hold"
+            self._sampling.sink.report("SC311", message, place, hint=hint, span=span)
+            return None
+        full = self._names.full_name(written, self._scope)
+        return entity.name if full == entity.name else str(mount)
+
+
+def _moves(structure: Any) -> bool:
+    """Whether a body, or the root of an articulation, is moved by a simulation."""
+    return structure.body_type == "dynamic" if isinstance(structure, BodyStructure) else not structure.fix_root_link

@@ -1,0 +1,275 @@
+"""What may be typed at a place: keys, words, names, files and variables."""
+
+from __future__ import annotations
+
+import os
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from scenecc.checks.images import IMAGE_SUFFIXES
+from scenecc.checks.meshes import MESH_SUFFIXES
+from scenecc.expand.documents import PREFAB_FOLDER, SHIPPED_PREFIX, shipped_names
+from scenecc.expand.overrides import OVERRIDE_SECTIONS
+from scenecc.lsp.analysis import MAX_CHARACTERS, SceneText
+from scenecc.lsp.cursor import cursor_at
+from scenecc.lsp.language import is_mapping_key, keys_at, values_at
+from scenecc.lsp.references import SECTIONS_OF, Kind, named_kind, open_expression, overridden_path, plain_keys
+from scenecc.spec.references import WORLD
+from scenecc.variation.operations import FUNCTIONS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from scenecc.diagnostics.diagnostic import Path as KeyPath
+    from scenecc.lsp.language import Siblings
+    from scenecc.lsp.workspace import View
+
+
+class Offer(NamedTuple):
+    """Something that may be typed.
+
+    Attributes:
+        text: in place of what is typed from column `start` [characters] on.
+        kind: `key`, `word`, `name`, `link`, `file`, `folder`, `variable` or `function`.
+        start: the column.
+        description: for people.
+        label: what it is called, where that is not the text.
+    """
+
+    text: str
+    kind: str
+    start: int
+    description: str = ""
+    label: str = ""
+
+
+_MOST_FILES: Final = 500
+"""Names of one folder that are looked at."""
+
+SUFFIXES: Final[dict[str, tuple[str, ...]]] = {
+    **dict.fromkeys(("use", "include"), (".yaml", ".yml")),
+    "urdf": (".urdf", ".xacro"),
+    "mjcf": (".xml", ".mjcf"),
+    "srdf": (".srdf",),
+    "file": (*MESH_SUFFIXES, *IMAGE_SUFFIXES),
+}
+"""Key → suffixes of the files that it names; of any other key those of images."""
+
+_LONGEST_NAME: Final = 200
+"""Names that are longer are not offered."""
+
+
+def completions(view: View, path: Path, line: int, column: int) -> list[Offer]:
+    """What may be typed at a 0-based place; nothing in a text that is too long."""
+    text = view.text(path)
+    if text is None or len(text.text) > MAX_CHARACTERS:
+        return []
+    return _Completer(view, text, line, column).offers()
+
+
+class _Completer:
+    def __init__(self, view: View, text: SceneText, line: int, column: int) -> None:
+        self._view = view
+        self._text = text
+        self._cursor = cursor_at(text.lines, line, column)
+        self._before = text.line(line)[:column]
+        self._whole = text
+        if not text.tree.is_whole:
+            # The line that is being typed is what is no YAML, most of the time.
+            kept = [*text.lines]
+            kept[line : line + 1] = [""]
+            self._whole = SceneText(text.path, "\n".join(kept))
+
+    def offers(self) -> list[Offer]:
+        """All of them, those first that begin with what is typed."""
+        word = open_expression(self._cursor.typed)
+        if word is not None:
+            offers, typed = [*self._variables(len(self._before) - len(word))], word
+        else:
+            offers, typed = [*self._values(), *self._keys()], self._cursor.typed
+        return sorted(offers, key=lambda one: not (one.label or one.text).startswith(typed))
+
+    def _siblings(self, path: KeyPath) -> Mapping[str, str | None]:
+        """The keys of a mapping, those before the place as they are typed."""
+        return {**self._whole.scalars(path), **self._cursor.seen.get(path, {})}
+
+    def _in_language(self, path: KeyPath) -> tuple[KeyPath, Siblings]:
+        """Where the language describes what stands at a path: of what is overridden, in the prefab."""
+        inside = overridden_path(path)
+        if inside is None:
+            return path, self._siblings
+        prefab, start = self._prefab(path), len(path) - len(inside)
+
+        def siblings(below: KeyPath) -> Mapping[str, str | None]:
+            written: Mapping[str, str | None] = {}
+            for text in prefab:
+                written = written or text.scalars(below)
+            return {**written, **self._siblings(path[: start + len(below)])}
+
+        return inside, siblings
+
+    def _keys(self) -> Iterator[Offer]:
+        cursor = self._cursor
+        if not cursor.keys:
+            return
+        kind = named_kind((*cursor.path, ""), "key")
+        if kind is not None:
+            for offer in self._names(kind, (*cursor.path, ""), cursor.start):
+                yield offer._replace(text=f"{offer.text}: ", label=offer.text)
+        present = self._siblings(cursor.path)
+        place, siblings = self._in_language(cursor.path)
+        for word in keys_at(place, siblings):
+            if word.text in present:
+                continue
+            below = is_mapping_key((*place, word.text), siblings)
+            in_block = self._before[: cursor.start].strip(" -") == ""
+            after = ":" if below and in_block else ": "
+            yield Offer(word.text + after, "key", cursor.start, word.description, word.text)
+
+    def _values(self) -> Iterator[Offer]:
+        cursor = self._cursor
+        if not cursor.values:
+            return
+        gap = " " if self._before.endswith(":") and not cursor.typed else ""
+        kind = named_kind(cursor.path, "value")
+        words = values_at(*self._in_language(cursor.path))
+        offers: Iterable[Offer] = (Offer(word.text, "word", cursor.start, word.description) for word in words)
+        if kind is not None:
+            offers = (*self._names(kind, cursor.path, cursor.start), *offers)
+        if cursor.path[-2:-1] == ("with",):
+            offers = (*self._argument_values(cursor.path, cursor.start), *offers)
+        for offer in offers:
+            yield offer._replace(text=gap + offer.text, label=offer.label or offer.text)
+
+    def _names(self, kind: Kind, path: KeyPath, start: int) -> Iterator[Offer]:
+        match kind:
+            case "object":
+                yield from self._objects(start, with_world=path[-1] in {"relative_to", "parent", "child"})
+            case "scene file" | "file":
+                yield from self._files(kind, path, start)
+            case "argument":
+                yield from self._arguments(path, start)
+            case "inside":
+                yield from self._inside(path, start)
+            case "link" | "joint":
+                one = self._view.objects(self._text.path).get(str(path[1])) if path[:1] == ("entities",) else None
+                listed = () if one is None else one.links if kind == "link" else one.joints
+                yield from (Offer(name, "link", start) for name in listed)
+            case "material" | "group" | "frame" | "variable":
+                yield from (Offer(name, "name", start, what) for name, what in self._named(SECTIONS_OF[kind]))
+
+    def _named(self, sections: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+        """The names of sections, here and in what is included, with where they are from."""
+        texts = (self._whole, *(one for one in self._view.namespace(self._text.path) if one.path != self._text.path))
+        for text in texts:
+            for section in sections:
+                where = section if text is self._whole else f"{section}, {text.path.name}"
+                yield from ((name, where) for name in text.names(section) if len(name) <= _LONGEST_NAME)
+
+    def _objects(self, start: int, *, with_world: bool) -> Iterator[Offer]:
+        known = self._view.objects(self._text.path)
+        found = {name: Offer(name, "name", start, what) for name, what in self._named(SECTIONS_OF["object"])}
+        for name, one in known.items():
+            found.setdefault(name, Offer(name, "name", start, one.section))
+        found.pop(str(self._cursor.path[1]) if len(self._cursor.path) > 1 else "", None)
+        if with_world:
+            found.setdefault(WORLD, Offer(WORLD, "word", start, "the world"))
+        yield from found.values()
+        typed = self._cursor.typed
+        for name, one in known.items():
+            if typed.startswith(f"{name}/"):
+                yield from (Offer(f"{name}/{link}", "link", start, f"link of {name}") for link in one.links)
+
+    def _files(self, kind: Kind, path: KeyPath, start: int) -> Iterator[Offer]:
+        typed = self._cursor.typed
+        folder, slash, _ = typed.rpartition("/")
+        if kind == "scene file" and not slash:
+            for name in shipped_names() if path[-1] == "use" else ():
+                prefab = self._view.text(PREFAB_FOLDER / f"{name}.yaml")
+                described = None if prefab is None else prefab.scalar(("description",))
+                yield Offer(SHIPPED_PREFIX + name, "file", start, (described or "").partition("\n")[0])
+        suffixes = SUFFIXES.get(plain_keys(path)[-1], IMAGE_SUFFIXES)
+        for name, is_folder in self._listed(folder):
+            shown = f"{folder}/{name}" if slash else name
+            if is_folder:
+                yield Offer(f"{shown}/", "folder", start)
+            elif name.lower().endswith(suffixes) and (kind == "file" or self._is_part(folder, name)):
+                yield Offer(shown, "file", start)
+
+    def _listed(self, folder: str) -> list[tuple[str, bool]]:
+        """The names in a folder that the scene may read, each with whether it is a folder."""
+        if "://" in folder or folder.startswith(("/", "~")) or "\0" in folder:
+            return []
+        base = (self._text.path.parent / folder).resolve()
+        root = self._view.scope(self._text.path).root
+        if root is None or not base.is_relative_to(root.resolve()):
+            return []
+        try:
+            with os.scandir(base) as entries:
+                found = [(one.name, one.is_dir()) for one in islice(entries, _MOST_FILES)]
+        except OSError:
+            return []
+        return sorted(one for one in found if not one[0].startswith("."))
+
+    def _is_part(self, folder: str, name: str) -> bool:
+        """Whether a file is another scene."""
+        file = (self._text.path.parent / folder).resolve() / name
+        return file != self._text.path and self._view.is_scene(file)
+
+    def _prefab(self, path: KeyPath) -> tuple[SceneText, ...]:
+        """The files of the prefab whose instance something is in."""
+        use = self._siblings(path[:2]).get("use")
+        file = None if not use else self._view.find_file(self._text.path, use)
+        return () if file is None else self._view.module(file)
+
+    def _arguments(self, path: KeyPath, start: int) -> Iterator[Offer]:
+        present = self._siblings(path[:-1])
+        for text in self._prefab(path):
+            for name in text.names("params"):
+                if name not in present:
+                    yield Offer(name, "variable", start, describe_param(text, name))
+
+    def _argument_values(self, path: KeyPath, start: int) -> Iterator[Offer]:
+        """What a parameter of a prefab may be, where these are words."""
+        for text in self._prefab(path):
+            param = ("params", path[-1])
+            words = text.texts((*param, "options"))
+            if text.scalar((*param, "type")) == "boolean" or text.scalar(param) in {"true", "false"}:
+                words = ["true", "false"]
+            yield from (Offer(word, "word", start) for word in words)
+
+    def _inside(self, path: KeyPath, start: int) -> Iterator[Offer]:
+        present = self._siblings(path[:-1])
+        for text in self._prefab(path):
+            for section in ("entities", *OVERRIDE_SECTIONS):
+                names = text.names(section)
+                full = names if section == "entities" else [f"{section}/{name}" for name in names]
+                yield from (Offer(name, "name", start, section) for name in full if name not in present)
+
+    def _variables(self, start: int) -> Iterator[Offer]:
+        """What an expression may read."""
+        path = self._cursor.path
+        for end in range(len(path), 0, -1):
+            loops = {
+                **self._whole.scalars((*path[:end], "repeat")),
+                **self._cursor.seen.get((*path[:end], "repeat"), {}),
+            }
+            yield from (Offer(name, "variable", start, "loop variable") for name in loops)
+        for text in (self._whole, *self._view.namespace(self._text.path)[1:]):
+            yield from (Offer(name, "variable", start, describe_param(text, name)) for name in text.names("params"))
+            yield from (Offer(name, "variable", start, "draw") for name in text.names("draws"))
+        yield Offer("scene", "variable", start, "index of the scene")
+        yield Offer("num_scenes", "variable", start, "number of parallel scenes")
+        yield from (Offer(f"{name}(", "function", start, label=name) for name in FUNCTIONS)
+
+
+def describe_param(text: SceneText, name: str) -> str:
+    """A parameter's type, default and description."""
+    given = text.scalars(("params", name))
+    if not given:
+        return f"default {text.scalar(('params', name)) or '[…]'}"
+    shown = [given.get("type"), f"default {given['default'] or '[…]'}" if "default" in given else "must be given"]
+    head = ", ".join(part for part in shown if part)
+    described = given.get("description")
+    return f"{head}: {described}" if described else head

@@ -1,0 +1,365 @@
+"""The requests of editors, each answered by a function on a view of what is open."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import sys
+from collections.abc import Callable
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcException
+
+from scenecc.diagnostics.fixing import is_better
+from scenecc.lsp import edits, worker
+from scenecc.lsp.completion import SUFFIXES, Offer, completions
+from scenecc.lsp.findings import findings_in, range_of
+from scenecc.lsp.hover import hover_at, with_facts
+from scenecc.lsp.language import load_language
+from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mention_location, uses_in, uses_of
+from scenecc.lsp.process import FaultError, WorkerStopped
+from scenecc.lsp.server import FindingFilter, SceneServer
+from scenecc.lsp.symbols import Symbol, symbols_of
+from scenecc.lsp.workspace import View
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.lsp.analysis import SceneText
+    from scenecc.options import Options
+
+T = TypeVar("T")
+
+At = Callable[[View, Path, int, int], T]
+"""Answers a question about a 0-based place [characters]."""
+
+
+class RequestRefusedError(JsonRpcException):
+    """What was asked for cannot be done, for a reason that people are told."""
+
+    CODE = types.LSPErrorCodes.RequestFailed
+    MESSAGE = "the request was refused"
+
+
+def make_server(options: Options, finding_filter: FindingFilter) -> SceneServer:
+    """A server that answers all requests. Arguments as of `serve`."""
+    server = SceneServer(options, finding_filter)
+    server.feature(types.INITIALIZED)(_initialized)
+    server.feature(types.SHUTDOWN)(_shutdown)
+    server.feature(types.EXIT)(_exit)
+    server.feature(types.TEXT_DOCUMENT_DID_OPEN)(_changed)
+    server.feature(types.TEXT_DOCUMENT_DID_CHANGE)(_changed)
+    server.feature(types.TEXT_DOCUMENT_DID_SAVE)(_saved)
+    server.feature(types.TEXT_DOCUMENT_DID_CLOSE)(_closed)
+    server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)(_files_changed)
+    server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions([":", " ", "/", "{", "$", "-"]))(_completion)
+    server.feature(types.TEXT_DOCUMENT_HOVER)(_hover)
+    server.feature(types.TEXT_DOCUMENT_DEFINITION)(_definition)
+    server.feature(types.TEXT_DOCUMENT_REFERENCES)(_references)
+    server.feature(types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)(_document_highlight)
+    server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)(_prepare_rename)
+    server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))(_rename)
+    quick_fixes = types.CodeActionOptions([types.CodeActionKind.QuickFix])
+    server.feature(types.TEXT_DOCUMENT_CODE_ACTION, quick_fixes)(_code_action)
+    server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)(_document_symbol)
+    return server
+
+
+def serve(options: Options, finding_filter: FindingFilter) -> None:
+    """Serves an editor on standard input and output until it ends.
+
+    Args:
+        options: what scenes may use.
+        finding_filter: which findings of a scene's path are shown, and how grave they are.
+    """
+    # What a library prints is no message.
+    output = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    log = logging.StreamHandler()
+    log.addFilter(_is_fault)
+    logging.basicConfig(handlers=[log], level=logging.WARNING)
+    server = make_server(options, finding_filter)
+    server.start_io(sys.stdin.buffer, output)
+    server.stop()
+
+
+def _is_fault(record: logging.LogRecord) -> bool:
+    """Whether a message of the log is about a fault, and not about what people asked for in vain."""
+    return record.exc_info is None or not isinstance(record.exc_info[1], RequestRefusedError | asyncio.CancelledError)
+
+
+async def _initialized(ls: SceneServer, params: types.InitializedParams) -> None:
+    del params
+    ls.link_pages()
+    workspace = ls.client_capabilities.workspace
+    watching = None if workspace is None else workspace.did_change_watched_files
+    if watching is not None and watching.dynamic_registration:
+        watchers = [types.FileSystemWatcher(f"**/*{{{','.join(_WATCHED)}}}")]
+        method = types.WORKSPACE_DID_CHANGE_WATCHED_FILES
+        options = types.DidChangeWatchedFilesRegistrationOptions(watchers)
+        await ls.client_register_capability_async(
+            types.RegistrationParams([types.Registration("files", method, options)])
+        )
+    await asyncio.to_thread(load_language)
+
+
+_WATCHED: Final = sorted({*chain(*SUFFIXES.values()), ".mtl", ".toml"})
+"""Suffixes of files whose changes may change findings."""
+
+
+def _exit(ls: SceneServer, *params: Any) -> None:
+    """Ends the process: a thread of it waits for the next message, which nobody sends."""
+    del params
+    ls.stop()
+    os._exit(0 if ls.is_ending else 1)
+
+
+def _shutdown(ls: SceneServer, *params: Any) -> None:
+    del params
+    ls.is_ending = True
+
+
+def _changed(ls: SceneServer, params: types.DidOpenTextDocumentParams | types.DidChangeTextDocumentParams) -> None:
+    ls.changed(params.text_document.uri)
+
+
+def _saved(ls: SceneServer, params: types.DidSaveTextDocumentParams) -> None:
+    path = ls.path(params.text_document.uri)
+    if path is not None:
+        ls.schedule(path)
+
+
+def _closed(ls: SceneServer, params: types.DidCloseTextDocumentParams) -> None:
+    ls.closed(params.text_document.uri)
+
+
+def _files_changed(ls: SceneServer, params: types.DidChangeWatchedFilesParams) -> None:
+    del params  # a file that was missing is none that a scene is known to read
+    ls.schedule_all()
+
+
+class _AtPosition(Protocol):
+    """The parameters of a request about a place in a text."""
+
+    @property
+    def text_document(self) -> types.TextDocumentIdentifier: ...
+
+    @property
+    def position(self) -> types.Position: ...
+
+
+def _open_text(server: SceneServer, document: types.TextDocumentIdentifier) -> tuple[View, SceneText | None]:
+    """What is open now, and of that the text of a document; None where it is not open."""
+    view, path = server.scenes.view(), server.path(document.uri)
+    return view, None if path is None else view.texts.get(path)
+
+
+async def _ask(server: SceneServer, params: _AtPosition, function: At[T]) -> tuple[View, SceneText | None, T | None]:
+    """What a function says of a place, and the text and the view from which it says it."""
+    view, text = _open_text(server, params.text_document)
+    if text is None:
+        return view, None, None
+    place = server.columns.place(text, params.position)
+    return view, text, await asyncio.to_thread(function, view, text.path, *place)
+
+
+_KINDS: Final = {
+    "key": types.CompletionItemKind.Property,
+    "word": types.CompletionItemKind.EnumMember,
+    "name": types.CompletionItemKind.Reference,
+    "link": types.CompletionItemKind.Field,
+    "file": types.CompletionItemKind.File,
+    "folder": types.CompletionItemKind.Folder,
+    "variable": types.CompletionItemKind.Variable,
+    "function": types.CompletionItemKind.Function,
+}
+
+
+async def _completion(ls: SceneServer, params: types.CompletionParams) -> types.CompletionList:
+    _, text, offers = await _ask(ls, params, completions)
+    if text is None or not offers:
+        return types.CompletionList(is_incomplete=False, items=[])
+    line, column = ls.columns.place(text, params.position)
+    items = [_item(ls, text, line, column, number, offer) for number, offer in enumerate(offers[:_MOST_OFFERED])]
+    return types.CompletionList(is_incomplete=len(offers) > _MOST_OFFERED, items=items)
+
+
+_MOST_OFFERED: Final = 1000
+"""Of more, those are shown that begin with what is typed."""
+
+
+def _item(
+    server: SceneServer, text: SceneText, line: int, column: int, number: int, offer: Offer
+) -> types.CompletionItem:
+    return types.CompletionItem(
+        label=offer.label or offer.text,
+        kind=_KINDS[offer.kind],
+        documentation=offer.description or None,
+        sort_text=f"{number:05}",
+        filter_text=offer.text,
+        text_edit=types.TextEdit(server.columns.range(text, line, min(offer.start, column), column), offer.text),
+    )
+
+
+async def _hover(ls: SceneServer, params: types.HoverParams) -> types.Hover | None:
+    view, text, told = await _ask(ls, params, hover_at)
+    if told is None or text is None:
+        return None
+    facts = None if told.entity is None else await ls.entity_facts(view, text.path, told.entity)
+    shown = told.text if facts is None else with_facts(told, facts)
+    place = ls.columns.range(text, told.line, told.start, told.end)
+    return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, shown), place)
+
+
+def _find_definition(view: View, path: Path, line: int, column: int) -> Definition | None:
+    found = mention_at(view, path, line, column)
+    return None if found is None else definition_of(view, *found)
+
+
+def _find_uses(view: View, path: Path, line: int, column: int) -> list[Use]:
+    wanted = _find_definition(view, path, line, column)
+    return [] if wanted is None else list(uses_of(view, wanted))
+
+
+async def _definition(ls: SceneServer, params: types.DefinitionParams) -> types.Location | None:
+    view, _, found = await _ask(ls, params, _find_definition)
+    if found is None:
+        return None
+    text = await asyncio.to_thread(view.text, found.file) if found.span[2] != 0 else None
+    start = types.Position(found.span[0], found.span[1])
+    place = types.Range(start, start) if text is None else ls.columns.range(text, *found.span)
+    return types.Location(ls.uri(found.file), place)
+
+
+async def _references(ls: SceneServer, params: types.ReferenceParams) -> list[types.Location]:
+    _, _, uses = await _ask(ls, params, _find_uses)
+    return [
+        types.Location(ls.uri(use.text.path), _place_of_use(ls, use))
+        for use in uses or ()
+        if params.context.include_declaration or not use.is_definition
+    ]
+
+
+async def _document_highlight(ls: SceneServer, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+    """Editors ask for it where the cursor is, whenever that moves: pages are told, too."""
+
+    def uses(view: View, path: Path, line: int, column: int) -> list[Use]:
+        text = view.texts[path]
+        ls.tell_pages(path, text.path_at(line, column))
+        wanted = _find_definition(view, path, line, column)
+        return [] if wanted is None else list(uses_in(view, text, wanted))
+
+    _, _, found = await _ask(ls, params, uses)
+    kinds = types.DocumentHighlightKind
+    return [
+        types.DocumentHighlight(_place_of_use(ls, use), kinds.Write if use.is_definition else kinds.Read)
+        for use in found or ()
+    ]
+
+
+def _place_of_use(server: SceneServer, use: Use) -> types.Range:
+    part = mention_location(use.text, use.leaf, use.definition.start, use.definition.end)
+    return range_of(use.text, part, server.columns)
+
+
+async def _prepare_rename(ls: SceneServer, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder:
+    try:
+        _, text, edit = await _ask(ls, params, edits.renamed_part)
+    except edits.RefusedError as refused:
+        raise RequestRefusedError(str(refused)) from None
+    if text is None or edit is None:
+        raise RequestRefusedError("this file is not open")
+    place = ls.columns.range(text, edit.line, edit.start, edit.end)
+    return types.PrepareRenamePlaceholder(place, edit.text)
+
+
+async def _rename(ls: SceneServer, params: types.RenameParams) -> types.WorkspaceEdit:
+    def changes(view: View, path: Path, line: int, column: int) -> list[edits.Edit]:
+        return edits.rename(view, path, line, column, params.new_name)
+
+    try:
+        view, _, made = await _ask(ls, params, changes)
+        await _prove(ls, view, made or [])
+    except edits.RefusedError as refused:
+        raise RequestRefusedError(str(refused)) from None
+    return _workspace_edit(ls, view, made or [])
+
+
+async def _prove(server: SceneServer, view: View, made: list[edits.Edit]) -> None:
+    """Checks what changes lead to. Raises RefusedError where that is an error."""
+    changed = edits.applied(view, made)
+    for user in dict.fromkeys(user for file in changed for user in view.judges(file)):
+        try:
+            checked: worker.CheckResult = await server.checker.ask(worker.Check(view.open_scene(user, changed)))
+        except (WorkerStopped, FaultError):
+            raise edits.RefusedError("it could not be checked what this leads to; try again") from None
+        wrong = next((one for one in checked.diagnostics if one.severity == "error"), None)
+        if wrong is not None:
+            raise edits.RefusedError(f"it would lead to an error in line {wrong.line} of {user.name}: {wrong.message}")
+
+
+def _workspace_edit(server: SceneServer, view: View, made: list[edits.Edit]) -> types.WorkspaceEdit:
+    changes: dict[str, list[types.TextEdit]] = {}
+    for edit in made:
+        text = view.text(edit.file)
+        if text is not None:
+            place = server.columns.range(text, edit.line, edit.start, edit.end)
+            changes.setdefault(server.uri(edit.file), []).append(types.TextEdit(place, edit.text))
+    return types.WorkspaceEdit(changes)
+
+
+async def _code_action(ls: SceneServer, params: types.CodeActionParams) -> list[types.CodeAction]:
+    view, text = _open_text(ls, params.text_document)
+    if text is None:
+        return []
+    lines = range(params.range.start.line, params.range.end.line + 1)
+    found = [one for one in findings_in(view, text.path) if (one.line or 1) - 1 in lines]
+    actions: list[types.CodeAction] = []
+    for one in found[:_MOST_FIXED]:
+        for correction in edits.corrections(text, one):
+            if correction.changed is None or await _mends(ls, view, text.path, one, correction.changed):
+                edit = _workspace_edit(ls, view, [correction.edit])
+                actions.append(types.CodeAction(correction.title, types.CodeActionKind.QuickFix, edit=edit))
+    return actions
+
+
+_MOST_FIXED: Final = 10
+"""Findings of one line whose corrections are looked for."""
+
+
+async def _mends(server: SceneServer, view: View, path: Path, found: Diagnostic, changed: str) -> bool:
+    """Whether a text without a finding has no other on its line that it had not."""
+    try:
+        checked: worker.CheckResult = await server.checker.ask(worker.Check(view.open_scene(path, {path: changed})))
+    except (WorkerStopped, FaultError):
+        return False
+    now = await asyncio.to_thread(server.finding_filter, checked.diagnostics, str(path))
+    then = list(view.projects[path].diagnostics) if path in view.projects else []
+    return found in then and is_better(now, then, found)
+
+
+async def _document_symbol(ls: SceneServer, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+    _, text = _open_text(ls, params.text_document)
+    if text is None:
+        return []
+    return [_symbol(ls, text, one) for one in await asyncio.to_thread(symbols_of, text)]
+
+
+_SYMBOL_KINDS: Final = {
+    "params": types.SymbolKind.Variable,
+    "draws": types.SymbolKind.Variable,
+    "materials": types.SymbolKind.Constant,
+    "collision_groups": types.SymbolKind.Constant,
+}
+
+
+def _symbol(server: SceneServer, text: SceneText, one: Symbol) -> types.DocumentSymbol:
+    key = server.columns.range(text, *one.span)
+    end = server.columns.range(text, one.last, 0, None).end
+    kind = types.SymbolKind.Namespace if one.below else _SYMBOL_KINDS.get(one.section, types.SymbolKind.Object)
+    whole = types.Range(types.Position(key.start.line, key.start.character), max(end, key.end))
+    below = [_symbol(server, text, each) for each in one.below]
+    return types.DocumentSymbol(one.name or '""', kind, whole, key, detail=one.detail or None, children=below)

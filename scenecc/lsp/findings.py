@@ -1,0 +1,77 @@
+"""Findings as an editor shows them: each in the open files that it is about."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from lsprotocol import types
+
+from scenecc.diagnostics.diagnostic import Location, Related
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.lsp.analysis import SceneText
+    from scenecc.lsp.positions import Columns
+    from scenecc.lsp.workspace import Project, View
+
+_SEVERITIES: Final = {
+    "error": types.DiagnosticSeverity.Error,
+    "warning": types.DiagnosticSeverity.Warning,
+    "note": types.DiagnosticSeverity.Information,
+}
+
+
+def findings_in(view: View, path: Path) -> list[Diagnostic]:
+    """What is wrong in an open file: what its own check found, and that of the open scenes that read it.
+
+    A part of a scene that is open is judged as a part of it, and not alone.
+    """
+    found: list[Diagnostic] = []
+    for user in view.judges(path):
+        project = view.projects[user]
+        here = (_moved(one, path, project) if user == path else one for one in project.diagnostics)
+        found += [one for one in here if project.files.get(one.file or "") == path or one.file == str(path)]
+    return list(dict.fromkeys(found))
+
+
+def _moved(found: Diagnostic, path: Path, project: Project) -> Diagnostic:
+    """A finding of a scene, at the line of that which leads to it, where it is in another file."""
+    if found.file is None or found.file == str(path) or project.files.get(found.file) == path:
+        return replace(found, location=replace(found.location, file=str(path)))
+    led = next((one.location for one in found.related if one.location.file == str(path)), None)
+    true_place = Related(found.message, found.location)
+    return replace(found, location=led or Location(str(path), 1, 1), related=(true_place, *found.related), fix=None)
+
+
+def range_of(text: SceneText, place: Location, columns: Columns) -> types.Range:
+    """Where a finding is; of one without a line, the first."""
+    start = (place.column or 1) - 1
+    end = None if place.end_column is None else place.end_column - 1
+    return columns.range(text, (place.line or 1) - 1, start, end)
+
+
+def to_client(view: View, text: SceneText, found: Diagnostic, columns: Columns) -> types.Diagnostic:
+    """A finding in a text as the protocol has it."""
+    hint = f"\n{found.hint}" if found.hint else ""
+    return types.Diagnostic(
+        range_of(text, found.location, columns),
+        found.message + hint,
+        severity=_SEVERITIES[found.severity],
+        code=found.code,
+        source="scenecc",
+        related_information=list(_related(view, found, columns)),
+    )
+
+
+def _related(view: View, found: Diagnostic, columns: Columns) -> Iterator[types.DiagnosticRelatedInformation]:
+    names: Mapping[str, Path] = {name: path for one in view.projects.values() for name, path in one.files.items()}
+    for related in found.related:
+        path = names.get(related.location.file or "")
+        text = None if path is None else view.text(path)
+        if text is not None and related.location.line is not None:
+            place = types.Location(text.path.as_uri(), range_of(text, related.location, columns))
+            yield types.DiagnosticRelatedInformation(place, related.message)

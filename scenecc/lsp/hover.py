@@ -1,0 +1,110 @@
+"""What is told of the thing at a place: a key's meaning, a name's object, a parameter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from scenecc.diagnostics.messages import cut
+from scenecc.lsp.completion import describe_param
+from scenecc.lsp.language import describe_key
+from scenecc.lsp.names import Definition, definition_of, mention_at
+from scenecc.lsp.references import overridden_path
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenecc.diagnostics.diagnostic import Path as KeyPath
+    from scenecc.lsp.analysis import Leaf, SceneText
+    from scenecc.lsp.references import Mention
+    from scenecc.lsp.worker import EntityFacts
+    from scenecc.lsp.workspace import View
+
+
+class HoverText(NamedTuple):
+    """What is told at once, and what an engine is asked for.
+
+    Attributes:
+        text: in Markdown.
+        line, start, end: of what it is about: 0-based, in characters.
+        entity: whose size and mass are to be told beside it; None: of none.
+    """
+
+    text: str
+    line: int
+    start: int
+    end: int | None
+    entity: str | None = None
+
+
+def hover_at(view: View, path: Path, line: int, column: int) -> HoverText | None:
+    """What is told at a 0-based place."""
+    text = view.text(path)
+    leaf = None if text is None else text.leaf_at(line, column)
+    if text is None or leaf is None:
+        return None
+    found = mention_at(view, path, line, column)
+    told = None if found is None else _of_name(view, *found)
+    if told is None:
+        told = _of_key(text, leaf.path), None
+    return None if not told[0] else HoverText(told[0], leaf.line, leaf.start, leaf.end, told[1])
+
+
+def _of_key(text: SceneText, path: KeyPath) -> str | None:
+    """What the innermost key of a path means."""
+    while path and not isinstance(path[-1], str):
+        path = path[:-1]
+    inside = overridden_path(path)
+    if inside is None:
+        return describe_key(path, text.scalars)
+    start = len(path) - len(inside)
+    return describe_key(inside, lambda below: text.scalars(path[: start + len(below)]))
+
+
+def _of_name(view: View, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
+    """The Markdown, and the entity that is meant."""
+    defined = definition_of(view, text, leaf, mention)
+    if defined is None:
+        return None
+    name = mention.text
+    where = "" if defined.file == text.path else f" — {defined.file.name}"
+    if mention.kind in {"file", "scene file"}:
+        other = view.text(defined.file) if mention.kind == "scene file" else None
+        described = None if other is None else other.scalar(("description",))
+        return f"`{_plain(name)}` — {_plain(str(defined.file))}\n\n{_plain(described or '')}".rstrip(), None
+    section = str(defined.path[0]) if defined.path else "link"
+    if defined.path[:1] == ("params",):
+        other = view.text(defined.file)
+        return f"parameter `{name}`{where}: " + _plain(describe_param(other, name) if other else ""), None
+    if defined.path[-2:-1] == ("repeat",):
+        return f"loop variable `{name}`", None
+    entity = _entity(view, text, defined, name)
+    return f"{_SINGULAR.get(section, section)} `{_plain(name)}`{where}", entity
+
+
+_SINGULAR = {
+    "entities": "entity",
+    "frames": "frame",
+    "cameras": "camera",
+    "materials": "material",
+    "collision_groups": "collision group",
+    "draws": "draw",
+}
+
+
+def _entity(view: View, text: SceneText, defined: Definition, name: str) -> str | None:
+    """The entity of the whole scene that a name means."""
+    objects = view.objects(text.path)
+    while name and name not in objects:
+        name = name.rpartition("/")[0]
+    return name if name and objects[name].section == "entities" and defined.path[:1] in {(), ("entities",)} else None
+
+
+def with_facts(told: HoverText, facts: EntityFacts) -> str:
+    """The Markdown with what `scenecc inspect` tells of the entity."""
+    listed = (f"- {_plain(label)} {_plain(words)}".replace("  ", " ") for label, words in facts.facts)
+    return f"{told.text} ({facts.kind})\n\n" + "\n".join(listed)
+
+
+def _plain(text: str) -> str:
+    """A scene's text, which no editor takes for a link, an image or a page of its own."""
+    return "".join(f"\\{one}" if one in "<>[]()!*`#" else one for one in cut(text, 500))

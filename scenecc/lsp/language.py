@@ -1,0 +1,188 @@
+"""What the language allows at a place: keys and values with their descriptions, from the JSON Schema."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from scenecc.spec.base import NOTE_PREFIX
+from scenecc.variation.forms import FORM_KEYS
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Path as KeyPath
+
+Schema = Mapping[str, Any]
+
+Siblings = Callable[["KeyPath"], Mapping[str, "str | None"]]
+"""The keys of the mapping at a path, as far as they are written, with the texts of scalars."""
+
+_FORMS: Final = frozenset(("NumberForm", "IntegerForm", "ValueForm"))
+"""Definitions whose keys are forms, which any value takes: they come after the others."""
+
+
+class Word(NamedTuple):
+    """A key or a value.
+
+    Attributes:
+        text: as it is written.
+        description: for people, with the unit and the default; "" for none.
+        is_form: whether it makes a value differ from scene to scene.
+    """
+
+    text: str
+    description: str
+    is_form: bool = False
+
+
+@cache
+def _schema() -> Schema:
+    from scenecc.spec.json_schema import json_schema  # noqa: PLC0415 - all models are made for it, which takes a second
+
+    return json_schema()
+
+
+def load_language() -> None:
+    """Makes the JSON Schema, which the first question would wait for."""
+    _schema()
+
+
+def keys_at(path: KeyPath, siblings: Siblings) -> list[Word]:
+    """The keys that the mapping at a path may have."""
+    words: dict[str, Word] = {}
+    for branch, is_form in _branches_at(path, siblings):
+        for key, schema in branch.get("properties", {}).items():
+            words.setdefault(key, Word(key, _describe(schema), is_form))
+    return sorted(words.values(), key=lambda word: word.is_form)
+
+
+def values_at(path: KeyPath, siblings: Siblings) -> list[Word]:
+    """The words that may be the value at a path: those of an enumeration, and true and false."""
+    words: dict[str, Word] = {}
+    for branch, _ in _branches_at(path, siblings):
+        allowed = branch.get("enum", [branch["const"]] if "const" in branch else [])
+        if _types(branch) == {"boolean"}:
+            allowed = [True, False]
+        for value in allowed:
+            text = value if isinstance(value, str) else json.dumps(value)
+            words.setdefault(text, Word(text, str(branch.get("description", ""))))
+    return list(words.values())
+
+
+def describe_key(path: KeyPath, siblings: Siblings) -> str | None:
+    """What the key at the end of a path means, in Markdown; None where the language has no such key."""
+    if not path or not isinstance(path[-1], str):
+        return None
+    found = (_step(branch, path[-1]) for branch, _ in _branches_at(path[:-1], siblings))
+    texts = dict.fromkeys(_describe(schema) for schema in found if schema is not None)
+    shown = [text for text in texts if text]
+    return "\n\n".join(shown[:3]) or None
+
+
+def is_mapping_key(path: KeyPath, siblings: Siblings) -> bool:
+    """Whether the value at a path may only be a mapping or a list, which begin on the next line."""
+    branches = [branch for branch, is_form in _branches_at(path, siblings) if not is_form]
+    return bool(branches) and all(_types(branch) <= {"object", "array"} for branch in branches)
+
+
+def _types(schema: Schema) -> set[str]:
+    """The types of JSON that a value may have."""
+    given = schema.get("type", "object" if "properties" in schema else "any")
+    return {given} if isinstance(given, str) else {*given}
+
+
+def _describe(schema: Schema) -> str:
+    """Description, default and enumeration of a key."""
+    text = str(schema.get("description") or _resolve(schema).get("description", ""))
+    parts = [text] if text else []
+    if "default" in schema and schema["default"] not in ([], {}, ""):
+        parts.append(f"Default: `{json.dumps(schema['default'], ensure_ascii=False)}`.")
+    words = [value for branch, _ in _alternatives(schema, {}) for value in branch.get("enum", ())]
+    if words:
+        parts.append("One of " + ", ".join(f"`{word}`" for word in dict.fromkeys(words)) + ".")
+    return " ".join(parts)
+
+
+def _branches_at(path: KeyPath, siblings: Siblings) -> list[tuple[Schema, bool]]:
+    """What may stand at a path, each with whether it is a form."""
+    branches = list(_alternatives(_schema(), siblings(())))
+    for end, step in enumerate(path, 1):
+        present = siblings(path[:end])
+        stepped = [found for branch, _ in branches if (found := _step(branch, step)) is not None]
+        branches = [one for found in stepped for one in _alternatives(found, present)]
+        unique = {id(branch): (branch, is_form) for branch, is_form in branches}
+        branches = list(unique.values())
+    return branches
+
+
+def _step(schema: Schema, step: str | int) -> Schema | None:
+    """What stands below a key or an index."""
+    if isinstance(step, int):
+        items: list[Schema] = schema.get("prefixItems", [])
+        return items[step] if step < len(items) else schema.get("items")
+    if step in schema.get("properties", {}):
+        return schema["properties"][step]
+    if step.startswith(NOTE_PREFIX):
+        return None
+    for pattern, below in schema.get("patternProperties", {}).items():
+        # A name that is half typed is one.
+        if pattern != f"^{NOTE_PREFIX}" and (not step or _compiled(pattern).search(step[:200])):
+            return below
+    below: Any = schema.get("additionalProperties")
+    return None if isinstance(below, bool) else below
+
+
+@lru_cache(maxsize=64)
+def _compiled(pattern: str) -> re.Pattern[str]:
+    return re.compile(pattern)
+
+
+def _resolve(schema: Schema) -> Schema:
+    while "$ref" in schema:
+        schema = _schema()["$defs"][schema["$ref"].rpartition("/")[2]]
+    return schema
+
+
+def _alternatives(schema: Schema, present: Mapping[str, str | None]) -> Iterator[tuple[Schema, bool]]:
+    """The schemas without choices that a schema stands for, where a mapping has some keys."""
+    is_form = schema.get("$ref", "").rpartition("/")[2] in _FORMS
+    schema = _resolve(schema)
+    choices: list[Schema] = [*schema.get("anyOf", ()), *schema.get("oneOf", ())]
+    if choices and "properties" not in schema:
+        yield from _of_type(choices, present)
+        return
+    if "if" in schema:
+        yield from _conditional(schema, present)
+        return
+    # A mapping with one of the forms is one.
+    if not is_form or not present or not FORM_KEYS.isdisjoint(present):
+        yield schema, is_form
+
+
+def _of_type(choices: list[Schema], present: Mapping[str, str | None]) -> Iterator[tuple[Schema, bool]]:
+    """Of alternatives that are told apart by their `type`, the one that is written, or all."""
+    kind = present.get("type")
+    wanted = [one for one in choices if _resolve(one).get("properties", {}).get("type", {}).get("const") == kind]
+    for choice in wanted if kind is not None and wanted else choices:
+        yield from _alternatives(choice, present)
+
+
+def _conditional(schema: Schema, present: Mapping[str, str | None]) -> Iterator[tuple[Schema, bool]]:
+    """What `if`, `then` and `else` stand for: a key decides which kind of thing a mapping is."""
+    deciding: list[str] = schema["if"].get("required", [])
+    if "properties" in schema["if"]:  # a type that is an expression: anything may follow
+        yield from _alternatives(schema["else"], present)
+        return
+    if all(key in present for key in deciding):
+        yield from _alternatives(schema["then"], present)
+        return
+    then = _resolve(schema["then"])
+    if not present.keys() & _DECIDED:
+        yield {"properties": {key: then["properties"][key] for key in deciding if key in then["properties"]}}, False
+    yield from _alternatives(schema["else"], present)
+
+
+_DECIDED: Final = frozenset(("shapes", "collisions", "visuals", "body_type"))
+"""Keys of an entity that is a body."""

@@ -1,0 +1,110 @@
+"""The client of a process that compiles: one request at a time, given up where a newer one makes it stale."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import pickle
+import sys
+import time
+from contextlib import suppress
+from typing import Any
+
+from scenecc.lsp import worker
+
+
+class WorkerStopped(Exception):
+    """The process ended before it answered: it was stopped, or it crashed, as `crashed` tells."""
+
+    def __init__(self, *, crashed: bool) -> None:
+        super().__init__("the process that compiles scenes ended")
+        self.crashed = crashed
+
+
+class FaultError(Exception):
+    """A request met a fault of scenecc. Its text is the traceback."""
+
+
+class Worker:
+    """A process, started by the first request, and again by the one after it was stopped."""
+
+    def __init__(self) -> None:
+        self._process: asyncio.subprocess.Process | None = None
+        self._lock = asyncio.Lock()
+        self._since: float | None = None
+        self._stopped = False
+
+    async def ask(self, request: Any) -> Any:
+        """The answer to a request of `scenecc.lsp.worker`, once all before it are answered.
+
+        Raises:
+            WorkerStopped: there is none.
+            FaultError: it met a fault.
+        """
+        async with self._lock:
+            is_new = self._process is None
+            try:
+                answer = await self._answer(request)
+            except WorkerStopped as end:
+                if is_new or not end.crashed:
+                    raise
+                # It may have ended before, for a reason of its own.
+                answer = await self._answer(request)
+        if isinstance(answer, worker.Fault):
+            raise FaultError(answer.report)
+        return answer
+
+    async def _answer(self, request: Any) -> Any:
+        process = await self._started()
+        self._since = time.monotonic()
+        try:
+            return await _exchange(process, worker.encode_message(request))
+        except (OSError, asyncio.IncompleteReadError):
+            await self._end(process)
+            raise WorkerStopped(crashed=not self._stopped) from None
+        except asyncio.CancelledError:
+            # What it answers later would be taken for the answer to the next.
+            await self._end(process)
+            raise
+        finally:
+            self._since = None
+
+    def stop_older(self, seconds: float) -> None:
+        """Stops the process if it has worked on a request for longer than that."""
+        if self._since is not None and time.monotonic() - self._since > seconds:
+            self.stop()
+
+    def stop(self) -> None:
+        """Stops the process at once."""
+        self._stopped = True
+        if self._process is not None:
+            with suppress(ProcessLookupError):
+                self._process.kill()
+
+    async def _started(self) -> asyncio.subprocess.Process:
+        if self._process is None or self._process.returncode is not None:
+            pipe = asyncio.subprocess.PIPE
+            # With this process's path: nothing of the current folder is imported that this one would not import.
+            start = f"import sys; sys.path[:] = {sys.path!r}; from scenecc.lsp.worker import main; main()"
+            self._process = await asyncio.create_subprocess_exec(
+                sys.executable, "-I", "-c", start, str(os.getpid()),
+                stdin=pipe, stdout=pipe, stderr=asyncio.subprocess.DEVNULL, start_new_session=True,
+            )  # fmt: skip
+        self._stopped = False
+        return self._process
+
+    async def _end(self, process: asyncio.subprocess.Process) -> None:
+        with suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()
+        self._process = None
+
+
+async def _exchange(process: asyncio.subprocess.Process, data: bytes) -> Any:
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdin.write(data)
+    await process.stdin.drain()
+    header = await process.stdout.readexactly(worker.HEADER_BYTES)
+    body = await process.stdout.readexactly(worker.decode_length(header))
+    return await asyncio.to_thread(pickle.loads, body)

@@ -1,0 +1,278 @@
+"""The process that compiles what an editor holds: requests on standard input, answers on standard output.
+
+It may take as long as it likes: whoever asks can end it, and the editor never waits for it.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import struct
+import sys
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics.frozen import frozen
+from scenecc.interrupt import exit_with_parent
+from scenecc.spec.base import NOTE_PREFIX
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.diagnostics.diagnostic import Path as KeyPath
+    from scenecc.options import Options
+    from scenecc.pipeline import CompileResult
+    from scenecc.source import Document
+    from scenecc.source.paths import PathCache
+
+
+@frozen
+class OpenScene:
+    """A scene file, and what an editor holds of it and of others.
+
+    Attributes:
+        path: of the file.
+        texts: by the paths of their files, that of `path` among them.
+        options: what the scene may use.
+    """
+
+    path: Path
+    texts: Mapping[Path, str]
+    options: Options
+
+    def __hash__(self) -> int:
+        return hash(self.path)
+
+
+@frozen
+class Check:
+    """Asks for everything that can be found in a scene without an engine, and what its names mean: a `CheckResult`."""
+
+    scene: OpenScene
+
+
+@frozen
+class Describe:
+    """Asks for the facts of an entity as `scenecc inspect` tells them: `EntityFacts`, or None where there are none."""
+
+    scene: OpenScene
+    entity: str
+
+
+@frozen
+class SourcePlace:
+    """Where something is written: at a path of a scene file, or on a line of any file.
+
+    Attributes:
+        file: of it.
+        path: of the node; empty where the line is known.
+        line, start, end: 0-based, in characters.
+        is_copy: whether its name is one of several that are made of what is written.
+    """
+
+    file: Path
+    path: KeyPath = ()
+    line: int = 0
+    start: int = 0
+    end: int | None = None
+    is_copy: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class NamedObject:
+    """What a name stands for.
+
+    Attributes:
+        section: of it.
+        place: where it is written; None: in no file.
+        links: of an articulation, where each is written.
+        joints: of an articulation that have names.
+    """
+
+    section: str
+    place: SourcePlace | None
+    links: Mapping[str, SourcePlace | None] = field(default_factory=dict[str, "SourcePlace | None"])
+    joints: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CheckResult:
+    """The answer to a `Check`.
+
+    Attributes:
+        diagnostics: as `validate` has them.
+        files: the scene files that were read, as diagnostics name them, and where they are.
+        objects: entities, frames and cameras of the whole scene, by name; None where there is no plan.
+    """
+
+    diagnostics: list[Diagnostic]
+    files: Mapping[str, Path]
+    objects: Mapping[str, NamedObject] | None
+
+
+@dataclass(frozen=True, slots=True)
+class EntityFacts:
+    """The answer to a `Describe`. `facts`: label and words of each."""
+
+    kind: str
+    facts: list[tuple[str, str]]
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """In place of an answer: the request met a fault of scenecc. `report`: the traceback."""
+
+    report: str
+
+
+_NO_YAML: Final = "SC003"
+"""The code of a text that is no YAML."""
+
+
+def answer(request: Check | Describe) -> CheckResult | EntityFacts | None:
+    """The answer to a request."""
+    if isinstance(request, Describe):
+        return _all_described(request.scene).get(request.entity)
+    sink = Sink()
+    document, memory = _read(request.scene, sink)
+    if document is None:
+        found = sink.diagnostics()
+        # What is empty or missing in a text that is half typed is still to come.
+        return CheckResult([one for one in found if one.code == _NO_YAML] or found, {}, None)
+    return _checked(document, request.scene.options, memory, sink)
+
+
+def _read(scene: OpenScene, sink: Sink) -> tuple[Document | None, PathCache]:
+    from scenecc.source import read_text  # noqa: PLC0415 - the process says nothing before the first request
+    from scenecc.source.paths import PathCache  # noqa: PLC0415
+
+    text, limits = scene.texts[scene.path], scene.options.limits
+    return read_text(text, str(scene.path), sink, limits, scene.path), PathCache(scene.texts)
+
+
+def _checked(document: Document, options: Options, memory: PathCache, sink: Sink) -> CheckResult:
+    """`sink`: has the comments of the document that silence findings."""
+    from scenecc.pipeline import compile_source  # noqa: PLC0415
+
+    result = compile_source(document, options, sink, drawn=False, memory=memory)
+    files = memory.files_by_name(document)
+    objects = None if result is None else _Finder(result, files, sink).objects()
+    return CheckResult(sink.diagnostics(), files, objects)
+
+
+class _Finder:
+    """Finds what the names of a scene stand for."""
+
+    def __init__(self, result: CompileResult, files: Mapping[str, Path], sink: Sink) -> None:
+        self._result = result
+        self._files = files
+        self._sink = sink
+
+    def objects(self) -> dict[str, NamedObject]:
+        """Entities, frames and cameras, by name."""
+        plan, found = self._result.plan, dict[str, NamedObject]()
+        for name, origin in self._frames():
+            found[name] = NamedObject("frames", self._place(origin, name))
+        for camera in plan.cameras:
+            found[camera.name] = NamedObject("cameras", self._place(camera.origin, camera.name))
+        for entity in plan.entities:
+            links: dict[str, SourcePlace | None] = {}
+            joints: dict[str, None] = {}
+            for structure in entity.structures:
+                for link in getattr(structure, "links", ()):
+                    links.setdefault(link.name, self._place(link.body.origin, link.name))
+                    if link.joint is not None and link.joint.name:
+                        joints[link.joint.name] = None
+            place = self._place(entity.origin, entity.name)
+            found[entity.name] = NamedObject("entities", place, links, tuple(joints))
+        return found
+
+    def _frames(self) -> Iterator[tuple[str, Origin]]:
+        """Of the document, since a plan has none."""
+        expansion, document = self._result.expansion, self._result.document
+        if document is not None:
+            data = document.data if expansion is None else expansion.data
+            names = (name for name in data.get("frames", {}) if not name.startswith(NOTE_PREFIX))
+            yield from ((name, Origin(document.name, ("frames", name))) for name in names)
+
+    def _place(self, origin: Origin | None, name: str) -> SourcePlace | None:
+        """`name`: of what the origin leads to."""
+        if origin is None:
+            return None
+        if (place := origin.location) is None:
+            traced = self._sink.trace(origin)
+            file = self._files.get(traced.file or "")
+            is_copy = bool(traced.copy) or traced.path[-1:] != (name.rpartition("/")[2],)
+            return None if file is None else SourcePlace(file, traced.path, is_copy=is_copy)
+        file = self._files.get(place.file or "")
+        if file is None or place.line is None:
+            return None
+        end = None if place.end_column is None else place.end_column - 1
+        return SourcePlace(file, (), place.line - 1, (place.column or 1) - 1, end)
+
+
+@lru_cache(maxsize=1)
+def _all_described(scene: OpenScene) -> Mapping[str, EntityFacts]:
+    """The facts of all entities: a build takes as long for one of them."""
+    from scenecc.errors import SceneError  # noqa: PLC0415
+    from scenecc.inspect.inspection import inspect_source  # noqa: PLC0415
+    from scenecc.pipeline import CompiledSource  # noqa: PLC0415
+
+    document, memory = _read(scene, Sink())
+    if document is None:
+        return {}
+    compiled = CompiledSource(document, scene.options, memory)
+    for build in (True, False):  # without an engine that works, what the file says
+        try:
+            found = inspect_source(compiled, entity="*", build=build).item
+        except SceneError:
+            continue
+        items = (item for _, group in found.groups for item in (group if isinstance(group, tuple) else (group,)))
+        return {
+            item.name: EntityFacts(item.type, [(fact.label, fact.words) for fact in item.facts if fact.words])
+            for item in items
+        }
+    return {}
+
+
+_LENGTH: Final = struct.Struct(">Q")
+
+
+def encode_message(message: Any) -> bytes:
+    """A message of any type that can be pickled."""
+    data = pickle.dumps(message)
+    return _LENGTH.pack(len(data)) + data
+
+
+HEADER_BYTES: Final = _LENGTH.size
+
+
+def decode_length(header: bytes) -> int:
+    """How many bytes follow a header."""
+    return _LENGTH.unpack(header)[0]
+
+
+def main() -> None:
+    """Answers requests until nobody sends any more. The argument is the process that asks."""
+    exit_with_parent(int(sys.argv[1]))
+    requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(2, 1)  # what an engine prints is no answer
+    while len(header := requests.read(HEADER_BYTES)) == HEADER_BYTES:
+        request = pickle.loads(requests.read(decode_length(header)))  # noqa: S301 - of the process that started this
+        try:
+            found: Any = answer(request)
+        except Exception:  # noqa: BLE001 - a fault of ours is told, and the next request is answered
+            import traceback  # noqa: PLC0415
+
+            found = Fault(traceback.format_exc())
+        answers.write(encode_message(found))
+        answers.flush()
+
+
+if __name__ == "__main__":
+    main()

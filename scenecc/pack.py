@@ -1,0 +1,387 @@
+"""Making a pack: which files a scene can name, where each lies in the pack, and a test that the pack is enough."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from math import prod
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from typing_extensions import Unpack
+
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Location, Origin, Severity
+from scenecc.diagnostics.diagnostic import Path as KeyPath
+from scenecc.errors import SceneError
+from scenecc.expand.documents import SceneDocument
+from scenecc.files import PACK_SUFFIX, open_regular, replace_all
+from scenecc.interrupt import temporary_folder
+from scenecc.options import CompileOptions, Options, check_types, path_argument
+from scenecc.pipeline import CompileResult, compile_source, list_result_params
+from scenecc.plan.diff import diff_plans
+from scenecc.source import Document, read_text
+from scenecc.source.pack import OWN_FOLDER, InvalidPackError, Manifest, Pack, open_pack, pack_bytes
+from scenecc.source.paths import Lookup, PathCache, ResolvedFile, resolve_path
+from scenecc.spec.nodes import is_mapping, is_sequence
+
+if TYPE_CHECKING:
+    from scenecc.expand.listing import ParamRow
+    from scenecc.plan import ScenePlan
+
+_MOST_VARIANTS: Final = 16
+"""How often a scene is compiled with other options of its parameters."""
+
+_FILE_KEYS: Final = frozenset(("file", "include", "map", "mjcf", "package_dir", "srdf", "texture", "urdf", "use"))
+
+_PROSE_KEYS: Final = frozenset(("description", "name"))
+
+_EXPRESSION: Final = re.compile(r"\$\{[^}]*\}")
+
+_SUFFIX: Final = re.compile(r"\.[A-Za-z]\w{1,4}$")
+
+_PATH: Final = re.compile(r"[^\s\"'{}]*[/.][^\s\"'{}]*")
+"""A text that may be the path of a file."""
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A pack that was made.
+
+    Attributes:
+        content: the archive.
+        manifest: that it has, with the SHA-256 of each file.
+        diagnostics: those of the scene, and which files the pack may lack.
+    """
+
+    content: bytes
+    manifest: Manifest
+    diagnostics: list[Diagnostic]
+
+
+def read_pack(path: str | PathLike[str]) -> Pack:
+    """Reads a pack, and compares all of it with its manifest, unless that was done before.
+
+    Raises:
+        SceneError: it is no pack, or damaged.
+    """
+    sink = Sink()
+    pack = open_pack(os.fspath(path), sink, Options.of().limits)
+    if pack is None:
+        raise SceneError(sink.diagnostics())
+    return pack
+
+
+def pack_scene(
+    source: str | PathLike[str],
+    path: str | PathLike[str] | None = None,
+    *,
+    add: Iterable[str | PathLike[str]] = (),
+    **options: Unpack[CompileOptions],
+) -> Packed:
+    """One archive of a scene, what it includes, and its assets. Everything that takes a scene takes it.
+
+    It holds the files of all seeds, of the parameters' defaults, of `params`, and, where names of files depend on
+    them, of each option of a `choice` and of true and false. What other values could name is told as a warning (SC429).
+
+    Args:
+        source: path of the scene.
+        path: where the pack is written, `.scn`; None: it is not.
+        add: further files, and folders with all that is in them, beside or below the scene or in an asset root.
+        options: those of `CompileOptions`. The pack itself needs no `asset_roots`.
+
+    Raises:
+        SceneError: the scene is at fault, or cannot be packed.
+        ValueError: an argument is out of its range, or `path` does not end in `.scn`.
+        OSError: a file cannot be read or written.
+    """
+    asked = Options.of_call(pack_scene, options)
+    check_types(pack_scene, {"add": add}, {"add": Iterable[str | PathLike[str]]})
+    scene = path_argument(pack_scene, "source", source)
+    target = None if path is None else path_argument(pack_scene, "path", path)
+    if target is not None and target.suffix.lower() != PACK_SUFFIX:
+        raise ValueError(f"a pack is called NAME{PACK_SUFFIX}, not {target.name!r}")
+    sink = Sink()
+    made = _Packer(scene, asked, sink).pack([add] if isinstance(add, str | PathLike) else [*add])
+    if made is None:
+        raise SceneError(sink.diagnostics())
+    if target is not None:
+        replace_all({target: made[0]})
+    return Packed(*made, sink.diagnostics())
+
+
+class _Packer:
+    """Packs one scene.
+
+    Args:
+        scene: its path.
+        options: as they are asked for.
+        sink: takes what is wrong.
+    """
+
+    def __init__(self, scene: Path, options: Options, sink: Sink) -> None:
+        self._scene = scene
+        self._place = Location(str(scene))
+        self._options = options
+        self._sink = sink
+        self._memory = PathCache()
+        self._plans: list[tuple[Options, ScenePlan]] = []
+
+    def pack(self, add: list[str | PathLike[str]]) -> tuple[bytes, Manifest] | None:
+        """The archive and its manifest; None where that was reported."""
+        result = self._compile(self._options, self._sink)
+        if result is None:
+            return None
+        document = result.document
+        if document is None or document.path is None or result.scope.packages is not None:
+            return self._refuse("this is a pack already", "copy it")
+        rows = list_result_params(result, self._options.limits)
+        unknown = self._unknown(result, {row.name for row in rows})
+        if unknown and rows:
+            variants, are_all = _variants(rows, self._options)
+            for variant in variants:
+                self._compile(variant, Sink())
+            enumerated = {row.name for row in rows if _choices(row)} if are_all else set[str]()
+            unknown = self._unknown(result, {row.name for row in rows} - enumerated)
+        for one in map(Path, add):
+            for file in sorted(one.rglob("*")) if one.is_dir() else [one]:
+                if not file.is_dir():
+                    real = Path(os.path.realpath(file.parent)) / file.name
+                    self._memory.lookups.append(Lookup(str(one), file.absolute(), real, None))
+        made = self._archive(result, document.path)
+        if made is None or not self._is_enough(made[0]):
+            return None
+        for severity, message, place in unknown:
+            hint = "--set NAME=VALUE packs the files of other values, and --add FILE further files"
+            self._sink.report("SC429", message, place, hint=hint, severity=severity)
+        return made
+
+    def _refuse(self, message: str, hint: str | None) -> None:
+        self._sink.report("SC428", message, self._place, hint=hint)
+
+    def _compile(self, options: Options, sink: Sink) -> CompileResult | None:
+        """Compiles the scene, and remembers what it looks up; None where it is at fault."""
+        result = compile_source(self._scene, options, sink, memory=self._memory)
+        if result is not None:
+            self._plans.append((options, result.plan))
+        return result
+
+    def _unknown(self, result: CompileResult, open_params: set[str]) -> list[tuple[Severity, str, Location]]:
+        """Names of files that the pack may lack, as messages. `open_params`: whose values were not all tried."""
+        known = {lookup.path for lookup in self._memory.lookups}
+        scope = replace(result.scope, memory=PathCache())
+        found: list[tuple[Severity, str, Location]] = []
+        texts = [(one, path, text) for one in self._documents(result) for path, text in _texts(one.document.data, ())]
+        words = [set(re.findall(r"\w+", " ".join(_EXPRESSION.findall(text)))) for _, _, text in texts]
+        if not open_params and not any("num_scenes" in one or "scene" in one for one in words):
+            return []
+        for (document, path, text), names in zip(texts, words, strict=True):
+            place = document.document.locate(Origin(document.name, path), "value")
+            is_top = document.document is result.document
+            if names and (_is_file_key(path) or _SUFFIX.search(_EXPRESSION.sub("", text))):
+                if not is_top or names & {*open_params, "scene", "num_scenes"}:
+                    found.append(("warning", f"other values may name files that the pack lacks: `{text}`", place))
+            elif not names and _PATH.fullmatch(text):
+                file = resolve_path(document.reference(text), base=document.folder, scope=scope)
+                if isinstance(file, ResolvedFile) and file.path not in known:
+                    found.append(("note", f"`{text}` is not in the pack: it is used on a condition alone", place))
+        return found
+
+    def _documents(self, result: CompileResult) -> Iterator[SceneDocument]:
+        """The scene's own file, and those that it includes and uses, read again."""
+        top: Document = result.document  # pyright: ignore[reportAssignmentType] - it has one
+        yield SceneDocument(top, top.path.parent, None, "")  # pyright: ignore[reportOptionalMemberAccess]
+        for path, naming in self._memory.named.items():
+            if naming.role in {"include", "prefab"} and not naming.uri.startswith("scenecc:"):
+                document = read_text(path.read_bytes(), naming.uri, Sink(), self._options.limits, path)
+                tree = naming.uri.rpartition("/")[0] if naming.uri.startswith(("pkg://", "asset://")) else None
+                if document is not None:
+                    yield SceneDocument(document, path.parent, tree, "")
+
+    def _archive(self, result: CompileResult, entry: Path) -> tuple[bytes, Manifest] | None:
+        """Reads all files and lays them out."""
+        absolute = next((one.written for one in self._memory.lookups if _is_absolute(one, self._memory)), None)
+        if absolute is not None:
+            hint = "name it by a path from the file that names it, or by asset://"
+            return self._refuse(f"a pack cannot hold what an absolute path names: `{absolute}`", hint)
+        layout = _Layout(entry, self._memory, result.scope.asset_roots)
+        files: dict[str, bytes] = {}
+        left = self._options.limits.assets_bytes + self._options.limits.text_bytes
+        for member, path in layout.files.items():
+            if member.startswith(OWN_FOLDER) and path.is_relative_to(entry.parent / OWN_FOLDER):
+                return self._refuse(f"a folder `{OWN_FOLDER}` beside a scene cannot be packed", "rename it")
+            with open_regular(path) as stream:
+                files[member] = stream.read(left + 1)
+            left -= len(files[member])
+            if left < 0:
+                return self._refuse(
+                    "the files take more than the limit assets_bytes", "raise it: --limit assets_bytes=N"
+                )
+        try:
+            return pack_bytes(
+                layout.member(entry, None),
+                files,
+                asset_roots=layout.asset_roots,
+                packages=layout.packages,
+                folders=layout.folders,
+            )
+        except InvalidPackError as error:
+            return self._refuse(f"the scene cannot be packed: {error.args[0]}", error.args[1])
+
+    def _is_enough(self, content: bytes) -> bool:
+        """Whether the pack gives the same plans as the scene; reported where it does not."""
+        with temporary_folder() as folder:
+            file = Path(folder, f"{self._scene.stem}{PACK_SUFFIX}")
+            file.write_bytes(content)
+            for options, plan in self._plans:
+                sink = Sink()
+                packed = compile_source(file, options, sink)
+                error = next((one.message for one in sink.diagnostics() if one.severity == "error"), None)
+                if packed is not None:
+                    differences = diff_plans(_without_uris(plan), _without_uris(packed.plan))
+                    error = None if not differences else f"{differences[0].name} {differences[0].path} differs"
+                if error is not None:
+                    hint = "name all files by paths inside the scene's folder, by pkg:// or by asset://"
+                    self._refuse(f"the scene in the pack would not be the same: {error}", hint)
+                    return False
+        return True
+
+
+def _without_uris(plan: ScenePlan) -> ScenePlan:
+    """A plan whose files count for what they hold. An absolute path is another in the pack."""
+    return replace(plan, files=tuple(replace(file, uri=Path(file.uri).name) for file in plan.files))
+
+
+def _is_absolute(lookup: Lookup, memory: PathCache) -> bool:
+    return lookup.written.startswith("/") and any(uri == lookup.written for uri, _ in memory.found)
+
+
+def _texts(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+    """The texts of a document that may name files, and where they are."""
+    if isinstance(node, str):
+        yield path, node
+    elif is_mapping(node):
+        for key, item in node.items():
+            if key not in _PROSE_KEYS and not key.startswith("x-"):
+                yield from _texts(item, (*path, key))
+    elif is_sequence(node):
+        for index, item in enumerate(node):
+            yield from _texts(item, (*path, index))
+
+
+def _is_file_key(path: KeyPath) -> bool:
+    """Whether a text names a file by its key, or by that of the form or list that it is in."""
+    return any(isinstance(key, str) and (key in _FILE_KEYS or key.endswith("_texture")) for key in path[-3:])
+
+
+def _choices(row: ParamRow) -> tuple[Any, ...]:
+    """All values of a parameter; empty where they cannot be listed."""
+    return row.options or ((False, True) if row.type == "boolean" else ())
+
+
+def _variants(rows: list[ParamRow], options: Options) -> tuple[list[Options], bool]:
+    """The options with other values of the parameters, and whether these are all that there are."""
+    lists = {row.name: _choices(row) for row in rows if _choices(row) and row.name not in options.params}
+    values: list[dict[str, Any]] = [] if not options.params else [{}]
+    are_all = prod(map(len, lists.values())) <= _MOST_VARIANTS
+    if are_all:
+        values += [{**options.params, **dict(zip(lists, row, strict=True))} for row in product(*lists.values())]
+    else:
+        each = [{**options.params, name: value} for name, row in lists.items() for value in row]
+        values += each[:_MOST_VARIANTS]
+    are_all = are_all and not any(_choices(row) for row in rows if row.name in options.params)
+    return [replace(options, params=params) for params in values], are_all
+
+
+class _Layout:
+    """Where each file lies in the pack: those of the scene's folder as they are there, others below `OWN_FOLDER`.
+
+    Args:
+        entry: the scene file.
+        memory: what was looked up.
+        roots: the asset roots.
+
+    Attributes:
+        files: where each file is, by its path in the pack.
+        folders: that are named themselves.
+        asset_roots: those that are used, in order.
+        packages: folders of the packages that were found, by name.
+    """
+
+    def __init__(self, entry: Path, memory: PathCache, roots: tuple[Path, ...]) -> None:
+        lookups = [Lookup("", entry, Path(os.path.realpath(entry.parent)) / entry.name, None), *memory.lookups]
+        lookups += list(_through_links(lookups))
+        shared = {one.path for one in lookups if one.package is None}
+        real = {root: Path(os.path.realpath(root)) for root in roots}
+        used = {root: path for root, path in real.items() if any(one.is_relative_to(path) for one in shared)}
+        top = _top_folder(Path(os.path.realpath(entry.parent)), shared, {*used.values()})
+        # The longest folder that holds a file says where it is.
+        self._places = {top: "", entry.parent: _joined("", Path(os.path.realpath(entry.parent)), top)}
+        for path in sorted({*used.values()}, key=lambda path: len(path.parts)):
+            if not path.is_relative_to(top):
+                number = [*used.values()].index(path)
+                above = next((one for one in self._places if path.is_relative_to(one)), None)
+                self._places[path] = f"{OWN_FOLDER}/roots/{number}" if above is None else self.member(path, None)
+        for root, path in used.items():
+            self._places.setdefault(root.absolute(), self.member(path, None))
+        self._packages = {folder: name for name, folder in memory.package_folders().items()}
+        self.asset_roots = [self.member(path, None) for path in used.values()]
+        # Also without a file: which edition of a prefab is used depends on whether the package is there.
+        self.packages = {name: f"{OWN_FOLDER}/packages/{name}" for name in self._packages.values()}
+        self.folders: list[str] = []
+        self.files: dict[str, Path] = {}
+        for one in lookups:
+            for path in (Path(os.path.normpath(one.joined)), one.path):
+                self._add(path, one)
+
+    def _add(self, path: Path, one: Lookup) -> None:
+        member = self.member(path, one.package)
+        if one.path.is_dir():
+            self.folders += [member] if member and member not in self.folders else []
+        elif member:
+            self.files.setdefault(member, one.path)
+
+    def member(self, path: Path, package: Path | None) -> str:
+        """The path in the pack; "" of what it has no place for, and of its own folder."""
+        if package is not None and path.is_relative_to(package):
+            return _joined(self.packages[self._packages[package]], path, package)
+        above = [folder for folder in self._places if path.is_relative_to(folder)]
+        if not above:
+            return ""
+        folder = max(above, key=lambda folder: len(folder.parts))
+        return _joined(self._places[folder], path, folder)
+
+
+def _joined(prefix: str, path: Path, folder: Path) -> str:
+    inner = path.relative_to(folder).as_posix()
+    return "/".join(part for part in (prefix, inner) if part not in {"", "."})
+
+
+def _top_folder(top: Path, files: set[Path], roots: set[Path]) -> Path:
+    """The folder that lies at the top of the pack: the scene's, or the nearest above it with all that it names."""
+    outside = {one for one in files if not one.is_relative_to(top)}
+    for root in sorted(roots, key=lambda path: len(path.parts)):
+        if top.is_relative_to(root) and any(one.is_relative_to(root) for one in outside):
+            top = root
+            break
+    far = [one for one in outside if not any(one.is_relative_to(root) for root in (top, *roots))]
+    return Path(os.path.commonpath([top, *(one.parent for one in far)]))
+
+
+def _through_links(lookups: list[Lookup]) -> Iterator[Lookup]:
+    """The files below folders that are links, as they are found through these: a pack has no links."""
+    links: dict[tuple[Path, Path], None] = {}
+    for one in lookups:
+        link, folder = Path(os.path.normpath(one.joined)), one.path
+        while link.name == folder.name and link != folder and link.name:
+            link, folder = link.parent, folder.parent
+        if link != folder:
+            links[link, folder] = None
+    for link, folder in links:
+        for one in lookups:
+            if one.package is None and one.path.is_relative_to(folder):
+                yield Lookup(one.written, link / one.path.relative_to(folder), one.path, None)

@@ -1,0 +1,314 @@
+"""How a picture frames a scene: what its subject is, what that stands on, and where a camera sees all of it.
+
+Boxes in, poses out; it knows neither an engine nor a page. `scenecc render` and the viewer frame scenes by it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from math import cos, pi, radians, sin, tan
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from scenecc.geometry import rotation_arrays
+from scenecc.plan.rendering import FLAT_THICKNESS, FRAMING_DIRECTION, PLANE_HALF_SIZE
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from numpy.typing import NDArray
+
+
+FRAMING_FOVY: Final = radians(36)
+"""Angle of view of a framing camera: narrow, as of a lens for products, so that edges stay nearly parallel."""
+
+_FILLED, _FILLED_BY_ONE = 0.84, 0.42
+"""How much of the picture's width or height the subject takes; less where it is a single body."""
+
+_COMPARABLE, _BESIDE = 1.25, 2.0
+"""A body at rest belongs to the subject if it is at most so many times as large as all that moves, and at most so many
+times its size away.
+"""
+
+_THIN: Final = 0.1
+"""Thickness over length of the thickest floor."""
+
+_TURNS: Final = tuple(radians(degrees) for degrees in (0, -45, 45, -90, 90, -135, 135, 180))
+_ELEVATIONS: Final = (None, radians(60))
+"""Where else a camera may stand if something hides the subject: around it, then higher."""
+
+_MOST_TARGETS: Final = 64
+
+_ROUNDS: Final = 6
+"""In which the subject comes to the middle of the picture along its looser side."""
+
+
+class Motion(IntEnum):
+    """How a body moves, the least first."""
+
+    STATIC = 0
+    KINEMATIC = 1
+    DYNAMIC = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solids:
+    """What is seen of a scene, as boxes along the axes of its world.
+
+    Attributes:
+        boxes: (S, 2, 3) [m], lowest and highest corner of each shape.
+        bodies: (S,) which body it is of, 0 to B - 1.
+        motions: (B,) `Motion` of each body; a link of an articulation is dynamic.
+    """
+
+    boxes: NDArray[np.float64]
+    bodies: NDArray[np.int64]
+    motions: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subject:
+    """What a picture of a scene is about.
+
+    Attributes:
+        boxes: (N, 2, 3) [m] of its bodies, N of at least 1.
+        obstacles: (M, 2, 3) [m] of shapes that are not part of it and do not move.
+        ground: height of what it stands on [m]; of its lowest point where that is nothing.
+    """
+
+    boxes: NDArray[np.float64]
+    obstacles: NDArray[np.float64]
+    ground: float
+
+    @property
+    def low(self) -> NDArray[np.float64]:
+        """(3,) its lowest corner [m]."""
+        return self.boxes[:, 0].min(axis=0)
+
+    @property
+    def high(self) -> NDArray[np.float64]:
+        """(3,) its highest corner [m]."""
+        return self.boxes[:, 1].max(axis=0)
+
+    @property
+    def center(self) -> NDArray[np.float64]:
+        """(3,) the middle of its box [m]."""
+        return (self.low + self.high) / 2
+
+    @property
+    def radius(self) -> float:
+        """Half the diagonal of its box [m]."""
+        return max(float(np.linalg.norm(self.high - self.low)) / 2, 1e-6)
+
+    @property
+    def reach(self) -> float:
+        """How far what stands around it extends from its middle [m]: 2.5 to 50 of its radii."""
+        corners = np.abs(self.obstacles - self.center).max(axis=1) if len(self.obstacles) else np.zeros((0, 3))
+        far = np.linalg.norm(corners, axis=1)
+        return max(2.5 * self.radius, float(far[far <= 50 * self.radius].max(initial=0)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """Where a camera stands.
+
+    Attributes:
+        pose: (7,) p [m], then q (wxyz); it looks along x, z is up.
+        near, far: [m].
+    """
+
+    pose: NDArray[np.float64]
+    near: float
+    far: float
+
+
+def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
+    """The part of a scene that a picture is about: what moves, and what of its size stands beside it.
+
+    Where `focus` names bodies, by number, it is these alone. Without anything dynamic it is what is kinematic, without
+    that everything but floors. What is much larger than what moves (a room, a table under a cube) is not part of it. An
+    empty scene has a box of 1 m around its origin.
+    """
+    count = len(solids.motions)
+    lows, highs = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(lows, solids.bodies, solids.boxes[:, 0])
+    np.maximum.at(highs, solids.bodies, solids.boxes[:, 1])
+    boxes = np.stack([lows, highs], axis=1)
+    real = np.asarray(np.isfinite(boxes).all(axis=(1, 2)))
+    chosen = real & np.isin(np.arange(count), list(focus)) if focus else _moving(boxes, real, solids.motions)
+    if not chosen.any():
+        return Subject(np.array([[[-0.5] * 3, [0.5] * 3]]), np.zeros((0, 2, 3)), -0.5)
+    others = solids.boxes[~chosen[solids.bodies] & np.isfinite(solids.boxes).all(axis=(1, 2))]
+    subject = Subject(boxes[chosen], others, 0.0)
+    return Subject(subject.boxes, others, _support(subject))
+
+
+def _moving(boxes: NDArray[np.float64], real: NDArray[np.bool_], motions: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which bodies move, or could, and which of their size stand beside them."""
+    standing = real & ~_are_floors(boxes, real)
+    levels = (real & (motions == Motion.DYNAMIC), standing & (motions == Motion.KINEMATIC), standing)
+    bounded = real & ((boxes[:, 1] - boxes[:, 0]).max(axis=1) < PLANE_HALF_SIZE)
+    chosen = next((level for level in levels if level.any()), bounded)
+    if not chosen.any():
+        return chosen
+    low, high = boxes[chosen, 0].min(axis=0), boxes[chosen, 1].max(axis=0)
+    size = float((high - low).max())
+    reach = _BESIDE * size
+    beside = ((boxes[:, 0] <= high + reach) & (boxes[:, 1] >= low - reach)).all(axis=1)
+    return chosen | (real & beside & ((boxes[:, 1] - boxes[:, 0]).max(axis=1) <= _COMPARABLE * size))
+
+
+def _are_floors(boxes: NDArray[np.float64], real: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which boxes are flat, or thin, wider than all that is not thin, and below that."""
+    sides = boxes[:, 1] - boxes[:, 0]
+    flat = sides.min(axis=1) <= FLAT_THICKNESS
+    thin = sides[:, 2] <= _THIN * sides.max(axis=1)
+    rest = boxes[real & ~flat & ~thin]
+    if not len(rest):
+        return flat
+    low, high = rest[:, 0].min(axis=0), rest[:, 1].max(axis=0)
+    below = boxes[:, 1, 2] <= low[2] + sides[:, 2]
+    covers = (boxes[:, 0, :2] <= low[:2]).all(axis=1) & (boxes[:, 1, :2] >= high[:2]).all(axis=1)
+    return flat | (thin & below & covers)
+
+
+def _support(subject: Subject) -> float:
+    """The highest top of an obstacle that is under the subject's middle, or else the subject's lowest height."""
+    bottom, (x, y, _) = float(subject.low[2]), subject.center
+    under = (
+        (subject.obstacles[:, 0, :2] <= (x, y)).all(axis=1)
+        & (subject.obstacles[:, 1, :2] >= (x, y)).all(axis=1)
+        & (subject.obstacles[:, 1, 2] <= bottom + 0.05 * subject.radius)
+    )
+    return float(subject.obstacles[under, 1, 2].max(initial=-np.inf)) if under.any() else bottom
+
+
+def frame_subject(
+    subject: Subject,
+    width: int,
+    height: int,
+    *,
+    eye: Sequence[float] | None = None,
+    look_at: Sequence[float] | None = None,
+    fovy: float = FRAMING_FOVY,
+) -> View:
+    """Where a camera sees all of a subject.
+
+    It looks in the direction of `FRAMING_DIRECTION`, or, where an obstacle hides the subject, from another side.
+
+    Args:
+        subject: what it sees.
+        width: of the picture [px].
+        height: of the picture [px].
+        eye: (3,) [m], where it stands instead.
+        look_at: (3,) [m], the point in the middle of the picture; None: the middle of the subject.
+        fovy: angle of view [rad].
+
+    """
+    slope = tan(fovy / 2) * (_FILLED if len(subject.boxes) > 1 else _FILLED_BY_ONE)
+    slopes = (slope * width / height, slope)
+    target = None if look_at is None else np.asarray(look_at, np.float64)
+    if eye is not None:
+        place = np.asarray(eye, np.float64)
+        forward = (subject.center if target is None else target) - place
+        inside = float(np.linalg.norm(forward)) < 1e-9 * subject.radius
+        return _view(subject, place, -_direction(0, None) if inside else forward)
+    best: tuple[float, View] | None = None
+    for elevation in _ELEVATIONS:
+        for turn in _TURNS:
+            back = _direction(turn, elevation)
+            place = _fit(subject, back, slopes, target)
+            view = _view(subject, place, -back * float(np.linalg.norm(subject.center - place)))
+            hidden = hidden_share(subject, view.pose[:3])
+            if best is None or hidden < best[0]:
+                best = (hidden, view)
+            if not hidden:
+                return view
+    assert best is not None
+    return best[1]
+
+
+def _view(subject: Subject, place: NDArray[np.float64], forward: NDArray[np.float64]) -> View:
+    length = float(np.linalg.norm(forward))
+    q, known = rotation_arrays.looking(forward[None])
+    if not known[0]:  # straight down or up: the top of the picture is +x
+        q, _ = rotation_arrays.looking(forward[None] + length * np.array([[1e-4, 0, 0]]))
+    reach = max(length, float(np.linalg.norm(subject.center - place)) + subject.radius)
+    return View(np.concatenate([place, q[0]]), 0.01 * min(length, reach), 100 * reach)
+
+
+def _direction(turn: float, elevation: float | None) -> NDArray[np.float64]:
+    """(3,) unit vector from the subject to the camera."""
+    back = np.array(FRAMING_DIRECTION) / np.linalg.norm(FRAMING_DIRECTION)
+    azimuth = np.arctan2(back[1], back[0]) + turn
+    return toward(float(azimuth), float(np.arcsin(back[2])) if elevation is None else elevation)
+
+
+def _fit(
+    subject: Subject, back: NDArray[np.float64], slopes: tuple[float, float], target: NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    """(3,) the nearest place from which all corners are in the picture, as far from its edges on either side.
+
+    In the frame of the camera a corner at depth d and offset s is in the picture of one at depth -D and offset S if
+    |s - S| <= (d + D) · slope.
+    """
+    q, _ = rotation_arrays.looking(-back[None])
+    axes = rotation_arrays.rotation_matrix(q[0])  # columns: forward, left, up
+    choice = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
+    corners = subject.boxes[:, choice, [0, 1, 2]].reshape(-1, 3) @ axes
+    depth, distance, offsets = corners[:, 0], -np.inf, [0.0, 0.0]
+    for axis, slope in enumerate(slopes):
+        side = corners[:, 1 + axis]
+        if target is None:
+            most, least = (side - depth * slope).max(), (side + depth * slope).min()
+            offsets[axis] = float(most + least) / 2
+            distance = max(distance, float(most - least) / (2 * slope))
+        else:
+            offsets[axis] = float(target @ axes[:, 1 + axis])
+            distance = max(distance, float((np.abs(side - offsets[axis]) / slope - depth).max()))
+    distance = max(distance, 1e-6 - float(depth.min()))
+    for axis in (0, 1) if target is None else ():
+        side = corners[:, 1 + axis]
+        for _ in range(_ROUNDS):
+            seen = (side - offsets[axis]) / (depth + distance)
+            nearest = min(depth[seen.argmax()], depth[seen.argmin()]) + distance
+            offsets[axis] += float(seen.max() + seen.min()) / 2 * float(nearest)
+    return axes @ np.array([-distance, *offsets])
+
+
+def hidden_share(subject: Subject, eye: NDArray[np.float64]) -> float:
+    """Of how many bodies the middle is behind an obstacle, 0 to 1. What an obstacle's box surrounds counts as seen."""
+    targets, boxes = subject.boxes.mean(axis=1), subject.obstacles
+    if len(targets) > _MOST_TARGETS:
+        targets = targets[:: len(targets) // _MOST_TARGETS + 1]
+    hidden = 0
+    for target in targets:
+        around = ((boxes[:, 0] <= target) & (boxes[:, 1] >= target)).all(axis=1)
+        way = np.where(np.abs(target - eye) < 1e-12, 1e-12, target - eye)
+        first, second = (boxes[:, 0] - eye) / way, (boxes[:, 1] - eye) / way
+        enters = np.minimum(first, second).max(axis=1).clip(min=0)
+        leaves = np.maximum(first, second).min(axis=1).clip(max=0.99)
+        hidden += bool(((enters < leaves) & ~around).any())
+    return hidden / len(targets)
+
+
+def cell_size(subject: Subject) -> float:
+    """The side of a cell of a ground grid that shows a subject's scale [m]: 1, 2 or 5 times a power of ten."""
+    rough = subject.radius / 3
+    power = 10.0 ** np.floor(np.log10(rough))
+    return float(next(step * power for step in (5, 2, 1) if step * power <= rough * (1 + 1e-9)))
+
+
+def toward(azimuth: float, elevation: float) -> NDArray[np.float64]:
+    """(3,) unit vector in a direction around z from +x, and above the horizon [rad]."""
+    return np.array([cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation)])
+
+
+def azimuth_of(place: NDArray[np.float64], subject: Subject) -> float:
+    """The direction from a subject to a camera, around z from +x [rad]; of one right above it that of the framing."""
+    x, y = (place - subject.center)[:2]
+    if np.hypot(x, y) < 1e-6 * subject.radius:
+        x, y, _ = FRAMING_DIRECTION
+    return float(np.arctan2(y, x)) % (2 * pi)

@@ -1,0 +1,314 @@
+"""What a caller chooses of pictures: the arguments of `render_scene`, and their checks, alone and against a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import isfinite
+from typing import TYPE_CHECKING, Any, Final
+
+from typing_extensions import TypedDict
+
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.messages import index_ranges, suggest
+from scenecc.errors import SceneError
+from scenecc.options import CompileOptions, integer
+from scenecc.pipeline import select_scenes
+from scenecc.plan.rendering import (
+    DEFAULT_PRESET,
+    LIGHT_RIGS,
+    RAY_TRACING_SHADERS,
+    SHADERS_WITHOUT_NORMALS,
+    Preset,
+    ShaderName,
+    is_unlit,
+    resize_camera,
+)
+from scenecc.plan.schema import PIXEL_BOUNDS
+from scenecc.render.images import Film, What, sheet_size
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.rendering import Camera
+
+
+class RenderChoices(TypedDict, total=False):
+    """Which pictures are taken of a scene.
+
+    Attributes:
+        camera: a camera of the file; None: one that frames each scene as it stands at its first picture.
+        focus: an entity, or a link as ENTITY/LINK, that the framing camera frames; None: what moves.
+        eye: where the framing camera stands [m]; None: where it sees all that it frames.
+        look_at: the point in the middle of its picture [m]; None: the middle of what it frames.
+        scenes: of which scenes, as `scene_idxs` of a file: `3`, `0:4`, `0,2`; None: the first that has the camera, or
+            all that have it for a `grid`.
+        grid: put the pictures on one sheet; so it is whenever there are several scenes.
+        size: width and height of each picture [px], in place of the camera's (640 × 480, on a sheet 320 × 240, of one
+            that frames the scene).
+        what: "color", "depth", "segmentation" or "normal".
+        legend: draw a bar of metres beside depths, or names beside the colours of a segmentation. Such a picture is
+            for people: its pixels are colours.
+        samples: samples a pixel, 1 to 256, whose mean is the colour; None: 4 of a camera that frames the scene, 1 of
+            one of the file, 32 for ray tracing.
+        shader: "rt" traces rays, without noise where the device is NVIDIA's; None: the camera's own.
+        preset: "studio", "plain" or "dark", a light rig and a background in place of the file's lights and environment;
+            None: the file's, or "studio" where it has none.
+        background: colour of what is beyond the scene, "#rrggbb" or a name of CSS; None: that of the preset, or of the
+            file's environment.
+        ground: draw a grid on what the scene stands on; `Rendering.cell` is the side of its cells.
+        labels: write names of entities at their places.
+        frames: draw the axes of entities and links, x red, y green, z blue.
+        contacts: draw the points of contact of the last step, and forces as arrows.
+        steps: of the simulation, before the picture.
+        film: take one over these steps, "mp4" or "gif".
+        every: steps from one frame of the film to the next; None: as many as give about 30 a second. It plays as fast
+            as the simulation's time goes.
+        collision: show what collides, and not what is seen.
+        hidden: show what is `hidden` too; None: where the camera is none of the file.
+        progress: called with (scenes, steps, frames or pictures done, of how many) as one follows the other.
+        estimate: called before rays are traced with the time that it will take [s], as measured on a small picture.
+    """
+
+    camera: str | None
+    focus: str | None
+    eye: tuple[float, float, float] | None
+    look_at: tuple[float, float, float] | None
+    scenes: str | None
+    grid: bool
+    size: tuple[int, int] | None
+    what: What
+    legend: bool
+    samples: int | None
+    shader: ShaderName | None
+    preset: Preset | None
+    background: str | None
+    ground: bool
+    labels: bool
+    frames: bool
+    contacts: bool
+    steps: int
+    film: Film | None
+    every: int | None
+    collision: bool
+    hidden: bool | None
+    progress: Callable[[int, int], None] | None
+    estimate: Callable[[float], None] | None
+
+
+class RenderArguments(RenderChoices, CompileOptions, total=False):
+    """The arguments of `render_scene`."""
+
+
+class ChoiceError(ValueError):
+    """An argument that is out of its range, or does not go with the others.
+
+    Attributes:
+        argument: its name. problem: what is wrong with it.
+    """
+
+    def __init__(self, argument: str, problem: str) -> None:
+        super().__init__(f"{argument} {problem}")
+        self.argument = argument
+        self.problem = problem
+
+
+_OF_FRAMING: Final = ("focus", "eye", "look_at")
+_OF_COLOR: Final = ("samples", "background", "preset", "ground", "labels", "frames", "contacts")
+_MOST_SAMPLES: Final = 256
+
+
+def check_choices(given: Mapping[str, Any]) -> None:
+    """Checks arguments that have the types of `RenderChoices` against one another.
+
+    Raises:
+        ChoiceError: one is out of its range, or another makes it useless.
+    """
+    _check_numbers(given)
+    what, film, camera = given.get("what", "color"), given.get("film"), given.get("camera")
+    for name in _OF_FRAMING:
+        if given.get(name) is not None and camera is not None:
+            raise ChoiceError(name, "is for the camera that frames the scene, not for one of the file")
+    for name in _OF_COLOR:
+        if given.get(name) and what != "color":
+            raise ChoiceError(name, f"is for pictures in colour, not for {what}")
+    if what == "normal" and given.get("shader") in SHADERS_WITHOUT_NORMALS:
+        raise ChoiceError("shader", f"`{given['shader']}` sees no normals")
+    if given.get("legend") and what not in {"depth", "segmentation"}:
+        raise ChoiceError("legend", f"is for depth and segmentation, not for {what}")
+    if given.get("legend") and film is not None:
+        raise ChoiceError("legend", "is for a picture, not for a film")
+    if given.get("contacts") and not given.get("steps"):
+        raise ChoiceError("contacts", "needs steps: a scene that was not simulated has no contacts")
+    if (text := given.get("background")) is not None and read_background(text) is None:
+        raise ChoiceError("background", f"must be '#rrggbb' or a name of CSS such as white, not {text!r}")
+
+
+def _check_numbers(given: Mapping[str, Any]) -> None:
+    for pixels in given.get("size") or ():
+        if not PIXEL_BOUNDS.allow(integer(pixels, "a size", 1)):
+            low, high = PIXEL_BOUNDS.low, PIXEL_BOUNDS.high
+            raise ChoiceError("size", f"has {low} to {high} pixels a side, not {pixels}")
+    samples = given.get("samples")
+    if samples is not None and not 1 <= integer(samples, "samples", 0) <= _MOST_SAMPLES:
+        raise ChoiceError("samples", f"must be 1 to {_MOST_SAMPLES}, not {samples}")
+    eye, look_at = given.get("eye"), given.get("look_at")
+    for name, point in (("eye", eye), ("look_at", look_at)):
+        if point is not None and not all(isfinite(number) and abs(number) <= _FARTHEST for number in point):
+            raise ChoiceError(name, f"must be within {_FARTHEST:g} m of the origin")
+    if eye is not None and look_at is not None and tuple(eye) == tuple(look_at):
+        raise ChoiceError("look_at", "must not be the point where the camera stands")
+    steps, film, every = integer(given.get("steps", 0), "steps", 0), given.get("film"), given.get("every")
+    if steps == 0 and film is not None:
+        raise ChoiceError("film", "needs steps: a film needs steps of at least 1")
+    if every is not None and (film is None or integer(every, "every", 1) > steps):
+        raise ChoiceError("every", "is for a film, and at most its steps")
+
+
+_FARTHEST: Final = 1e6
+
+
+def read_background(text: str) -> tuple[int, int, int] | None:
+    """The red, green and blue, 0 to 255, of "#rrggbb" or a name of CSS; None if it is no opaque colour.
+
+    Black where Pillow is not installed, without which there are no pictures.
+    """
+    try:
+        from PIL import ImageColor
+    except ImportError:
+        return (0, 0, 0)
+    try:
+        color = ImageColor.getrgb(text)
+    except ValueError:
+        return None
+    return color if len(color) == 3 else None
+
+
+_SIZE, _TILE = (640, 480), (320, 240)
+"""Of the pictures of the camera that frames the scene, alone and on a sheet [px]."""
+
+_FRAMING_SAMPLES, _RAY_SAMPLES = 4, 32
+"""Samples a pixel of this camera, and of one that traces rays (as SAPIEN's)."""
+
+_MOST_OF_A_PICTURE, _MOST_OF_A_FRAME, _MOST_OF_ALL_SAMPLES = 2**26, 2**23, 2**28
+"""Pixels of what is written; each pixel of a film takes some 300 bytes while the scene is simulated. Then pixels times
+samples.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class RenderSetup:
+    """The pictures that are taken, as checked against the plan.
+
+    Attributes:
+        camera: None if one is to frame the scene.
+        scene_idxs: the scenes.
+        width, height: of each picture [px].
+        grid: whether they are put on one sheet.
+        samples: a pixel. traced: whether rays are traced, so that the shader takes the samples.
+        background: red, green, blue, 0 to 255; None: what SAPIEN draws.
+        choices: all that was chosen.
+    """
+
+    camera: Camera | None
+    scene_idxs: tuple[int, ...]
+    width: int
+    height: int
+    grid: bool
+    samples: int
+    traced: bool
+    background: tuple[int, int, int] | None
+    choices: RenderChoices
+
+    @property
+    def what(self) -> What:
+        """What the pictures show."""
+        return self.choices.get("what", "color")
+
+
+def choose_pictures(plan: ScenePlan, choices: RenderChoices, sink: Sink) -> RenderSetup:
+    """Raises SceneError."""
+    name, shader, size = choices.get("camera"), choices.get("shader"), choices.get("size")
+    camera = None if name is None else _camera(plan, name, choices, sink)
+    having = tuple(range(plan.num_scenes)) if camera is None else camera.scene_idxs
+    grid = choices.get("grid", False)
+    scene_idxs = having if grid else having[:1]
+    if (scenes := choices.get("scenes")) is not None:
+        scene_idxs = select_scenes(scenes, plan.num_scenes, sink, "--scene") or ()
+        if absent := sorted({*scene_idxs}.difference(having)):
+            hint = f"it is in {index_ranges(having)}"
+            sink.report("SC911", f"camera '{name}' is not in scene {absent[0]}", Location("--camera"), hint=hint)
+    _check_focus(plan, choices.get("focus"), scene_idxs, sink)
+    raise_errors(sink)
+    grid = grid or len(scene_idxs) > 1
+    width, height = size or ((camera.width, camera.height) if camera else _TILE if grid else _SIZE)
+    traced = (shader or (camera and camera.shader)) in RAY_TRACING_SHADERS
+    samples = choices.get("samples") or (_RAY_SAMPLES if traced else 1 if camera else _FRAMING_SAMPLES)
+    _check_size(sheet_size(len(scene_idxs), width, height) if grid else (width, height), samples, choices, sink)
+    if camera is not None:
+        camera = replace(resize_camera(camera, width, height), shader=shader or camera.shader)
+    return RenderSetup(camera, scene_idxs, width, height, grid, samples, traced, _background(plan, choices), choices)
+
+
+def _background(plan: ScenePlan, choices: RenderChoices) -> tuple[int, int, int] | None:
+    preset, text = choices.get("preset"), choices.get("background")
+    if text is None and (preset is not None or is_unlit(plan)):
+        text = LIGHT_RIGS[preset or DEFAULT_PRESET].background
+    return None if text is None else read_background(text)
+
+
+def _check_size(whole: tuple[int, int], samples: int, choices: RenderChoices, sink: Sink) -> None:
+    """Raises SceneError."""
+    film, pixels = choices.get("film") is not None, whole[0] * whole[1]
+    kind, most = ("film", _MOST_OF_A_FRAME) if film else ("picture", _MOST_OF_A_PICTURE)
+    if pixels > most:
+        message = f"a {kind} of {whole[0]} × {whole[1]} pixels is more than {most}"
+        hint = "take fewer scenes, or smaller pictures: `--size 160x120`"
+        sink.report("SC912", message, Location("--size"), hint=hint)
+    elif pixels * samples > _MOST_OF_ALL_SAMPLES:
+        message = (
+            f"a {kind} of {whole[0]} × {whole[1]} pixels with {samples} samples each takes more than "
+            f"{_MOST_OF_ALL_SAMPLES} samples"
+        )
+        hint = f"take smaller pictures, or at most `--samples {_MOST_OF_ALL_SAMPLES // pixels}`"
+        sink.report("SC912", message, Location("--samples"), hint=hint)
+    raise_errors(sink)
+
+
+def _check_focus(plan: ScenePlan, focus: str | None, scene_idxs: tuple[int, ...], sink: Sink) -> None:
+    if focus is None:
+        return
+    found = next((one for one in plan.entities if focus in _names_of(one)), None)
+    if found is None:
+        hint = suggest(focus, [name for one in plan.entities for name in _names_of(one)])
+        sink.report("SC910", f"the scene has no entity '{focus}'", Location("--focus"), hint=hint)
+    elif absent := sorted({*scene_idxs}.difference(found.scene_idxs)):
+        hint = f"it is in {index_ranges(found.scene_idxs)}; select one of these with `--scene`"
+        sink.report("SC910", f"'{focus}' is not in scene {absent[0]}", Location("--focus"), hint=hint)
+
+
+def _names_of(entity: Any) -> list[str]:
+    """An entity's name, and ENTITY/LINK of its links."""
+    links = dict.fromkeys(link.name for one in entity.structures for link in getattr(one, "links", ()))
+    return [entity.name, *(f"{entity.name}/{link}" for link in links)]
+
+
+def _camera(plan: ScenePlan, name: str, choices: RenderChoices, sink: Sink) -> Camera | None:
+    """The camera of a name; None where that was reported."""
+    camera = {camera.name: camera for camera in plan.cameras}.get(name)
+    if camera is None:
+        hint = suggest(name, [camera.name for camera in plan.cameras]) or "leave it out to see the whole scene"
+        sink.report("SC911", f"the scene has no camera '{name}'", Location("--camera"), hint=hint)
+        return None
+    shader = choices.get("shader") or camera.shader
+    if choices.get("what") == "normal" and shader in SHADERS_WITHOUT_NORMALS:
+        place = camera.origin.child("shader") if camera.origin else Location("--what")
+        hint = "take another camera, or leave `--camera` out"
+        sink.report("SC913", f"a camera with the shader `{shader}` sees no normals", place, hint=hint)
+    return camera
+
+
+def raise_errors(sink: Sink) -> None:
+    """Raises SceneError if anything went wrong so far."""
+    if sink.failed:
+        raise SceneError(sink.diagnostics())

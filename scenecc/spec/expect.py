@@ -1,0 +1,77 @@
+"""What must hold in the scenes: the keys of `expect`. Imported when a document has them."""
+
+from typing import Annotated, Any
+
+from pydantic import Field, ModelWrapValidatorHandler, Strict, ValidationError, model_validator
+from typing_extensions import Self
+
+from scenecc.plan.expect import MAX_SECONDS
+from scenecc.spec.base import AnyText, ErrorCollector, Maybe, NonNegative, OuterReference, SpecModel, key
+from scenecc.spec.body import SceneIdxs
+from scenecc.spec.nodes import EXPANDED
+from scenecc.spec.values import Fixed, VaryingAnnotation
+
+Seconds = Annotated[float, Field(ge=0, le=MAX_SECONDS)]
+
+Pair = Annotated[tuple[Fixed[OuterReference], Fixed[OuterReference]], Strict(strict=False)]
+
+Test = Annotated[bool, VaryingAnnotation("what holds is said by an expression, `${…}`")]
+
+
+class SettledSpec(SpecModel):
+    """Dynamic bodies and free articulations stay where they start."""
+
+    seconds: Fixed[Seconds] = Field(default=1.0, description="How long they are simulated [s].")
+    within: Fixed[NonNegative] = Field(default=0.005, description="How far each may then be from its start [m].")
+    within_deg: Fixed[NonNegative] = Field(default=2.0, description="How far each may then be turned [degrees].")
+    except_: list[Fixed[OuterReference]] = Field(
+        default_factory=list[str], alias="except", description="Entities that may move.", examples=[["ball"]]
+    )
+
+
+class NoOverlapSpec(SpecModel):
+    """How deep bodies may overlap at the start, and which may overlap anyhow."""
+
+    deeper_than: Maybe[Fixed[NonNegative]] = key("How deep bodies may overlap at the start [m].", default=0.0005)
+    except_: list[Pair] = Field(
+        default_factory=list[tuple[str, str]],
+        alias="except",
+        description="Pairs that may overlap: ENTITY, which stands for all its links, or ENTITY/LINK.",
+        examples=[[["peg", "hole"]]],
+    )
+
+
+class ConditionSpec(SpecModel):
+    """What holds at a time of the simulation."""
+
+    after: Fixed[Seconds] = Field(default=0.0, description="When it is judged [s]; 0: at the start.")
+    that: Test = Field(
+        description="An expression that is true. It may read `position(name)`, `speed(name)`, `tilt(name)`, "
+        "`distance(a, b)`, `touching(a, b)` and `qpos(name, joint)`.",
+        examples=["${position('cube')[2] > 0.01}"],
+    )
+    because: Fixed[AnyText] = Field(default="", description="What it means, for the message where it does not hold.")
+    scene_idxs: Maybe[SceneIdxs] = key("The scenes in which it must hold; default: all.", examples=["::2"])
+
+
+class ExpectSpec(SpecModel):
+    """What must hold in the scenes; `scenecc check` judges it."""
+
+    settled: Maybe[SettledSpec] = key("Bodies that stay where they start.")
+    no_overlap: Maybe[NoOverlapSpec] = key("Overlaps at the start that are allowed.")
+    holds: list[ConditionSpec] = Field(default_factory=list[ConditionSpec], description="Conditions, each at its time.")
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _by_part(cls, node: Any, validate: ModelWrapValidatorHandler[Self]) -> Any:
+        """Of an expanded document the expectations of each file, and of each instance, by a name of their own."""
+        if not EXPANDED.get():
+            return validate(node)
+        mistakes, made = ErrorCollector(), dict[str, ExpectSpec]()
+        for name, item in node.items():
+            try:
+                made[name] = validate(item)
+            except ValidationError as problem:  # noqa: PERF203 - there are few
+                mistakes.take(problem, name)
+        mistakes.stop()
+        return made

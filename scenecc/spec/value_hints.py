@@ -1,0 +1,206 @@
+"""Hints for values of a wrong kind: what was probably meant, and how it is written."""
+
+from __future__ import annotations
+
+import re
+from math import pi
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.diagnostics.messages import cut, keyboard_hint, nearest
+from scenecc.spec.hints import FORM_SYNONYMS, LENGTH_HINTS, MISSING_KEY_HINTS, SYNTAX_HINTS
+from scenecc.spec.nodes import is_mapping, is_sequence
+from scenecc.variation.forms import FORM_KEYS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from scenecc.diagnostics.diagnostic import Path
+
+    TextSlip = tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]]
+
+
+def kind_hint(expected: str, path: Path, found: Any) -> str | None:
+    """A hint; None where nothing is known.
+
+    Args:
+        expected: what a user may write there, as the message has it.
+        path: of the value in the document.
+        found: the value.
+    """
+    if is_mapping(found):
+        return _mapping_hint(expected, path, found)
+    if is_sequence(found):
+        return _list_hint(expected, path, found)
+    if isinstance(found, str):
+        return _text_hint(expected, path, found)
+    return _scalar_hint(expected, path, found) if path else None
+
+
+def _scalar_hint(expected: str, path: Path, found: Any) -> str | None:
+    """Of a number, true or false."""
+    key, owner = str(path[-1]), path[-2] if len(path) > 1 else None
+    if "repeat" in {key, owner}:
+        return SYNTAX_HINTS["repeat"]
+    if expected == "a mapping" and owner in {"drives", "joints", "links"}:
+        return f'name them first: `{owner}: {{".*": {{{key}: …}}}}`'
+    if found is True and key in {"settled", "no_overlap"}:
+        return f"write `{key}: {{}}`, or its keys in the braces"
+    if key == "gravity" and found is False:
+        return "none is `gravity: [0, 0, 0]`"
+    # A number alone is meant as a list of one.
+    return None if isinstance(found, bool) else LENGTH_HINTS.get((key, 1))
+
+
+def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | None:
+    if path[-1:] == ("inertia",):
+        return MISSING_KEY_HINTS["inertia"]
+    if path[-1:] in {("limits",), ("limits_deg",)}:
+        return f"write `{path[-1]}: [low, high]`"
+    if "xyz" in found and "axis" in path[-1:]:
+        return "write its three numbers: `axis: [0, 0, 1]`"
+    if expected == "a list" and FORM_KEYS.isdisjoint(found):
+        return "write it in brackets, `[{…}]`, or begin each item with `- `"
+    return _form_hint(expected, found)
+
+
+def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:
+    if expected == "a mapping":
+        name = "NAME: {…}" if path in {("entities",), ("lights",), ("cameras",)} else "key: value"
+        return f"leave out the `-` before each: here are keys, `{name}`"
+    if expected == "one of x, y, z" and sorted(found, key=str) == [0, 0, 1]:
+        return f"write `axis: {'xyz'[list(found).index(1)]}`"
+    if "friction" in str(path[-1:]) and expected == "a number":
+        return "write the first alone: PhysX has no torsional and no rolling friction"
+    if expected == "a number":
+        return "write one number; one for each scene is `{per_scene: […]}`"
+    return None
+
+
+def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
+    """What form of variation an unknown mapping was probably meant to be."""
+    near = next((near for key in found if (near := nearest(key, FORM_KEYS))), None)
+    if near is not None:
+        return f"did you mean `{near}`?"
+    other = next((FORM_SYNONYMS[key] for key in found if key in FORM_SYNONYMS), None)
+    if other is not None:
+        return f"did you mean `{{{other}}}`?"
+    if expected in {"a number", "a whole number", "true or false"} or expected.startswith("["):
+        return f"values that differ from scene to scene use one of the forms {', '.join(sorted(FORM_KEYS))}"
+    return None
+
+
+def _text_hint(expected: str, path: Path, text: str) -> str | None:
+    if len(text) > _MAX_LENGTH:
+        return None
+    if hint := keyboard_hint(text):
+        return hint
+    is_list = expected == "a list" or expected.startswith("[")
+    if (is_list or expected in {"a number", "a whole number"}) and (hint := _number_hint(text, is_list=is_list)):
+        return hint
+    if expected == "true or false":
+        is_condition = path[-1:] in {("if",), ("that",)}
+        return _expression(text) if is_condition else "YAML 1.2 has only `true` and `false`, without quotes"
+    return _hint_of(text, _SLIPS) or _place_hint(path, text)
+
+
+def _number_hint(text: str, *, is_list: bool) -> str | None:
+    """What to write for a text where numbers belong."""
+    return _hint_of(text, _LIST_SLIPS if is_list else _NUMBER_SLIPS)
+
+
+def _hint_of(text: str, slips: tuple[TextSlip, ...]) -> str | None:
+    found = ((hint, match) for pattern, hint in slips if (match := pattern.fullmatch(text)))
+    return next((hint if isinstance(hint, str) else hint(match) for hint, match in found), None)
+
+
+def _place_hint(path: Path, text: str) -> str | None:
+    """What a text was probably meant to be where it stands."""
+    shown = cut(text)
+    lists = {"shapes", "collisions", "visuals"}
+    if not lists.isdisjoint(map(str, path[-2:])):
+        return f"a shape is a mapping: `[{{type: {shown}, …}}]`"
+    if len(path) > 1 and path[-2] == "holds":
+        return f'write `- that: "{shown if shown.startswith("${") else f"${{{shown}}}"}"`'
+    if len(path) == 2 and path[0] == "entities":
+        return f"another scene file is used by `{{use: {shown}}}`"
+    hints = {
+        "place": f"write `place: {{on: {shown}}}`",
+        "mimic": f"write `mimic: {{joint: {shown}}}`",
+        "repair": f"repairs are a list: `repair: [{shown}]`",
+        "include": SYNTAX_HINTS["include"],
+        "repeat": SYNTAX_HINTS["repeat"],
+    }
+    return hints.get(str(path[-1])) if path else None
+
+
+_MAX_LENGTH: Final = 200
+"""How long a text may be to be read as something else [characters]."""
+
+_UNITS: Final = {"kg": 1, "g": 1e-3, "m": 1, "cm": 1e-2, "mm": 1e-3, "s": 1, "ms": 1e-3, "rad": 1, "deg": pi / 180}
+"""Units that people write behind a number → what it is multiplied with."""
+
+_SI: Final = "masses are in kg, lengths in m, times in s, angles in rad"
+
+
+def _expression(text: str) -> str:
+    return f'an expression is written `"${{{cut(text)}}}"`'
+
+
+def _list(text: str) -> str:
+    return f"write commas and brackets: [{', '.join(text.replace(',', ' ').split())}]"
+
+
+_SLIPS: tuple[TextSlip, ...] = (
+    # How other languages write expressions.
+    (
+        re.compile(r"\$([A-Za-z_]\w*)|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)"),
+        lambda found: _expression(next(filter(None, found.groups()))),
+    ),
+    (
+        re.compile(r"([A-Za-z_]\w*) ?= ?([^=]+)"),
+        lambda found: f"write a colon in place of `=`: `{cut(found[1])}: {cut(found[2])}`",
+    ),
+)
+"""Texts of any kind → what to write."""
+
+_FORM_SLIP: TextSlip = (
+    re.compile(rf"({'|'.join(sorted(FORM_KEYS))})\(\[?([^()\[\]]*)\]?\)"),
+    lambda found: f"write a form: `{{{found[1]}: [{found[2]}]}}`",
+)
+
+_NUMERIC_SLIPS: tuple[TextSlip, ...] = (
+    (re.compile(r"\s*[-+.\d][-+.\deE]*(?:[ ,]+[-+.\d][-+.\deE]*)+\s*"), lambda found: _list(found[0])),
+    (
+        re.compile(rf"([-+]?\d{{1,12}}(?:\.\d{{1,12}})?) ?({'|'.join(_UNITS)})"),
+        lambda found: f"write {float(found[1]) * _UNITS[found[2]]:.12g}: {_SI}",
+    ),
+    (re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"), "remove the quotes"),
+    (re.compile(r"[-+]?[\d.]{1,24} ?[A-Za-z°%\"'][\w/^*.³² ]{0,24}"), f"write the number alone: {_SI}"),
+    (re.compile(r".*random.*"), "write a form: `{uniform: [low, high]}`, `{choice: [a, b]}`"),
+    (re.compile(r"None"), "leave the key out, or write a number"),
+    (re.compile(r"([-+]?)inf(inity)?", re.IGNORECASE), lambda found: f"write {found[1]}.inf, without quotes"),
+)
+
+_LIST_SLIPS: tuple[TextSlip, ...] = (
+    _FORM_SLIP,
+    (
+        re.compile(r"(?:[\w.]+)?\(+\[?([-+.\deE, ]+)\]?,?\)+"),
+        lambda found: f"write a list in brackets: [{found[1].strip(', ')}]",
+    ),
+    *_NUMERIC_SLIPS,
+    *_SLIPS,
+)
+"""Texts where a list of numbers belongs."""
+
+_NUMBER_SLIPS: tuple[TextSlip, ...] = (
+    _FORM_SLIP,
+    (re.compile(r"[-+]?\d+,\d+"), lambda found: f"write a point for the comma: {found[0].replace(',', '.')}"),
+    *_NUMERIC_SLIPS,
+    *_SLIPS,
+    # Arithmetic, a name, or a function of a value.
+    (
+        re.compile(r"[-+]?[\w.() ]+(?:[-+*/%]+[\w.() ]+)+|[A-Za-z_]\w*(?:\([\w.+*/ -]+\))?"),
+        lambda found: _expression(found[0]),
+    ),
+)
+"""Texts where one number belongs."""

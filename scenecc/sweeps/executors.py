@@ -1,0 +1,124 @@
+"""Who does the units of a sweep: processes of this machine, or the tasks of a Ray cluster."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import threading
+from collections import Counter, deque
+from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.extras import install_hint
+from scenecc.interrupt import undoing
+from scenecc.jobs import ITEMS_OF_A_PROCESS, Died, completed
+from scenecc.sweeps.folder import fail
+from scenecc.sweeps.units import Unit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Sequence
+
+    from scenecc.sweeps.units import Outcome, Work
+
+    Done = tuple[Unit, Outcome | str]
+    """A unit, and what became of it; or how its process ended. None has more than `ATTEMPTS` of these."""
+
+ATTEMPTS: Final = 3
+"""How often a unit is begun whose process dies."""
+
+_PATIENCE: Final = 5.0
+"""[s] How long a cluster may take to answer."""
+
+
+def on_processes(do: Callable[[Work, Unit], Outcome], work: Work, units: Sequence[Unit], jobs: int) -> Generator[Done]:
+    """Does units on processes of this machine, `jobs` at once."""
+    left = list(units)
+    for _ in range(ATTEMPTS):
+        died: list[Unit] = []
+        for number, result in completed(partial(do, work), left, jobs):
+            if isinstance(result, Died):
+                died.append(left[number])
+                yield left[number], _ending(result.status)
+            else:
+                yield left[number], result
+        left = died
+
+
+def _ending(status: int | None) -> str:
+    return f"signal {-status}" if status is not None and status < 0 else f"status {status}"
+
+
+def on_ray(
+    do: Callable[[Work, Unit], Outcome], work: Work, units: Sequence[Unit], jobs: int, address: str | None
+) -> Generator[Done]:
+    """Does units as tasks of Ray.
+
+    Args:
+        do: what is done with each.
+        work: of all of them.
+        units: of any number.
+        jobs: CPUs of a local cluster that is started for this.
+        address: of a running cluster; None: a local one, or the one that this process is connected to.
+    """
+    with _connection(jobs, address) as ray:
+        # Ray would begin a task again without a word; who is told can log it.
+        task = ray.remote(max_calls=ITEMS_OF_A_PROCESS, max_retries=0, num_cpus=1)(do)
+        shared = ray.put(work)
+        waiting, running, deaths = deque(units), dict[Any, Unit](), Counter[Unit]()
+        while waiting or running:
+            ahead = 2 * max(int(ray.cluster_resources().get("CPU", 1)), 1)
+            while waiting and len(running) < ahead:
+                unit = waiting.popleft()
+                running[task.remote(shared, unit)] = unit
+            done, _ = ray.wait(list(running), num_returns=1)
+            for reference in done:
+                unit = running.pop(reference)
+                try:
+                    result = ray.get(reference)
+                except ray.exceptions.RayError as error:
+                    result = type(error).__name__
+                    deaths[unit] += 1
+                    if deaths[unit] < ATTEMPTS:
+                        waiting.append(unit)
+                yield unit, result
+
+
+@contextmanager
+def _connection(jobs: int, address: str | None) -> Generator[Any]:
+    """The module `ray`, connected to a cluster."""
+    # Ray would report its use to its makers.
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    try:
+        ray: Any = import_module("ray")
+    except ImportError:
+        fail("SC828", "Ray is not installed here", "scenecc", install_hint("ray"))
+    if ray.is_initialized():
+        yield ray
+        return
+    if address is not None:
+        _reach(address)
+    options: dict[str, Any] = {"num_cpus": jobs, "include_dashboard": False} if address is None else {}
+    handler = signal.getsignal(signal.SIGTERM)
+    try:
+        ray.init(address or "local", **options, log_to_driver=False, logging_level="error")
+    except (RuntimeError, OSError, ValueError) as error:
+        fail("SC828", f"Ray does not start: {error}", address or "scenecc")
+    finally:
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, handler)  # Ray puts its own in its place
+    with undoing() as undo:
+        undo.callback(ray.shutdown)  # also where a signal ends this process
+        yield ray
+
+
+def _reach(address: str) -> None:
+    """Fails where nothing listens at the address of a cluster: Ray itself would try for minutes."""
+    host, _, port = address.rpartition(":")
+    try:
+        socket.create_connection((host, int(port)), _PATIENCE).close()
+    except (OSError, ValueError) as error:
+        reason = f"no Ray cluster answers at `{address}`: {error}"
+        fail("SC828", reason, address, "give HOST:PORT of its head node, as `ray start --head` prints it")

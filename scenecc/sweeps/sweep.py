@@ -1,0 +1,268 @@
+"""`sweep`: all seeds and scenes of files, worked on by many processes or machines, as one table."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, cast, get_args
+
+from typing_extensions import TypedDict, Unpack
+
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.errors import SceneError
+from scenecc.extras import install_hint
+from scenecc.interrupt import undoing
+from scenecc.options import Options, check_types, integer, path_argument
+from scenecc.pipeline import compile_source
+from scenecc.source.paths import PathCache
+from scenecc.source.provenance import content_hash
+from scenecc.sweeps.executors import ATTEMPTS, on_processes, on_ray
+from scenecc.sweeps.folder import SweepFolder, fail
+from scenecc.sweeps.units import Do, Entry, Outcome, Settings, Work, do_unit, table_row
+
+if TYPE_CHECKING:
+    from collections import Counter
+    from collections.abc import Generator
+
+    from scenecc.sweeps.executors import Done
+    from scenecc.sweeps.units import Unit
+
+
+class SweepOptions(TypedDict, total=False):
+    """Options of compiling that a sweep takes.
+
+    Attributes:
+        num_scenes: in place of each file's.
+        asset_roots, allow_outside_assets, limits: as of `CompileOptions`.
+    """
+
+    num_scenes: int | None
+    asset_roots: Iterable[str | PathLike[str]]
+    allow_outside_assets: bool
+    limits: Mapping[str, int] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """A sweep, or what is done of it.
+
+    Attributes:
+        table: the Parquet file; None as long as a part is missing.
+        units, done: how many units there are, and how many of them have a result.
+        counts: how often each code is found, by code and severity; of a part, in that part.
+    """
+
+    table: Path | None
+    units: int
+    done: int
+    counts: Counter[tuple[str, str]]
+
+
+_TYPES: Final[dict[str, Any]] = {
+    "do": Iterable[str],
+    "seeds": Iterable[int] | None,
+    "ray": bool,
+    "ray_address": str | None,
+    "shard": tuple[int, int] | None,
+    "camera": str | None,
+    "size": tuple[int, int] | None,
+    "progress": Callable[[int, int], None] | None,
+    "settings": Callable[[str], Settings] | None,
+}
+
+_MOST: Final = 2**64
+"""Seeds in the table are below this."""
+
+
+def sweep(
+    files: str | PathLike[str] | Iterable[str | PathLike[str]],
+    *,
+    output: str | PathLike[str],
+    seeds: Iterable[int] | None = None,
+    do: Iterable[Do] = ("check", "state"),
+    params: Mapping[str, Any] | Iterable[Mapping[str, Any]] | None = None,
+    settle: float = 1.0,
+    camera: str | None = None,
+    size: tuple[int, int] | None = None,
+    jobs: int = 1,
+    ray: bool = False,
+    ray_address: str | None = None,
+    shard: tuple[int, int] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    settings: Callable[[str], Settings] | None = None,
+    **options: Unpack[SweepOptions],
+) -> Sweep:
+    """Does the same with all scenes of files and seeds, and writes a table with a row for each scene.
+
+    A sweep that was ended goes on where it was left: call it again with the same arguments. The table is the same to
+    the byte whoever did what. See `docs/how-to/sweeps.md`. Processes are forked: call this before an engine runs in
+    yours.
+
+    Args:
+        files: scene files.
+        output: folder of the table, the pictures and the log.
+        seeds: each file is built with each of them; by default with its own.
+        do: "check" gives the findings of `check_scene`, "state" the poses at the start, "render" a picture.
+        params: values of the files' parameters, or several such mappings, each of which is swept.
+        settle: how long "check" simulates [s].
+        camera: of the pictures, as for `render_scene`.
+        size: of the pictures [px], likewise; 640 × 480 by default where no camera is named.
+        jobs: processes, or CPUs of the local Ray cluster.
+        ray: do it by Ray (extra `ray`): a local cluster, or the one that this process is connected to.
+        ray_address: HOST:PORT of a running cluster, in place of `ray`. Its nodes have the files at the same paths.
+        shard: (I, N) does only part I of N. What then does the last part, or is called without, writes the table.
+        progress: called with (units done, units in all).
+        settings: gives for each file what is wanted of its findings, and house rules; `scenecc sweep` takes them from
+            `[tool.scenecc]`. All by default.
+        options: those of `SweepOptions`.
+
+    Raises:
+        SceneError: a file does not compile, the folder holds another sweep, a package is missing, or a machine of the
+            cluster does not have what this one has.
+        ValueError: an argument is out of its range.
+        TypeError: an argument is of another type.
+    """
+    given = {"do": do, "seeds": seeds, "ray": ray, "ray_address": ray_address, "shard": shard, "camera": camera}
+    check_types(sweep, {**given, "size": size, "progress": progress, "settings": settings}, _TYPES)
+    work = _plan_work(files, _chosen_seeds(seeds), _chosen(do), params, settle, camera, size, options)
+    if settings is not None:
+        work = replace(work, entries=tuple(replace(entry, settings=settings(entry.file)) for entry in work.entries))
+    units = work.units()
+    part, parts = shard or (1, 1)
+    if not 1 <= part <= parts:
+        raise ValueError(f"shard is (I, N) with I from 1 to N, not {shard!r}")
+    mine = units[part - 1 :: parts]
+    jobs = integer(jobs, "jobs", 1)
+    with undoing() as undo:
+        folder = SweepFolder(path_argument(sweep, "output", output), work, shard, undo)
+        left = [unit for unit in mine if unit not in folder]
+        if left:
+            done = on_ray(do_unit, work, left, jobs, ray_address) if ray or ray_address else (
+                on_processes(do_unit, work, left, jobs)
+            )  # fmt: skip
+            _collect(work, folder, done, len(mine) - len(left), len(mine), progress)
+        finished = sum(unit in folder for unit in units)
+        if finished < len(units):
+            return Sweep(None, len(units), finished, folder.count(mine))
+        with folder.writing():
+            table, counts = folder.write_table(units)
+        return Sweep(table, len(units), finished, counts)
+
+
+def _chosen(do: Iterable[str]) -> tuple[Do, ...]:
+    asked, known = {*do}, get_args(Do)
+    if not asked or not asked <= {*known}:
+        raise ValueError(f"do is some of {', '.join(known)}, not {sorted(asked)}")
+    return tuple(one for one in known if one in asked)
+
+
+def _chosen_seeds(seeds: Iterable[int] | None) -> Sequence[int] | None:
+    if seeds is None:
+        return None
+    found = seeds if isinstance(seeds, range) and seeds.step == 1 else sorted({integer(s, "seeds", 0) for s in seeds})
+    if not found or found[0] < 0 or found[-1] >= _MOST:
+        raise ValueError("seeds are one or more integers from 0 to 2⁶⁴ - 1")
+    return found
+
+
+def _plan_work(
+    files: str | PathLike[str] | Iterable[str | PathLike[str]],
+    seeds: Sequence[int] | None,
+    do: tuple[Do, ...],
+    params: Mapping[str, Any] | Iterable[Mapping[str, Any]] | None,
+    settle: float,
+    camera: str | None,
+    size: tuple[int, int] | None,
+    options: SweepOptions,
+) -> Work:
+    """Compiles each file with each set of parameters, to know its scenes and all files that it uses."""
+    if find_spec("pyarrow") is None:
+        fail("SC828", "the table of a sweep needs pyarrow, not installed here", "scenecc", install_hint("sweep"))
+    if not 0 <= settle < float("inf"):
+        raise ValueError(f"settle must be 0 or more and finite, not {settle!r}")
+    paths = [files] if isinstance(files, str | PathLike) else [*files]
+    asked = Options.of_call(sweep, options, SweepOptions)
+    alone = params is None or isinstance(params, Mapping)
+    settings = cast("Iterable[Mapping[str, Any]]", [params or {}] if alone else params)
+    entries: dict[tuple[str, str], Entry] = {}
+    faults: dict[Diagnostic, None] = {}
+    for path in dict.fromkeys(fspath(path_argument(sweep, "files", path)) for path in paths):
+        for setting in settings:
+            sink = Sink()
+            entry = _entry(path, replace(asked, params=dict(setting)), seeds, sink)
+            faults |= dict.fromkeys(sink.diagnostics() if entry is None else ())
+            if entry is not None:
+                entries[path, entry.parameters] = entry
+    if faults:
+        raise SceneError(faults)
+    if not entries:
+        raise ValueError("a sweep needs files and parameters")
+    ordered = tuple(entries[key] for key in sorted(entries))
+    return Work(ordered, do, float(settle), camera, size, os.getcwd())  # noqa: PTH109 - text, to be compared
+
+
+def _entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink) -> Entry | None:
+    """None where the file is at fault, which was reported."""
+    memory = PathCache()
+    first = options if seeds is None else replace(options, seed=seeds[0])
+    result = compile_source(file, first, sink, drawn=False, memory=memory)
+    if result is None:
+        return None
+    own = result.plan.seed
+    if own >= _MOST:
+        sink.report("SC940", f"the seed {own} does not fit into the table", Location(file), hint="give --seeds")
+        return None
+    named = {os.path.abspath(file): file}  # noqa: PTH100 - as it is named
+    named |= {str(path): reference.uri for path, reference in memory.named.items()}
+    used = {path: content_hash(path) or "" for path in named}
+    return Entry(file, options, result.plan.num_scenes, seeds or [own], used, named)
+
+
+def _collect(
+    work: Work,
+    folder: SweepFolder,
+    done: Generator[Done],
+    before: int,
+    total: int,
+    progress: Callable[[int, int], None] | None,
+) -> None:
+    """Keeps what comes out of the units. `before`: how many had results already, of `total`."""
+    deaths: dict[Unit, int] = {}
+    with closing(done):
+        for unit, found in done:
+            with folder.writing():
+                outcome = found
+                if isinstance(outcome, str):
+                    deaths[unit] = deaths.get(unit, 0) + 1
+                    folder.log(unit, died=outcome, attempt=deaths[unit])
+                    if deaths[unit] < ATTEMPTS:
+                        continue
+                    outcome = _died(work, unit)
+                elif outcome.fault is not None:
+                    host = outcome.worker.rpartition(":")[0]
+                    hint = "while a sweep runs, its files stay as they are, at the same path on each machine"
+                    fail("SC829", f"on {host}, {outcome.fault}", work.entries[unit.entry].file, hint)
+                else:
+                    attempt = deaths.get(unit, 0) + 1
+                    folder.log(unit, seconds=round(outcome.seconds, 4), attempt=attempt, worker=outcome.worker)
+                folder.keep(unit, outcome)
+            before += 1
+            if progress is not None:
+                progress(before, total)
+
+
+def _died(work: Work, unit: Unit) -> Outcome:
+    """In place of what a unit would have given: a finding at its file."""
+    entry, sink = work.entries[unit.entry], Sink()
+    scenes = f"scenes {unit.first} to {unit.end - 1}" if unit.end - unit.first > 1 else f"scene {unit.first}"
+    message = f"the process that worked on {scenes} with seed {unit.seed} ended without a result, {ATTEMPTS} times"
+    command = f"scenecc check {entry.file} --seed {unit.seed}"
+    hint = f"run `{command}`; if it ends the same way, this is a bug in scenecc or in SAPIEN"
+    sink.report("SC822", message, Location(entry.file), hint=hint)
+    return Outcome([table_row(entry, unit, None, sink.diagnostics())], {}, 0.0, "")

@@ -1,0 +1,330 @@
+"""The work of a sweep, cut into units: what a unit is, and what is done with it in whichever process."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol
+
+from scenecc.checks.house_rules import run_rules
+from scenecc.diagnostics.formats.json_text import records
+from scenecc.diagnostics.formats.style import encodable
+from scenecc.errors import SceneError
+from scenecc.files import state_now
+from scenecc.pipeline import CompiledSource, build_batch
+from scenecc.plan.properties import Quantity
+from scenecc.plan.walk import walk_fields
+from scenecc.render import render_scene
+from scenecc.simulation.check import SCENES_AT_ONCE, batch_findings, check_plan, origins_of
+from scenecc.simulation.findings import report_findings, view_command
+from scenecc.source.provenance import content_hash
+from scenecc.version import VERSION
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from scenecc.backends.sapien import SceneBatch
+    from scenecc.checks.house_rules import Rule
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.files import State
+    from scenecc.options import Options
+    from scenecc.pipeline import CompileResult
+    from scenecc.plan import ScenePlan
+
+Do = Literal["check", "render", "state"]
+
+SCENES_OF_A_UNIT: Final = 4 * SCENES_AT_ONCE
+
+PICTURE_SIZE: Final = (640, 480)
+"""Of the camera that frames the scene [px]."""
+
+
+class Unit(NamedTuple):
+    """Some scenes of one file with one seed. `entry`: of the work; `end`: after the last scene."""
+
+    entry: int
+    seed: int
+    first: int
+    end: int
+
+
+class Settings(Protocol):
+    """What is wanted of the findings of a file. It can be pickled, and its `repr` tells all but the rules."""
+
+    @property
+    def rules(self) -> Mapping[str, Rule] | None:
+        """House rules, by id."""
+        ...
+
+    def apply(self, diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
+        """The diagnostics of a scene that are wanted, with the severities that are."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A file with one set of parameters.
+
+    Attributes:
+        file: as it was named.
+        options: with the parameters.
+        num_scenes: of one seed.
+        seeds: ascending.
+        used: every file that the scene uses: absolute path → SHA-256.
+        named: the same files as messages have them.
+        settings: what is wanted of the findings; None: all.
+    """
+
+    file: str
+    options: Options
+    num_scenes: int
+    seeds: Sequence[int]
+    used: Mapping[str, str]
+    named: Mapping[str, str]
+    settings: Settings | None = None
+
+    @property
+    def parameters(self) -> str:
+        """As JSON."""
+        return as_json(self.options.params)
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """All that a process needs to do any unit. It can be pickled.
+
+    Attributes:
+        entries: sorted by file and parameters.
+        do: what is done with each scene.
+        settle: how long `check` simulates [s].
+        camera, size: of the pictures, as for `render_scene`.
+        folder: from which relative paths start.
+        version: of scenecc.
+    """
+
+    entries: tuple[Entry, ...]
+    do: tuple[Do, ...]
+    settle: float
+    camera: str | None
+    size: tuple[int, int] | None
+    folder: str
+    version: str = VERSION
+
+    def units(self) -> list[Unit]:
+        """All units, in the order of the table."""
+        return [
+            Unit(number, seed, first, min(first + SCENES_OF_A_UNIT, entry.num_scenes))
+            for number, entry in enumerate(self.entries)
+            for seed in entry.seeds
+            for first in range(0, entry.num_scenes, SCENES_OF_A_UNIT)
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of a unit.
+
+    Attributes:
+        rows: of the table.
+        pictures: PNGs by their paths below the folder of pictures.
+        seconds: that it took.
+        worker: who did it: the host and the process.
+        fault: why nothing was done: this process does not have what the sweep began with.
+    """
+
+    rows: list[dict[str, Any]]
+    pictures: dict[str, bytes]
+    seconds: float
+    worker: str
+    fault: str | None = None
+
+
+def as_json(data: Any) -> str:
+    """Plain data, numpy's among them, on one line."""
+    return json.dumps(data, ensure_ascii=False, sort_keys=True, default=lambda one: one.tolist())
+
+
+_known: dict[tuple[str, str], State | None] = {}
+"""Files of this process, with the content that they had, and their state then."""
+
+
+def _fault(work: Work, entry: Entry) -> str | None:
+    """Why what this process would build is not what the sweep began with."""
+    if work.version != VERSION:
+        return f"there is scenecc {VERSION} and not {work.version}"
+    for path, digest in entry.used.items():
+        state = state_now(path)
+        if state is not None and _known.get((path, digest)) == state:
+            continue
+        if (found := content_hash(path)) != digest:
+            return f"`{path}` is not there" if found is None else f"`{path}` has another content"
+        _known[path, digest] = state
+    return None
+
+
+def do_unit(work: Work, unit: Unit) -> Outcome:
+    """Does a unit. Raises nothing that a scene can cause."""
+    started, worker = time.perf_counter(), f"{platform.node()}:{os.getpid()}"
+    try:
+        if os.getcwd() != work.folder:  # noqa: PTH109 - a process of a cluster starts elsewhere
+            os.chdir(work.folder)
+    except OSError:
+        return Outcome([], {}, 0.0, worker, f"there is no folder `{work.folder}`")
+    if (fault := _fault(work, work.entries[unit.entry])) is not None:
+        return Outcome([], {}, 0.0, worker, fault)
+    doing = _Doing(work, unit)
+    rows = doing.rows()
+    return Outcome(rows, doing.pictures, time.perf_counter() - started, worker)
+
+
+def table_row(entry: Entry, unit: Unit, scene: int | None, findings: Iterable[Diagnostic]) -> dict[str, Any]:
+    """A row of the table, without what follows from a build. `scene`: None for all of the unit."""
+    keys = ("code", "severity", "message", "file", "line", "column", "path", "hint")
+    if entry.settings is not None:
+        findings = entry.settings.apply([*findings], entry.file)
+    return {
+        "file": encodable(entry.file),
+        "parameters": entry.parameters,
+        "seed": unit.seed,
+        "scene": scene,
+        "draws": None,
+        "findings": [{key: record[key] for key in keys} for record in records(findings)],
+        "poses": None,
+        "picture": None,
+    }
+
+
+class _Doing:
+    """A unit that is done."""
+
+    def __init__(self, work: Work, unit: Unit) -> None:
+        self._work = work
+        self._unit = unit
+        self._entry = work.entries[unit.entry]
+        self._source = CompiledSource(self._entry.file, replace(self._entry.options, seed=unit.seed))
+        self.pictures: dict[str, bytes] = {}
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One a scene; one for all where the scene is at fault."""
+        result, common = self._source.result, self._source.sink.diagnostics()
+        if result is None:
+            return [table_row(self._entry, self._unit, None, common)]
+        if "check" in self._work.do:
+            doubts = self._source.sink.another()
+            if self._entry.settings is not None and self._entry.settings.rules:
+                run_rules(result.plan, self._entry.settings.rules, self._entry.file, doubts)
+            check_plan(result, doubts)
+            common += doubts.diagnostics()
+        scenes = range(self._unit.first, self._unit.end)
+        draws = drawn_fields(result.plan, scenes)
+        rows: list[dict[str, Any]] = []
+        for first in range(scenes.start, scenes.stop, SCENES_AT_ONCE):
+            some = scenes[first - scenes.start :][:SCENES_AT_ONCE]
+            for index, (findings, poses) in self._built(result, some).items():
+                picture, faults = self._picture(index)
+                told = dict.fromkeys((*common, *findings, *faults))
+                row = table_row(self._entry, self._unit, index, told)
+                rows.append({**row, "draws": as_json(draws[index]), "poses": poses, "picture": picture})
+        return rows
+
+    def _built(self, result: CompileResult, scenes: Sequence[int]) -> dict[int, tuple[list[Diagnostic], Any]]:
+        """What is found in each scene, and the poses at the start. One that fails does not spoil the others."""
+        found: dict[int, list[Diagnostic]] = {index: [] for index in scenes}
+        poses: dict[int, Any] = dict.fromkeys(scenes)
+        sink = self._source.sink.another()
+        if {"check", "state"}.isdisjoint(self._work.do):
+            return {index: ([], None) for index in scenes}
+        try:
+            with build_batch(result.plan, sink, backend="cpu", scene_idxs=scenes, render=False, audit="fast") as batch:
+                if "state" in self._work.do:
+                    poses = _poses(batch)
+                if "check" in self._work.do:
+                    self._find(result, batch, found)
+        except SceneError as error:
+            if len(scenes) > 1:
+                return {index: self._built(result, [index])[index] for index in scenes}
+            found[scenes[0]] += error.diagnostics
+        return {index: (found[index], poses[index]) for index in scenes}
+
+    def _find(self, result: CompileResult, batch: SceneBatch, found: dict[int, list[Diagnostic]]) -> None:
+        """Adds what shows in the simulation, scene by scene."""
+        findings = [replace(one, seed=result.plan.seed) for one in batch_findings(batch, self._work.settle, set())]
+        origins, command = origins_of(result.plan), view_command(self._entry.file, self._entry.options)
+        for index in {one.scene: None for one in findings}:
+            sink = self._source.sink.another()
+            here = [one for one in findings if one.scene == index]
+            report_findings(here, origins, command, sink, several_seeds=False)
+            found[index] += sink.diagnostics()
+
+    def _picture(self, scene: int) -> tuple[str | None, list[Diagnostic]]:
+        """The path of the scene's picture, the one that `scenecc render` takes, and why there is none."""
+        if "render" not in self._work.do:
+            return None, []
+        size = self._work.size or (None if self._work.camera else PICTURE_SIZE)
+        try:
+            rendering = render_scene(self._source, camera=self._work.camera, scenes=str(scene), size=size)
+        except SceneError as error:
+            return None, error.diagnostics
+        name = f"{self._unit.entry:04}/seed_{self._unit.seed}_scene_{scene}.png"
+        self.pictures[name] = rendering.png()
+        return f"pictures/{name}", []
+
+
+def _poses(batch: SceneBatch) -> dict[int, list[dict[str, Any]]]:
+    """For each scene the poses (7,) of its bodies and links in the world of the scene, p [m] then q (wxyz)."""
+    found: dict[int, list[dict[str, Any]]] = {index: [] for index in batch.scene_idxs}
+    for name, body in batch.entities.items():
+        for index, pose in zip(body.scene_idxs, body.pose.tolist(), strict=True):
+            found[index].append({"name": name, "pose": pose})
+    for name, articulation in batch.articulations.items():
+        for link, components in articulation.links.items():
+            for index, one in zip(articulation.scene_idxs, components, strict=True):
+                if one is not None:
+                    pose = one.get_entity().get_pose().__getstate__()
+                    found[index].append({"name": f"{name}/{link}", "pose": [float(number) for number in pose]})
+    return found
+
+
+def drawn_fields(plan: ScenePlan, scene_idxs: Sequence[int]) -> dict[int, dict[str, Any]]:
+    """For each of some scenes, the fields whose values are drawn or differ between scenes, such as `cube.mass`.
+
+    A pose is 7 numbers, p [m] then q (wxyz), in the world of the scene. A file is its path as written.
+    """
+    found: dict[int, dict[str, Any]] = {index: {} for index in scene_idxs}
+    environment = () if plan.environment is None else (plan.environment,)
+    for one in (*plan.entities, *plan.constraints, *plan.lights, *plan.cameras, *environment):
+        having, name = getattr(one, "scene_idxs", range(plan.num_scenes)), getattr(one, "name", "environment")
+        rows = [row for row, index in enumerate(having) if index in found]
+        for path, values, is_constant in _columns(one, "", plan, rows):
+            if not is_constant:
+                for row, value in zip(rows, values, strict=True):
+                    found[having[row]][f"{name}.{path}"] = value
+    return found
+
+
+def _columns(node: Any, place: str, plan: ScenePlan, rows: list[int]) -> Iterator[tuple[str, list[Any], bool]]:
+    """Paths of fields, the value of each in some rows of the object's scenes, and whether it could be no other."""
+    for path, kind, value in walk_fields(node, place):
+        if not isinstance(kind, Quantity):
+            continue
+        taken = value.data.tolist() * len(rows) if len(value.data) == 1 else value.data[rows].tolist()
+        if kind.table is None:
+            yield path, taken, value.is_constant
+        elif kind.table == "files":
+            yield path, [plan.files[int(index)].uri for index in taken], value.is_constant
+        else:
+            # The rows of a material are those of the object that has it.
+            table = getattr(plan, kind.table)
+            held = {
+                index: {name: (values, fixed) for name, values, fixed in _columns(table[index], path, plan, rows)}
+                for index in set(taken)
+            }
+            for name in dict.fromkeys(chain.from_iterable(held.values())):
+                given = [held[index].get(name, ([None] * len(rows), False)) for index in taken]
+                is_constant = value.is_constant and all(fixed for _, fixed in given)
+                yield name, [values[number] for number, (values, _) in enumerate(given)], is_constant

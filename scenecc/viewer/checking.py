@@ -1,0 +1,49 @@
+"""What `scenecc check` finds at the start of the scenes on a page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.pipeline import build_batch
+from scenecc.simulation.check import batch_findings, check_plan, origins_of
+from scenecc.simulation.findings import report_findings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.viewer.world import Loaded
+
+_OVERLAPS = frozenset({"SC850", "SC851"})
+
+
+@frozen
+class CheckResult:
+    """What was found.
+
+    Attributes:
+        diagnostics: by the order of their lines.
+        overlapping: bodies that overlap others, as (scene, ENTITY or ENTITY/LINK).
+    """
+
+    diagnostics: tuple[Diagnostic, ...]
+    overlapping: frozenset[tuple[int, str]]
+
+
+def check_start(loaded: Loaded, scene_idxs: Sequence[int]) -> CheckResult:
+    """Builds scenes once more and checks their start, as `scenecc check` does without settling.
+
+    Raises:
+        SceneError: the engine or the machine is at fault.
+    """
+    sink = loaded.sink.another()
+    check_plan(loaded.result, sink)
+    with build_batch(
+        loaded.plan, sink.another(), backend="cpu", scene_idxs=scene_idxs, render=False, audit="fast"
+    ) as batch:
+        found = [*batch_findings(batch, 0, set())]
+    report_findings(found, origins_of(loaded.plan), None, sink, several_seeds=False)
+    overlapping = {(one.scene, name) for one in found if one.code in _OVERLAPS for name in one.names}
+    told = sorted(sink.diagnostics(), key=lambda one: (one.file or "", one.line or 0, one.column or 0))
+    return CheckResult(tuple(told), frozenset(overlapping))

@@ -1,0 +1,197 @@
+"""The pose of an entity, written into the text of its scene file."""
+
+from __future__ import annotations
+
+from math import asin, atan2, copysign, degrees, hypot, pi
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from scenecc.geometry.rotations import IDENTITY, compose, from_axis_angle, from_rpy, invert, normalized
+from scenecc.source.edits import EditError, TextEdits
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from scenecc.diagnostics.diagnostic import Path
+    from scenecc.geometry.rotations import Pose7, Quat
+
+_SAME_PLACE, _SAME_TURN = 1e-6, 1e-6
+"""Positions [m] and components of quaternions that differ by less are what is written."""
+
+_ROTATIONS: Final = ("q", "rpy", "rpy_deg", "axis_angle", "look_at")
+
+_AXES: Final = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def check_written(name: str, data: Mapping[str, Any]) -> None:
+    """Checks that the pose of an entity can be written into a document.
+
+    Args:
+        name: of the entity in the plan.
+        data: of the document.
+
+    Raises:
+        EditError: it cannot; the message says why.
+    """
+    entities = _mapping(data.get("entities"))
+    written = _mapping(entities.get(name))
+    if not written:
+        raise EditError(_maker(name, entities))
+    for key in ("use", "variants", "place", "repeat"):
+        if key in written:
+            raise EditError(f"`{key}` gives it its pose")
+    _written(written.get("pose", [0, 0, 0]))
+
+
+def _maker(name: str, entities: Mapping[str, Any]) -> str:
+    """What makes an entity that does not stand in a document under its name."""
+    for key, written in entities.items():
+        if name.startswith(f"{key}/") and "use" in _mapping(written):
+            return f"the prefab that `{key}` uses gives it its pose"
+        if name.startswith(f"{key}_") and "repeat" in _mapping(written):
+            return f"it is one copy of the `repeat` of `{key}`"
+    return "a `repeat`, a prefab or another file makes it"
+
+
+def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: Pose7) -> str:
+    """The text with another pose of an entity.
+
+    What lies between the written pose and the world (`relative_to`, or `anchor`) stays as it is.
+
+    Args:
+        text: of the scene file.
+        data: what it holds.
+        name: of the entity, which `check_written` lets pass.
+        start: where it is by the text, in the world.
+        new: where it is to be.
+
+    Raises:
+        EditError: it cannot be written; the message says why.
+    """
+    pose = data["entities"][name].get("pose")
+    old = _written(pose or [0, 0, 0])
+    mapping = _mapping(pose)
+    if "relative_to" in mapping and "anchor" in mapping:
+        raise EditError("it has `relative_to` and `anchor`")
+    if "relative_to" in mapping:
+        wanted = compose(compose(old, invert(start)), new)
+    else:
+        wanted = compose(new, compose(invert(start), old))
+    edits, path = TextEdits(text), ("entities", name, "pose")
+    position, rotation = _rounded(wanted[:3], old[:3], 4, _SAME_PLACE), _kept(normalized(wanted[3:]), old[3:])
+    if pose is None:
+        q = "" if rotation is None else f", q: {_listed(_digits(rotation, 6))}"
+        edits.add_key(path[:2], "pose", f"{{p: {_listed(position)}{q}}}" if q else _listed(position))
+    elif isinstance(pose, list):
+        if rotation is not None:
+            edits.wrap(path, "{p: ", f", q: {_listed(_digits(rotation, 6))}}}")
+        _set_numbers(edits, path, old[:3], position)
+    else:
+        if rotation is not None:
+            _turn(edits, path, mapping, rotation)
+        if "p" in mapping:
+            _set_numbers(edits, (*path, "p"), old[:3], position)
+        elif any(position):
+            edits.add_key(path, "p", _listed(position))
+    return edits.result()
+
+
+def _written(written: Any) -> Pose7:
+    """A pose of plain numbers, without what it is relative to. Raises EditError if it is none."""
+    if isinstance(written, list):
+        x, y, z = _numbers(written, 3, "pose")
+        return (x, y, z, *IDENTITY)
+    pose = _mapping(written) or {str(written): None}
+    if not pose.keys() <= {"p", "anchor", "relative_to", *_ROTATIONS}:
+        kind = next(key for key in pose if key != "p")
+        raise EditError(f"its pose is written as an expression, a form or a matrix (`{kind}`)")
+    x, y, z = _numbers(pose.get("p", [0, 0, 0]), 3, "p")
+    return (x, y, z, *_rotation(pose))
+
+
+def _rotation(pose: Mapping[str, Any]) -> Quat:
+    if "look_at" in pose:
+        raise EditError("`look_at` turns it with its place")
+    if "q" in pose:
+        return normalized(_numbers(pose["q"], 4, "q"))
+    if "rpy" in pose:
+        roll, pitch, yaw = _numbers(pose["rpy"], 3, "rpy")
+        return from_rpy(roll, pitch, yaw)
+    if "rpy_deg" in pose:
+        roll, pitch, yaw = (angle * pi / 180 for angle in _numbers(pose["rpy_deg"], 3, "rpy_deg"))
+        return from_rpy(roll, pitch, yaw)
+    if "axis_angle" in pose:
+        said = _mapping(pose["axis_angle"])
+        axis = said.get("axis")
+        (angle,) = _numbers([said.get("angle", said.get("angle_deg"))], 1, "angle")
+        x, y, z = _numbers(_AXES.get(axis, axis) if isinstance(axis, str) else axis, 3, "axis")
+        return from_axis_angle((x, y, z), angle * pi / 180 if "angle_deg" in said else angle)
+    return IDENTITY
+
+
+def _mapping(written: Any) -> dict[str, Any]:
+    """The mapping that is written; an empty one where there is something else."""
+    return cast("dict[str, Any]", written) if isinstance(written, dict) else {}
+
+
+def _numbers(written: Any, count: int, key: str) -> list[float]:
+    numbers: list[Any] = [*written] if isinstance(written, list | tuple) else []
+    if len(numbers) != count or not all(isinstance(one, int | float) and not isinstance(one, bool) for one in numbers):
+        raise EditError(f"an expression or a form owns `{key}`")
+    return [float(one) for one in numbers]
+
+
+def _turn(edits: TextEdits, path: Path, mapping: Mapping[str, Any], rotation: Quat) -> None:
+    """Writes a rotation as the one before is written."""
+    if "axis_angle" in mapping:
+        raise EditError("its rotation is written as `axis_angle`: turn it there, or write `q` or `rpy_deg`")
+    if "rpy" in mapping:
+        _set_numbers(edits, (*path, "rpy"), mapping["rpy"], _digits(_to_rpy(rotation), 5))
+    elif "rpy_deg" in mapping:
+        _set_numbers(edits, (*path, "rpy_deg"), mapping["rpy_deg"], _digits(map(degrees, _to_rpy(rotation)), 3))
+    elif "q" in mapping:
+        _set_numbers(edits, (*path, "q"), mapping["q"], _digits(rotation, 6))
+    else:
+        edits.add_key(path, "q", _listed(_digits(rotation, 6)))
+
+
+def _set_numbers(edits: TextEdits, path: Path, old: Sequence[float], new: Sequence[float]) -> None:
+    for number, (before, after) in enumerate(zip(old, new, strict=True)):
+        if before != after:
+            edits.set_scalar((*path, number), _number(after))
+
+
+def _rounded(new: Sequence[float], old: Sequence[float], digits: int, same: float) -> list[float]:
+    return [
+        before if abs(after - before) < same else round(after, digits) for before, after in zip(old, new, strict=True)
+    ]
+
+
+def _kept(new: Quat, old: Sequence[float]) -> Quat | None:
+    """The rotation; None where it is the old one."""
+    sign = copysign(1.0, sum(a * b for a, b in zip(new, old, strict=True)))
+    w, x, y, z = (sign * one for one in new)
+    return None if max(abs(a - b) for a, b in zip((w, x, y, z), old, strict=True)) < _SAME_TURN else (w, x, y, z)
+
+
+def _to_rpy(q: Quat) -> tuple[float, float, float]:
+    """Turns about the fixed axes x, then y, then z [rad]; of several ways, the one without roll."""
+    w, x, y, z = q
+    sine = 2 * (w * y - x * z)
+    roll_x, roll_y = 1 - 2 * (x * x + y * y), 2 * (w * x + y * z)
+    if hypot(roll_x, roll_y) < 1e-7:  # straight up or down
+        return 0.0, copysign(pi / 2, sine), -2 * copysign(1.0, sine) * atan2(x, w)
+    return atan2(roll_y, roll_x), asin(max(-1.0, min(1.0, sine))), atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def _digits(numbers: Any, digits: int) -> list[float]:
+    return [round(one, digits) for one in numbers]
+
+
+def _listed(numbers: Sequence[float]) -> str:
+    return f"[{', '.join(map(_number, numbers))}]"
+
+
+def _number(value: float) -> str:
+    """A number as short as it can be written: YAML reads `1e-05` too, but people do not."""
+    whole = int(value)
+    return str(whole) if value == whole else f"{value:.6f}".rstrip("0")

@@ -1,0 +1,142 @@
+"""What is known of the selected body, and what can be done with it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.viewer.texts import facts, line
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import viser
+
+    from scenecc.inspect import Item
+    from scenecc.viewer.nodes import Key
+    from scenecc.viewer.panel import Actions
+    from scenecc.viewer.tasks import TaskQueue
+    from scenecc.viewer.world import JointPosition
+
+_UNSELECTED = "Click on a body, or on its name."
+
+_MOST_JOINTS = 64
+"""Sliders that are shown."""
+
+_SHORTEST = 1e-6
+"""The range of a slider at least: viser takes none without one."""
+
+
+@frozen
+class Selected:
+    """A body that is selected.
+
+    Attributes:
+        key: the body.
+        item: what is known of its entity.
+        hidden, locked: whether the entity is.
+        unmovable: why its pose cannot be written into the file; "" if it can.
+        joints: of its articulation, that move.
+    """
+
+    key: Key
+    item: Item
+    hidden: bool
+    locked: bool
+    unmovable: str
+    joints: tuple[JointPosition, ...]
+
+
+class SelectedPanel:
+    """The controls, in a container of viser's."""
+
+    def __init__(self, gui: viser.GuiApi, mail: TaskQueue, actions: Actions) -> None:
+        self._hidden = self._box(gui, "Hidden", "No longer in the picture")
+        self._locked = self._box(gui, "Locked", "No click in the picture, and no move")
+        self._move = self._box(gui, "Move", "Drag it: its pose is written into the file")
+        self._note = gui.add_html("", visible=False)
+        self._undo = gui.add_button("Undo move", visible=False, hint="Give the file its bytes before the last move")
+        self._gui, self._mail, self._set_joint = gui, mail, actions.set_joint
+        self._of: Any = None
+        self._joints: list[Any] = []
+        self._joint_folder = gui.add_folder("Joints", visible=False)
+        self._facts = gui.add_html(line(_UNSELECTED))
+        self._hidden.on_update(_poster(mail, "hide", self._hidden, lambda on: actions.hide(hidden=on)))
+        self._locked.on_update(_poster(mail, "lock", self._locked, lambda on: actions.lock(locked=on)))
+        self._move.on_update(_poster(mail, "move", self._move, lambda on: actions.move(on=on)))
+        self._undo.on_click(lambda _: mail.post("undo", actions.undo))
+
+    @staticmethod
+    def _box(gui: viser.GuiApi, label: str, hint: str) -> viser.GuiCheckboxHandle:
+        return gui.add_checkbox(label, initial_value=False, visible=False, hint=hint)
+
+    @property
+    def text(self) -> str:
+        """All that it says."""
+        return f"{self._facts.content}\n{self._note.content}"
+
+    def tell(self, selected: Selected | None, *, moves: bool) -> None:
+        """Shows a body; None: nothing is selected. `moves`: whether it can be dragged now."""
+        self._facts.content = line(_UNSELECTED) if selected is None else facts(selected.item)
+        for box in (self._hidden, self._locked, self._move):
+            box.visible = selected is not None
+        if selected is not None:
+            self._hidden.value, self._locked.value, self._move.value = selected.hidden, selected.locked, moves
+            self._move.disabled = selected.locked or bool(selected.unmovable)
+        self._tell_joints(selected)
+        note = "" if selected is None or not selected.unmovable else f"It cannot be moved here: {selected.unmovable}."
+        self._note.content, self._note.visible = (line(note) if note else ""), bool(note)
+
+    def tell_joints(self, joints: Sequence[JointPosition]) -> None:
+        """Shows where the joints of the selected articulation stand."""
+        for slider, joint in zip(self._joints, joints, strict=False):
+            slider.value = min(max(joint.position, joint.low), joint.high)
+
+    def _tell_joints(self, selected: Selected | None) -> None:
+        """Sliders of other joints take the place of those before; those of the same ones stay under the mouse."""
+        joints = () if selected is None else selected.joints[:_MOST_JOINTS]
+        of = None if selected is None or not joints else (*selected.key[:2], len(joints))
+        if of != self._of:
+            for slider in self._joints:
+                slider.remove()
+            self._of, self._joint_folder.visible = of, bool(joints)
+            with self._joint_folder:
+                self._joints = [self._slider(number, joint) for number, joint in enumerate(joints)]
+        self.tell_joints(joints)
+
+    def _slider(self, number: int, joint: JointPosition) -> Any:
+        start = min(max(joint.position, joint.low), joint.high)
+        span = max(joint.high - joint.low, _SHORTEST)
+        slider = self._gui.add_slider(
+            joint.name or f"joint {number}",
+            min=joint.low,
+            max=joint.low + span,
+            step=span / 200,
+            initial_value=start,
+            hint=f"[{joint.unit}]; the file is not changed",
+        )
+
+        def update(event: Any) -> None:
+            if event.client is not None:
+                self._mail.post(("joint", number), lambda: self._set_joint(number, float(slider.value)))
+
+        slider.on_update(update)
+        return slider
+
+    def tell_refusal(self, text: str) -> None:
+        """Shows why something was not done."""
+        self._note.content, self._note.visible = line(text), True
+
+    def tell_undo(self, *, possible: bool) -> None:
+        """Shows whether a move can be taken back."""
+        self._undo.visible = possible
+
+
+def _poster(mail: TaskQueue, key: str, box: Any, act: Callable[[bool], None]) -> Callable[[Any], None]:
+    """Posts what a browser, and not this program, makes of a box."""
+
+    def update(event: Any) -> None:
+        if event.client is not None:
+            mail.post(key, lambda: act(bool(box.value)))
+
+    return update

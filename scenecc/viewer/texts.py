@@ -1,0 +1,80 @@
+"""Texts of a page, as HTML in which nothing of a scene becomes markup."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.inspect import Item
+
+
+_STYLE = "font-size:0.75rem;line-height:1.45;padding:0.2rem 0.6rem;overflow-wrap:anywhere;"
+
+_CODE = "font-family:ui-monospace,monospace;white-space:pre;overflow:auto;max-height:60vh;user-select:text;"
+
+
+def message(text: str, *, color: str) -> str:
+    """What was said of a scene, line by line as on a terminal. `color`: of the bar beside it."""
+    bar = f"border-left:3px solid {color};"
+    return f'<div style="{_STYLE}{_CODE}{bar}" class="scenecc-message">{escape(text.rstrip())}</div>'
+
+
+def findings(diagnostics: Sequence[Diagnostic], *, links: bool) -> str:
+    """A row for each diagnostic. `links`: whether its place is a link to an editor, with a path of this machine."""
+    rows = (
+        f'<div style="border-left:3px solid {_COLORS[one.severity]};padding-left:0.5rem;margin:0.3rem 0">'
+        f"{_place(one, links=links)}<b>{escape(one.code)}</b> {escape(one.message)}"
+        f"{_aside(one.hint)}</div>"
+        for one in diagnostics
+    )
+    return f'<div style="{_STYLE}" class="scenecc-findings">{"".join(rows)}</div>'
+
+
+_COLORS = {"error": "#e03131", "warning": "#f08c00", "note": "#868e96"}
+
+
+def _place(one: Diagnostic, *, links: bool) -> str:
+    if one.file is None or one.line is None:
+        return ""
+    words = escape(f"{PurePath(one.file).name}:{one.line}")
+    if not links:
+        return f"{words} "
+    target = quote(f"{Path(one.file).absolute().as_posix()}:{one.line}:{one.column or 1}", safe="/:")
+    return f'<a href="vscode://file{target}">{words}</a> '
+
+
+def _aside(text: str | None) -> str:
+    return f'<div style="opacity:0.6">{escape(text)}</div>' if text else ""
+
+
+def line(text: str) -> str:
+    """A short text."""
+    return f'<div style="{_STYLE}" class="scenecc-line">{escape(text)}</div>'
+
+
+def facts(item: Item) -> str:
+    """What is said of a thing and of all that it is made of."""
+    return f'<div style="{_STYLE}" class="scenecc-facts">{"".join(_item(item))}</div>'
+
+
+def _item(item: Item, group: str = "") -> Iterator[str]:
+    name, kind = escape(item.name or group), escape(item.type)
+    yield f'<div><b>{name}</b> <span style="opacity:0.6">{kind}</span></div>'
+    facts = [f"{_label(fact.label)}{escape(fact.words)}" for fact in item.facts if fact.words]
+    if facts:
+        yield f"<div>{'<br>'.join(facts)}</div>"
+    for word, things in item.groups:
+        listed = things if isinstance(things, tuple) else (things,)
+        for one in listed:
+            inner = "".join(_item(one, word))
+            yield f'<div style="margin-left:0.7rem;border-left:1px solid #8884;padding-left:0.5rem">{inner}</div>'
+
+
+def _label(text: str) -> str:
+    return f'<span style="opacity:0.6">{escape(text)}</span> ' if text else ""

@@ -1,0 +1,68 @@
+"""`scenecc init`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import typer
+
+from scenecc.cli import init
+from scenecc.extras import EXTRAS, Extra
+from scenecc.starter import starter_files
+
+
+def test_a_folder_is_written_and_the_next_commands_are_told(run, tmp_path: Path) -> None:
+    done = run("init", "demo")
+    assert (done.returncode, done.stderr) == (0, "")
+    files = starter_files("pick_place", "arm")
+    for name, content in files.items():
+        assert (tmp_path / "demo" / name).read_bytes() == content
+    assert [line.strip() for line in done.stdout.splitlines()[-3:]] == [
+        "cd demo", "scenecc check scene.yaml", "scenecc view scene.yaml"
+    ]  # fmt: skip
+
+
+def test_without_a_name_the_current_folder_is_filled(run, tmp_path: Path) -> None:
+    done = run("init", "--template", "empty")
+    assert done.returncode == 0
+    assert {path.name for path in tmp_path.iterdir()} == {name.split("/")[0] for name in starter_files("empty", None)}
+    assert done.stdout.splitlines()[-1].strip() == "pytest"
+    again = run("init", "--template", "empty")
+    assert (again.returncode, again.stdout) == (2, "")
+    assert "error SC904: the folder `.` is not empty" in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--template", "kichen"], "did you mean `kitchen`?"),
+        (["--robot", "pnada"], "did you mean `panda`?"),
+        (["--robot", "x"], "known here: arm, panda"),
+        (["--template", "locomotion", "--robot", "arm"], "it takes quadruped"),
+    ],
+    ids=str,
+)
+def test_an_unknown_name_is_refused(arguments: list[str], words: str, run, tmp_path: Path) -> None:
+    done = run("init", "demo", *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in " ".join(done.stderr.split())
+    assert not (tmp_path / "demo").exists()
+
+
+def test_a_robot_of_a_package_that_is_missing_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(EXTRAS, "maniskill", Extra("", ("no_such_module_there_is",)))
+    with pytest.raises(typer.BadParameter, match="pip install"):
+        init.init("demo", template="pick_place", robot="panda")
+
+
+def test_a_folder_that_cannot_be_written_stays_away(run, tmp_path: Path) -> None:
+    assert "there is no folder `no`" in run("init", "no/demo").stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_that_no_folder_can_have_is_refused(run) -> None:
+    done = run("init", "x" * 300)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "error SC904" in done.stderr
+    assert "File name too long" in done.stderr

@@ -1,0 +1,142 @@
+"""What may be typed, by the place of the cursor."""
+
+import pytest
+from plugins.editor import ARM, Editor
+
+HEAD = "scenecc: 1\n"
+
+TABLE = (
+    HEAD + "params: {length: {type: number, default: 1, description: 'of a side [m]'}}\nentities: {top: {}, leg: {}}\n"
+)
+
+SCENE = """scenecc: 1
+params: {size: 0.1, count: {type: integer, default: 2}}
+draws: {shift: {uniform: [0, 1]}}
+materials: {oak: {physical: {density: 700}}}
+collision_groups: {debris: {}}
+frames: {corner: {pose: [1, 0, 0]}}
+entities:
+  ground: {body_type: static, shapes: [{type: plane}]}
+  cube:
+    pose: [0, 0, 1]
+    shapes: [{type: box, half_size: [1, 1, 1], material: oak}]
+"""
+
+CASES = {
+    "sections": (HEAD + "enti¦", {"entities", "frames"}, {"scenecc", "half_size"}),
+    "keys of a body": (SCENE + "    ¦", {"mass", "linear_damping", "if"}, {"pose", "use", "half_size"}),
+    "keys of a new entity": (SCENE + "  b:\n    ¦", {"mass", "use", "urdf", "variants"}, {"with"}),
+    "keys of an instance": (SCENE + "  one:\n    use: table.yaml\n    ¦", {"with", "override"}, {"mass"}),
+    "keys of a shape": (SCENE + "    visuals:\n      - type: sphere\n        ¦", {"radius"}, {"half_size", "type"}),
+    "keys in braces": (SCENE + "    visuals: [{type: capsule, ¦", {"radius", "half_length", "axis"}, {"half_size"}),
+    "keys of a pose": (SCENE + "  b:\n    pose:\n      ¦", {"rpy_deg", "relative_to", "uniform"}, {"mass"}),
+    "types of shapes": (SCENE + "    visuals: [{type: ¦", {"box", "mesh"}, {"convex_parts"}),
+    "types of bodies": (SCENE + "    body_type: ¦", {"static", "kinematic"}, {"box"}),
+    "true and false": (SCENE + "    hidden: ¦", {"true", "false"}, set()),
+    "frames to stand in": (SCENE + "  b:\n    pose: {relative_to: ¦", {"cube", "corner", "world"}, {"b", "oak"}),
+    "entities to stand on": (SCENE + "  b:\n    place: {on: ¦", {"cube", "ground"}, {"world", "oak"}),
+    "materials": (SCENE + "    material: ¦", {"oak"}, {"cube"}),
+    "groups": (SCENE + "    collision_group: ¦", {"debris"}, {"oak"}),
+    "variables": (SCENE + '    mass: "${s¦', {"size", "count", "shift", "scene", "sqrt"}, {"cube", "mass"}),
+    "loop variables": (SCENE + '  b:\n    repeat: {i: [1, 2]}\n    mass: "${¦', {"i", "size"}, set()),
+    "prefabs and files": (SCENE + "  b:\n    use: ¦", {"scenecc:table", "table.yaml"}, {"arm.urdf", "a.yaml"}),
+    "files of a folder": (SCENE + "  b:\n    use: parts/¦", {"parts/leg.yaml"}, {"table.yaml", "parts/notes.yaml"}),
+    "robots": (SCENE + "  b:\n    urdf: ¦", {"arm.urdf", "parts/"}, {"table.yaml"}),
+    "robots that differ": (SCENE + "  b:\n    urdf: {cycle: [¦", {"arm.urdf"}, {"table.yaml"}),
+    "parameters of a prefab": (SCENE + "  b:\n    use: table.yaml\n    with: {¦", {"length"}, {"size"}),
+    "words of a parameter": (SCENE + "  b:\n    use: scenecc:table\n    with: {body_type: ¦", {"static"}, {"box"}),
+    "inside of a prefab": (SCENE + "  b:\n    use: table.yaml\n    override: {¦", {"top", "leg"}, {"cube"}),
+    "keys of what is overridden": (
+        SCENE + "  b:\n    use: table.yaml\n    override: {top: {mass: 1, ¦",
+        {"color", "linear_damping"},
+        {"mass", "top"},
+    ),
+    "keys of an overridden shape": (
+        SCENE + "  b:\n    use: scenecc:bin\n    override: {bin: {shapes: {0: {¦",
+        {"material", "half_size"},
+        {"mass"},
+    ),
+    "nothing in a comment": (SCENE + "    # ¦", set(), {"mass"}),
+    "nothing in text": (HEAD + "description: |\n  enti¦", set(), {"entities"}),
+}
+
+
+def editor(folder, text):
+    closed = {
+        "table.yaml": TABLE,
+        "parts/leg.yaml": HEAD,
+        "parts/notes.yaml": "notes: 1\n",
+        "arm.urdf": ARM,
+    }
+    return Editor(folder, {"a.yaml": text}, closed)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_offered(case, tmp_path):
+    text, offered, others = CASES[case]
+    labels = set(editor(tmp_path, text).labels())
+    assert offered <= labels
+    assert not others & labels
+
+
+def test_keys_come_with_their_description_and_default(tmp_path):
+    offers = {offer.label: offer for offer in editor(tmp_path, SCENE + "    linear¦").offers()}
+    assert offers["linear_velocity"].text == "linear_velocity: "
+    assert "[m/s]" in offers["linear_velocity"].description
+    assert "Default: `[0, 0, 0]`" in offers["linear_velocity"].description
+
+
+def test_what_is_typed_is_replaced(tmp_path):
+    offers = editor(tmp_path, SCENE + "    body_type: sta¦").offers()
+    assert {offer.start for offer in offers} == {len("    body_type: ")}
+
+
+def test_a_value_behind_a_colon_gets_its_blank(tmp_path):
+    assert " static" in {offer.text for offer in editor(tmp_path, SCENE + "    body_type:¦").offers()}
+
+
+def test_parameters_come_with_type_and_default(tmp_path):
+    offers = editor(tmp_path, SCENE + "  b:\n    use: table.yaml\n    with: {¦").offers()
+    described = next(offer.description for offer in offers if offer.label == "length")
+    assert described == "number, default 1: of a side [m]"
+
+
+def test_links_and_joints_are_those_of_the_last_scene_without_errors(tmp_path):
+    text = SCENE + "  robot: {urdf: arm.urdf}\n"
+    made = editor(tmp_path, text)
+    made.type("a.yaml", text + "cameras:\n  eye: {mount: robot/¦")
+    assert {"robot/base", "robot/hand"} <= set(made.labels())
+    made.type("a.yaml", text.replace("arm.urdf}", "arm.urdf, drives: {¦"))
+    assert "wrist" in made.labels()
+    made.type("a.yaml", text.replace("arm.urdf}", "arm.urdf, links: {¦"))
+    assert "hand" in made.labels()
+
+
+def test_names_come_from_included_files_as_they_are_typed(tmp_path):
+    part = HEAD + "entities: {lamp: {shapes: [{type: box, half_size: [1, 1, 1]}]}}\n"
+    text = HEAD + "include: [part.yaml]\nentities:\n  b:\n    pose: {relative_to: ¦"
+    made = Editor(tmp_path, {"a.yaml": text, "part.yaml": part})
+    assert "lamp" in made.labels()
+    made.type("part.yaml", part.replace("lamp", "torch"))
+    assert "torch" in made.labels()
+    assert "lamp" not in made.labels()
+
+
+def test_folders_outside_are_not_listed(tmp_path):
+    (tmp_path / "secret").mkdir()
+    (tmp_path / "secret" / "hidden.yaml").write_text(HEAD)
+    (tmp_path / "in").mkdir()
+    for reference in ("../secret/", "/", "~/", "../"):
+        assert Editor(tmp_path / "in", {"a.yaml": SCENE + f"  b:\n    use: {reference}¦"}).labels() == []
+
+
+def test_of_many_names_those_that_begin_so_come_first(tmp_path):
+    many = "".join(f"  b{i}: {{pose: [0, 0, {i}]}}\n" for i in range(1500))
+    offers = editor(tmp_path, SCENE + many + "  x: {pose: {relative_to: b149¦").labels()
+    assert offers[0] == "b149"
+    assert set(offers[:11]) == {"b149", *(f"b149{i}" for i in range(10))}
+
+
+def test_a_long_text_is_not_searched(tmp_path):
+    text = SCENE + "# " + "x" * 2**20 + "\n" + "    ¦"
+    assert editor(tmp_path, text).labels() == []

@@ -1,0 +1,99 @@
+"""The process that compiles, and its client."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from scenecc import validate
+from scenecc.lsp import worker
+from scenecc.lsp.process import FaultError, Worker, WorkerStopped
+from scenecc.options import Options
+
+
+def checked(path: Path, text: str) -> worker.CheckResult:
+    answer = worker.answer(worker.Check(worker.OpenScene(path, {path: text}, Options())))
+    assert isinstance(answer, worker.CheckResult)
+    return answer
+
+
+SPHERE = "{shapes: [{type: sphere, radius: 1}]}"
+SCENE = f"scenecc: 1\nentities: {{a: {SPHERE}}}\n"
+
+
+def test_a_fault_is_told_and_a_crash_survived(tmp_path):
+    path = tmp_path / "a.yaml"
+    good = worker.Check(worker.OpenScene(path, {path: SCENE}, Options()))
+    many = "scenecc: 1\nentities:\n" + "".join(f"  b{i}: {SPHERE}\n" for i in range(9000))
+    slow = worker.Check(worker.OpenScene(path, {path: many}, Options()))
+    without_text = worker.Check(worker.OpenScene(path, {}, Options()))
+
+    async def session():
+        process = Worker()
+        with pytest.raises(FaultError, match="KeyError"):
+            await process.ask(without_text)
+        first = await process.ask(good)
+        waiting = asyncio.create_task(process.ask(good))
+        await asyncio.sleep(0)
+        process.stop_older(60)
+        assert (await waiting).diagnostics == []
+        waiting = asyncio.create_task(process.ask(slow))
+        await asyncio.sleep(0)
+        process.stop_older(0)
+        with pytest.raises(WorkerStopped) as end:
+            await waiting
+        again = await process.ask(good)
+        waiting = asyncio.create_task(process.ask(good))
+        await asyncio.sleep(0)
+        waiting.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await waiting
+        last = await process.ask(good)
+        process.stop()
+        await asyncio.sleep(0.1)
+        return first, again, last, end.value.crashed
+
+    *answers, crashed = asyncio.run(session())
+    assert [one.diagnostics for one in answers] == [[], [], []]
+    assert [*answers[0].objects] == ["a"]
+    assert not crashed
+
+
+def test_an_answer_names_files_and_places(tmp_path):
+    path, part = tmp_path / "a.yaml", tmp_path / "part.yaml"
+    part.write_text(SCENE)
+    text = "scenecc: 1\nentities:\n  b: {use: part.yaml, repeat: {i: [1, 2]}}\n"
+    answer = checked(path, text)
+    assert answer.files == {str(path): path, str(part): part}
+    assert answer.objects is not None
+    assert answer.objects["b_0/a"].place == worker.SourcePlace(part, ("entities", "a"))
+    instance = answer.objects["b_1"].place
+    assert instance is not None
+    assert (instance.path, instance.is_copy) == (("entities", "b"), True)
+
+
+BAD = Path(__file__).parents[2] / "scenes" / "bad"
+
+
+@pytest.mark.parametrize("scene", sorted(BAD.glob("*/*.yaml"))[::12], ids=lambda scene: scene.stem)
+def test_findings_are_those_of_validate(scene):
+    assert checked(scene, scene.read_bytes().decode()).diagnostics == validate(scene)
+
+
+def test_comments_silence_findings(tmp_path):
+    path = tmp_path / "a.yaml"
+    text = "scenecc: 1\nmaterials:\n  oak: {}  # scenecc: ignore SC313\n" + SCENE.partition("\n")[2]
+    assert checked(path, text).diagnostics == []
+    text = text.replace("  # scenecc: ignore SC313", "")
+    (found,) = checked(path, text).diagnostics
+    assert found.code == "SC313"
+
+
+def test_an_entity_is_described_as_inspect_does(tmp_path):
+    path = tmp_path / "a.yaml"
+    answer = worker.answer(worker.Describe(worker.OpenScene(path, {path: SCENE}, Options()), "a"))
+    assert isinstance(answer, worker.EntityFacts)
+    assert answer.kind == "dynamic"
+    assert ("mass", "4188.8 kg") in answer.facts
+    assert ("size", "2 × 2 × 2 m") in answer.facts
+    assert worker.answer(worker.Describe(worker.OpenScene(path, {path: SCENE}, Options()), "nobody")) is None

@@ -1,0 +1,101 @@
+"""The folders that `scenecc init` writes: each template with each robot that it takes."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+
+from scenecc import validate
+from scenecc.diagnostics import Sink
+from scenecc.extras import EXTRAS
+from scenecc.source.read import read_file
+from scenecc.starter import ROBOTS, TEMPLATES, starter_files
+from scenecc.version import VERSION
+
+FOLDER = Path(__file__).parents[2] / "scenecc" / "templates"
+PAIRS = [(name, robot) for name, row in TEMPLATES.items() for robot in row.robots]
+ALL = [
+    pytest.param(name, robot, id=f"{name}-{robot}", marks=pytest.mark.maniskill if ROBOTS[robot] else ())
+    for name, robot in PAIRS
+] + [pytest.param(name, None, id=name) for name, row in TEMPLATES.items() if not row.needs_robot]
+
+
+@pytest.fixture
+def folder(template: str, robot: str | None, tmp_path: Path) -> Path:
+    for name, content in starter_files(template, robot).items():
+        file = tmp_path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content)
+    return tmp_path
+
+
+@pytest.mark.parametrize(("template", "robot"), ALL)
+def test_its_own_test_passes(folder: Path) -> None:
+    spec = importlib.util.spec_from_file_location("starter_test", folder / "test_scenes.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    for name in module.SCENES:
+        module.test_nothing_is_found_in_a_scene(name)
+        module.test_a_scene_runs_as_a_batch(name)
+
+
+@pytest.mark.parametrize(("template", "robot"), ALL)
+def test_every_file_is_valid_by_itself_and_by_the_schema_beside_it(folder: Path) -> None:
+    schema = json.loads((folder / "scene.schema.json").read_text())
+    scenes = sorted(folder.glob("[!.]*.yaml"))
+    for file in scenes:
+        assert validate(file) == []
+        first, *_ = file.read_text().splitlines()
+        assert first == "# yaml-language-server: $schema=scene.schema.json"
+        document = read_file(file, Sink())
+        assert document is not None
+        jsonschema.validate(document.data, schema)
+    assert [file.name for file in scenes if file.name != "robot.yaml"] == ["scene.yaml"]
+
+
+def test_the_test_of_a_starter_fails_with_its_scene(tmp_path: Path) -> None:
+    files = starter_files("empty", None)
+    (tmp_path / "test_scenes.py").write_bytes(files["test_scenes.py"])
+    (tmp_path / "scene.yaml").write_bytes(files["scene.yaml"].replace(b"[0.5, 0, 0.02]", b"[0.5, 0, 0.001]"))
+    spec = importlib.util.spec_from_file_location("failing_starter_test", tmp_path / "test_scenes.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    with pytest.raises(AssertionError, match="SC850"):
+        module.test_nothing_is_found_in_a_scene("scene.yaml")
+
+
+def test_every_file_of_the_templates_is_a_row() -> None:
+    assert {file.stem for file in (FOLDER / "scenes").iterdir()} == set(TEMPLATES)
+    assert {file.stem for file in (FOLDER / "robots").iterdir()} == set(ROBOTS)
+    assert {robot for _, robot in PAIRS} == set(ROBOTS)
+    assert {extra for extra in ROBOTS.values() if extra} <= set(EXTRAS)
+
+
+@pytest.mark.parametrize(
+    ("robot", "extras", "package"), [("arm", "", "scenecc"), ("panda", "maniskill", "scenecc[maniskill]")]
+)
+def test_the_workflow_installs_what_the_robot_needs(robot: str, extras: str, package: str) -> None:
+    text = starter_files("pick_place", robot)[".github/workflows/scenes.yml"].decode()
+    _, action, install = yaml.safe_load(text)["jobs"]["scenes"]["steps"]
+    assert action == {"uses": f"OWNER/scenecc@v{VERSION}", "with": {"strict": "true", "extras": extras}}
+    assert f'"{package} @ git+' in install["run"]
+    inputs = yaml.safe_load((FOLDER.parents[1] / "action.yml").read_text())["inputs"]
+    assert set(action["with"]) <= set(inputs)
+
+
+def test_the_commit_hook_is_ours() -> None:
+    config = yaml.safe_load(starter_files("empty", None)[".pre-commit-config.yaml"])
+    ((hook,),) = [repo["hooks"] for repo in config["repos"]]
+    (ours,) = yaml.safe_load((FOLDER.parents[1] / ".pre-commit-hooks.yaml").read_text())
+    assert {hook[key] == ours[key] for key in ("id", "name", "types")} == {True}
+    assert re.fullmatch(rf"{ours['entry']} --strict", hook["entry"])

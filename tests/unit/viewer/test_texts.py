@@ -1,0 +1,39 @@
+"""Texts of a page: nothing of a scene becomes markup."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from scenecc.diagnostics import Diagnostic
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.inspect import Fact, Item
+from scenecc.viewer import texts
+
+EVIL = "<img src=x onerror=alert(1)>&\"'"
+
+
+def test_whatever_a_scene_says_is_escaped() -> None:
+    inner = Item(EVIL, EVIL, (Fact(EVIL, EVIL, EVIL),))
+    item = Item(EVIL, EVIL, (Fact("mass", 1, EVIL),), ((EVIL, (inner,)), (EVIL, inner)))
+    for text in (texts.facts(item), texts.line(EVIL), texts.message(EVIL, color="red")):
+        assert "<img" not in text
+        assert "&lt;img" in text
+
+
+def test_facts_are_introduced_and_what_has_no_words_is_left_out() -> None:
+    item = Item("cube", "dynamic", (Fact("mass", 1.0, "1 kg"), Fact("path", "/x", "")), (("joint", Item("", "fixed")),))
+    text = texts.facts(item)
+    assert ">mass</span> 1 kg" in text
+    assert "path" not in text
+    assert "<b>joint</b>" in text, "what has no name is called as its group"
+
+
+def test_a_finding_leads_to_its_line_only_on_this_machine(tmp_path: Path) -> None:
+    place = Location(str(tmp_path / "a scene#1.yaml"), 7, 3)
+    found = Diagnostic("SC850", "error", EVIL, place, hint=EVIL)
+    linked = texts.findings([found], links=True)
+    assert f'href="vscode://file{tmp_path}/a%20scene%231.yaml:7:3"' in linked
+    plain = texts.findings([found], links=False)
+    assert "a scene#1.yaml:7" in plain
+    assert str(tmp_path) not in plain
+    assert "<img" not in linked + plain
