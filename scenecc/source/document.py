@@ -32,6 +32,7 @@ from scenecc.source.events import (
     has_index_keys,
     next_event,
 )
+from scenecc.source.limits import MAX_DEPTH
 from scenecc.source.text import LONE_SURROGATES, SEPARATORS
 
 if TYPE_CHECKING:
@@ -422,7 +423,7 @@ class _Copier:
 
     def _too_deep(self, path: Path) -> NoReturn:
         message = f"more than {self._limits.depth} dicts and lists inside one another (limit depth)"
-        hint = "`limits={'depth': N}` raises the limit"
+        hint = f"`limits={{'depth': N}}` raises the limit, to {MAX_DEPTH} at most"
         self._report("SC602", message, path[:8], hint=hint)
         raise _LimitReached
 

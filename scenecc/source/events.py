@@ -158,24 +158,16 @@ NextEvent = Callable[[], Any]
 """Returns an event. The caller distinguishes events by their exact types, which is the fastest way."""
 
 
-TOO_DEEP = "exceeded maximum nesting depth"
-"""The problem of libyaml from 0.2.6 on with 1000 mappings and lists inside one another.
-
-It looks ahead, so that it gives up before a limit below that is reached. Parsing in Python goes on.
-"""
-
-
-def next_event(text: str, *, libyaml: bool = yaml.__with_libyaml__) -> NextEvent:
-    """The function that gives a text's events one after another. `libyaml`: parse by it, which is faster.
+def next_event(text: str) -> NextEvent:
+    """The function that gives a text's events one after another; libyaml parses where PyYAML has it, which is faster.
 
     It raises `yaml.YAMLError` where the text is no YAML.
     """
-    parser: Any = yaml.CSafeLoader(text) if libyaml else yaml.SafeLoader(text)
+    parser: Any = yaml.CSafeLoader(text) if yaml.__with_libyaml__ else yaml.SafeLoader(text)
     return parser.get_event
 
 
 __all__ = [
-    "TOO_DEEP",
     "AliasEvent",
     "DocumentEndEvent",
     "DocumentStartEvent",

@@ -8,6 +8,9 @@ from difflib import get_close_matches
 
 from scenecc.diagnostics.frozen import frozen
 
+MAX_DEPTH = 1000
+"""The largest `Limits.depth`. libyaml 0.2.6, which PyYAML 6.0.4 brings, parses no deeper."""
+
 
 @frozen
 class Limits:
@@ -45,7 +48,8 @@ def make_limits(changes: Mapping[str, object] | None = None) -> Limits:
         changes: name of a limit → positive integer, as in `limits={"depth": 200}` or `--limit depth=200`.
 
     Raises:
-        ValueError: a name is not that of a limit, or a value is not a positive integer.
+        ValueError: a name is not that of a limit, a value is not a positive integer, or `depth` is more than
+            `MAX_DEPTH`.
     """
     changes = changes or {}
     known = [field.name for field in fields(Limits)]
@@ -55,6 +59,8 @@ def make_limits(changes: Mapping[str, object] | None = None) -> Limits:
             raise ValueError(_unknown(name, known))
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise ValueError(f"the limit {name} must be a positive integer, not {value!r}")
+        if name == "depth" and value > MAX_DEPTH:
+            raise ValueError(f"the limit depth must be at most {MAX_DEPTH}: the YAML parser reads no deeper")
         checked[name] = int(value)
     return replace(Limits(), **checked)
 

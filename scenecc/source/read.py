@@ -23,7 +23,6 @@ from scenecc.source.document import Document, copy_mapping, find_duplicate_keys
 from scenecc.source.events import (
     RESERVED_CHARACTER,
     RESERVED_IN_KEY_MESSAGE,
-    TOO_DEEP,
     AliasEvent,
     DocumentStartEvent,
     MappingEndEvent,
@@ -76,15 +75,6 @@ def read_strict(faults: SourceReporter, limits: Limits) -> dict[str, Any] | None
     """As `read_yaml`, by the parser alone."""
     try:
         return _read_events(next_event(faults.lines.text), faults, limits)
-    except yaml.MarkedYAMLError as error:
-        if error.problem != TOO_DEEP or faults.any:
-            report_syntax(error, faults)
-            return None
-    except yaml.YAMLError as error:
-        report_syntax(error, faults)
-        return None
-    try:
-        return _read_events(next_event(faults.lines.text, libyaml=False), faults, limits)
     except yaml.YAMLError as error:
         report_syntax(error, faults)
         return None
@@ -98,7 +88,9 @@ def _read_events(get: NextEvent, faults: SourceReporter, limits: Limits) -> dict
     except ReadAborted:
         return None
     except RecursionError:
-        faults.report("SC602", "the document is deeper than Python's stack allows", Location(faults.lines.file))
+        message = "the document is deeper than Python's stack allows"
+        hint = "nest less: each level takes a frame of the stack"
+        faults.report("SC602", message, Location(faults.lines.file), hint=hint)
         return None
     finally:
         reader.report_duplicates()

@@ -11,6 +11,7 @@ from yaml import MarkedYAMLError, YAMLError
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.source.events import Event, Mark, NodeEvent, describe_type
+from scenecc.source.limits import MAX_DEPTH
 from scenecc.source.text import TextLines, find_control_character, report_character
 
 if TYPE_CHECKING:
@@ -149,6 +150,7 @@ class _Advice:
     length: int = 1
     related: str | None = None
     """A message about the place at which the parser's context began."""
+    code: str = "SC003"
 
 
 def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
@@ -173,7 +175,7 @@ def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
         # libyaml ends a last line that has no line break, and names the line after it.
         line, column = line - 1, len(lines.line(line - 1))
     place = lines.location(line, column, column + advice.length)
-    faults.report("SC003", advice.message, place, hint=advice.hint, related=related)
+    faults.report(advice.code, advice.message, place, hint=advice.hint, related=related)
 
 
 def _find_advice(problem: _Problem) -> _Advice:
@@ -343,7 +345,15 @@ def _after_end(problem: _Problem) -> _Advice:
     return _Advice("something follows the end of the document", hint, length=problem.rest_length)
 
 
+def _too_deep(_: _Problem) -> _Advice:
+    """From 0.2.6 on, libyaml has a limit of its own. It looks ahead, so it can give up before `Limits.depth` does."""
+    message = f"more than {MAX_DEPTH} mappings and lists inside one another"
+    hint = f"nest less: the YAML parser reads {MAX_DEPTH} levels at most, and no limit of scenecc can raise that"
+    return _Advice(message, hint, code="SC602")
+
+
 _ADVICE_BY_PROBLEM: dict[str, Callable[[_Problem], _Advice]] = {
+    "exceeded maximum nesting depth": _too_deep,
     "did not find expected ',' or": _brackets,
     "mapping values are not allowed": _colon,
     "could not find expected ':'": _no_colon,
@@ -443,7 +453,7 @@ def abort_at_depth(faults: SourceReporter, limits: Limits, event: NodeEvent, pat
         f"more than {limits.depth} mappings and lists inside one another (limit depth)",
         event,
         path=path[:8],
-        hint="`--limit depth=N` or `limits={'depth': N}` raises the limit",
+        hint=f"`--limit depth=N` or `limits={{'depth': N}}` raises the limit, to {MAX_DEPTH} at most",
     )
     raise ReadAborted
 

@@ -33,6 +33,12 @@ def test_values_that_are_no_limit(value: object) -> None:
         make_limits({"depth": value})
 
 
+def test_no_limit_lets_a_text_be_deeper_than_its_parser_reads() -> None:
+    assert make_limits({"depth": 1000}).depth == 1000
+    with pytest.raises(ValueError, match="depth must be at most 1000: the YAML parser reads no deeper"):
+        make_limits({"depth": 1001})
+
+
 def test_unknown_names() -> None:
     with pytest.raises(ValueError, match="did you mean 'alias_nodes'"):
         make_limits({"alias_node": 1})
