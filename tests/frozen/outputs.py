@@ -1,6 +1,6 @@
-"""What the compiler gives for the scenes of this repository, as lines of text: diagnostics, plans and draws.
+"""What the compiler gives for the scenes of this repository, as lines of text: plans and draws.
 
-A change that must not change behaviour must not change these lines. Plans and draws stand there as two digests. The
+A change that must not change behaviour must not change these lines. Each holds two digests. The
 first is of every bit. The second is of numbers rounded to six significant digits, with what is below 1e-12 as zero:
 `sin`, `cos`, `exp` and `log`, and numpy's products of matrices, may differ in their last bits between processors, and
 after them all that is computed from them. So each file begins with a digest of this machine's arithmetic, and the exact
@@ -20,10 +20,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from plugins.expectations import BAD, GOOD, ROOT, file_id, scene_files
+from plugins.expectations import GOOD, ROOT, file_id, scene_files
 
 # All that is taken from the package: a move inside it must not break what tells whether the move changed anything.
-from scenecc import Scene, SceneError, open_scene, validate
+from scenecc import Scene, SceneError, open_scene
 from scenecc.placing.at_reset import place_anew, placed_members
 from scenecc.plan import Value
 from scenecc.variation.evaluation import Batch
@@ -38,15 +38,6 @@ def frozen_scenes() -> list[Path]:
     maniskill = ROOT / "scenes" / "maniskill"
     shipped = [file for file in scene_files(ROOT / "scenes") if maniskill not in file.parents]
     return [*shipped, *sorted(maniskill.glob("MS-Cartpole*.yaml")), *scene_files(GOOD)]
-
-
-def diagnostic_lines() -> Iterator[str]:
-    """File, line, column, severity and code of all that the bad scenes give. Messages may be reworded."""
-    for scene in scene_files(BAD):
-        found = [(_name(d.file), d.line or 0, d.column or 0, d.severity, d.code) for d in validate(scene)]
-        for file, line, column, severity, code in sorted(found):
-            elsewhere = "" if file == file_id(scene) else f" in {file}"
-            yield f"{file_id(scene)}:{line}:{column} {severity} {code}{elsewhere}"
 
 
 def plan_lines() -> Iterator[str]:
@@ -65,7 +56,6 @@ def draw_lines() -> Iterator[str]:
 
 
 FILES: dict[str, Callable[[], Iterator[str]]] = {
-    "diagnostics.txt": diagnostic_lines,
     "plans.txt": plan_lines,
     "draws.txt": draw_lines,
 }
@@ -158,10 +148,6 @@ def _by_what(signed: tuple[str, str]) -> tuple[str, str]:
 
 def _sha(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:16]
-
-
-def _name(file: str | None) -> str:
-    return (file or "").removeprefix(f"{ROOT}/")
 
 
 def _resets(plan: Any) -> dict[str, list[Any]]:
