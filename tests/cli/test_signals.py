@@ -12,11 +12,19 @@ import pytest
 from cli.running import CUBE
 from plugins.struck import COMMANDS, hears, starve, strike
 
+NAMES = [pytest.param(name, marks=[pytest.mark.render] * (name == "render")) for name in COMMANDS]
+
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.render] * (name == "render")) for name in COMMANDS]
-)
+@pytest.mark.parametrize("name", NAMES)
+def test_a_signal_ends_a_command_that_has_begun_and_leaves_nothing(name: str, number: signal.Signals) -> None:
+    found = strike(name, number, 0, ours=True)
+    assert found.peace(number), found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("name", NAMES)
 def test_a_signal_ends_a_command_at_any_moment_and_leaves_nothing(name: str, number: signal.Signals) -> None:
     after = random.uniform(0, 1)
     found = strike(name, number, after, ours=True)

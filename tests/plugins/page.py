@@ -124,8 +124,20 @@ class Page:
         return len(picture.getcolors(picture.width * picture.height) or ())
 
     def press(self, label: str) -> None:
-        """Presses a button."""
-        soon(lambda: self.run(_BUTTON, label)).click()
+        """Presses a button, once it stands still: the page lays its buttons out anew while a scene loads."""
+        from selenium.common.exceptions import ElementNotInteractableException, StaleElementReferenceException
+
+        def is_pressed() -> bool:
+            button = self.run(_BUTTON, label)
+            if button is None:
+                return False
+            try:
+                button.click()
+            except (ElementNotInteractableException, StaleElementReferenceException):
+                return False
+            return True
+
+        soon(is_pressed)
 
     def field(self, label: str) -> Any:
         """The control that has a label."""
@@ -167,8 +179,10 @@ class Page:
         mouse.release().perform()
 
     def drag(self, by: tuple[int, int]) -> None:
-        """Drags the picture with the mouse [px], and waits until the camera has come to rest."""
+        """Drags the picture with the mouse [px], and waits until the camera has moved and come to rest."""
+        before = self.camera()
         self._mouse(0, 200).click_and_hold().move_by_offset(*by).release().perform()
+        soon(lambda: self.camera() != before)
         since, pose = time.monotonic(), self.camera()
 
         def rests() -> bool:

@@ -135,7 +135,7 @@ def strike(name: str, number: signal.Signals, after: float, old: Collection[str]
         process.send_signal(number)
         _, errors = process.communicate(timeout=60)
         took = time.monotonic() - sent
-        time.sleep(0.1)  # the system takes a moment to end its children
+        _wait_for_children(process.pid)
         return _judged(home, process, errors, heard, took, old)
 
 
@@ -205,6 +205,13 @@ def hears(pid: int) -> bool:
         caught = next(line for line in lines if line.startswith("SigCgt"))
         return bool(int(caught.split()[1], 16) & 1 << signal.SIGTERM - 1)
     return False
+
+
+def _wait_for_children(leader: int) -> None:
+    """The system takes a moment to end the children of a process that has ended; what is left after that was left."""
+    end = time.monotonic() + 5
+    while sessions_processes(leader) and time.monotonic() < end:
+        time.sleep(0.02)
 
 
 def sessions_processes(leader: int) -> list[str]:

@@ -79,6 +79,7 @@ def others_settings() -> Iterator[None]:
     physx.set_default_material(*numbers)
 
 
+@pytest.mark.slow  # other threads of the process may begin or end meanwhile: run by itself at night
 def test_all_is_restored(plan: ScenePlan, others_settings: None) -> None:
     before, material = state(), physx.get_default_material()
     assert workers() == 3
@@ -92,6 +93,7 @@ def test_all_is_restored(plan: ScenePlan, others_settings: None) -> None:
     assert workers() == 3
 
 
+@pytest.mark.slow  # other threads of the process may begin or end meanwhile: run by itself at night
 def test_the_workers_are_set_and_restored(plan: ScenePlan, others_settings: None) -> None:
     for wanted in (0, 2):
         with engine_settings(Physics(cpu_workers=wanted)):

@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 import queue
 import shutil
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -24,22 +23,112 @@ from scenecc.viewer.tasks import FileWatcher
 pytest.importorskip("watchfiles", reason="needs the extra `view`")
 
 
-WITHIN, NOTHING_WITHIN = 10, 0.6
+class Looker:
+    """A watch without its thread, whose looks are asked for: whether one finds a change."""
+
+    def __init__(self) -> None:
+        self._changes = 0
+        self.watch = FileWatcher(self._count)
+
+    def _count(self) -> None:
+        self._changes += 1
+
+    def finds_a_change(self) -> bool:
+        before = self._changes
+        self.watch._look()
+        assert self._changes - before in {0, 1}
+        return self._changes > before
+
+
+@pytest.fixture
+def looker(monkeypatch: pytest.MonkeyPatch) -> Looker:
+    monkeypatch.setattr(FileWatcher, "_run", lambda *_: None)
+    return Looker()
+
+
+def test_a_change_is_found_once(looker: Looker, tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text("a")
+    looker.watch.see([file])
+    file.write_text("bc")
+    assert looker.finds_a_change()
+    assert not looker.finds_a_change()
+
+
+def test_a_file_that_another_takes_the_place_of_and_one_that_goes(looker: Looker, tmp_path: Path) -> None:
+    file, other = tmp_path / "scene.yaml", tmp_path / "part"
+    file.write_text("a")
+    looker.watch.see([file])
+    other.write_text("b")
+    other.replace(file)
+    assert looker.finds_a_change()
+    file.unlink()
+    assert looker.finds_a_change()
+
+
+def test_a_file_that_comes_in_a_folder_that_comes(looker: Looker, tmp_path: Path) -> None:
+    file = tmp_path / "parts" / "deep" / "mesh.obj"
+    looker.watch.see([file])
+    assert not looker.finds_a_change()
+    file.parent.mkdir(parents=True)
+    file.write_text("v")
+    assert looker.finds_a_change()
+
+
+def test_other_files_are_no_change(looker: Looker, tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text("a")
+    looker.watch.see([file])
+    (tmp_path / "other.yaml").write_text("b")
+    assert not looker.finds_a_change()
+
+
+def test_what_is_watched_can_change(looker: Looker, tmp_path: Path) -> None:
+    before, after = tmp_path / "a" / "scene.yaml", tmp_path / "b" / "scene.yaml"
+    for file in (before, after):
+        file.parent.mkdir()
+        file.write_text("a")
+    looker.watch.see([before])
+    looker.watch.see([after])
+    before.write_text("bc")
+    assert not looker.finds_a_change()
+    after.write_text("bc")
+    assert looker.finds_a_change()
+
+
+def test_a_new_file_that_changed_since_a_moment(looker: Looker, tmp_path: Path) -> None:
+    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+    for file in (old, new):
+        file.write_text("a")
+    changed, second = new.stat().st_ctime_ns, 10**9
+    looker.watch.see([old], changed + second)
+    assert not looker.finds_a_change()
+    # The new one was read before it changed, by a scene that was compiled and that uses it.
+    looker.watch.see([old, new], changed)
+    assert looker.finds_a_change()
+    assert not looker.finds_a_change()
+
+
+def test_a_change_between_two_orders_is_found(looker: Looker, tmp_path: Path) -> None:
+    file, other = tmp_path / "scene.yaml", tmp_path / "other" / "mesh.obj"
+    file.write_text("a")
+    looker.watch.see([file])
+    # A scene is compiled meanwhile, and is found to use another file.
+    file.write_text("bc")
+    looker.watch.see([file, other])
+    assert looker.finds_a_change()
 
 
 class Told:
-    """A watch, and when it tells of a change."""
+    """A watch with its thread, which tells of changes."""
 
     def __init__(self) -> None:
         self._changes: queue.Queue[None] = queue.Queue()
         self.watch = FileWatcher(lambda: self._changes.put(None))
 
-    def of_a_change(self, within: float = WITHIN) -> bool:
-        try:
-            self._changes.get(timeout=within)
-        except queue.Empty:
-            return False
-        return True
+    def wait(self) -> None:
+        """Until a change is told."""
+        self._changes.get(timeout=60)
 
 
 @pytest.fixture
@@ -49,54 +138,16 @@ def told() -> Iterator[Told]:
     made.watch.close()
 
 
-def test_a_file_that_is_written_right_after(told: Told, tmp_path: Path) -> None:
-    file = tmp_path / "scene.yaml"
+def test_the_system_tells_of_a_change_and_of_a_folder_that_comes_again(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "folder" / "scene.yaml"
+    file.parent.mkdir()
     file.write_text("a")
     told.watch.see([file])
+    shutil.rmtree(file.parent)
+    told.wait()
+    file.parent.mkdir()
     file.write_text("bc")
-    assert told.of_a_change()
-    assert not told.of_a_change(NOTHING_WITHIN)
-
-
-def test_a_file_that_another_takes_the_place_of_and_one_that_goes(told: Told, tmp_path: Path) -> None:
-    file, other = tmp_path / "scene.yaml", tmp_path / "part"
-    file.write_text("a")
-    told.watch.see([file])
-    other.write_text("b")
-    other.replace(file)
-    assert told.of_a_change()
-    file.unlink()
-    assert told.of_a_change()
-
-
-def test_a_file_that_comes_in_a_folder_that_comes(told: Told, tmp_path: Path) -> None:
-    file = tmp_path / "parts" / "deep" / "mesh.obj"
-    told.watch.see([file])
-    assert not told.of_a_change(NOTHING_WITHIN)
-    file.parent.mkdir(parents=True)
-    file.write_text("v")
-    assert told.of_a_change()
-
-
-def test_other_files_tell_nothing(told: Told, tmp_path: Path) -> None:
-    file = tmp_path / "scene.yaml"
-    file.write_text("a")
-    told.watch.see([file])
-    (tmp_path / "other.yaml").write_text("b")
-    assert not told.of_a_change(NOTHING_WITHIN)
-
-
-def test_what_is_watched_can_change(told: Told, tmp_path: Path) -> None:
-    before, after = tmp_path / "a" / "scene.yaml", tmp_path / "b" / "scene.yaml"
-    for file in (before, after):
-        file.parent.mkdir()
-        file.write_text("a")
-    told.watch.see([before])
-    told.watch.see([after])
-    before.write_text("bc")
-    assert not told.of_a_change(NOTHING_WITHIN)
-    after.write_text("bc")
-    assert told.of_a_change()
+    told.wait()
 
 
 def test_without_the_systems_help_files_are_looked_at(
@@ -110,44 +161,7 @@ def test_without_the_systems_help_files_are_looked_at(
     file.write_text("a")
     told.watch.see([file])
     file.write_text("bc")
-    assert told.of_a_change()
-
-
-def test_a_new_file_that_changed_since_a_moment(told: Told, tmp_path: Path) -> None:
-    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
-    for file in (old, new):
-        file.write_text("a")
-    time.sleep(0.05)
-    since = time.time_ns()
-    # It was read before this, by who compiles a scene that uses it.
-    new.write_text("b")
-    told.watch.see([old], since)
-    assert not told.of_a_change(NOTHING_WITHIN)
-    told.watch.see([old, new], since)
-    assert told.of_a_change()
-    assert not told.of_a_change(NOTHING_WITHIN)
-
-
-def test_a_folder_that_goes_and_comes_again(told: Told, tmp_path: Path) -> None:
-    file = tmp_path / "folder" / "scene.yaml"
-    file.parent.mkdir()
-    file.write_text("a")
-    told.watch.see([file])
-    shutil.rmtree(file.parent)
-    assert told.of_a_change()
-    file.parent.mkdir()
-    file.write_text("bc")
-    assert told.of_a_change()
-
-
-def test_a_change_between_two_orders_is_told(told: Told, tmp_path: Path) -> None:
-    file, other = tmp_path / "scene.yaml", tmp_path / "other" / "mesh.obj"
-    file.write_text("a")
-    told.watch.see([file])
-    # A scene is compiled meanwhile, and is found to use another file.
-    file.write_text("bc")
-    told.watch.see([file, other])
-    assert told.of_a_change()
+    told.wait()
 
 
 def mesh_of(part: MeshPart) -> Any:
