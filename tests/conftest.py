@@ -14,14 +14,14 @@ from pathlib import Path
 
 import hypothesis
 import pytest
-from plugins import browser
+from plugins import browser, nightly, slow
 
 pytest_plugins = ["plugins.diagnostics"]
 
-hypothesis.settings.register_profile("default", deadline=None)
-# A run of CI says the same of the same code: no example is drawn anew.
-hypothesis.settings.register_profile("ci", deadline=None, derandomize=True)
-hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "default")
+# The run before a merge says the same of the same code: no example is drawn anew. The nightly one draws others.
+hypothesis.settings.register_profile("quick", deadline=None, derandomize=True, max_examples=nightly.examples(100))
+hypothesis.settings.register_profile("nightly", deadline=None, max_examples=nightly.examples(100))
+hypothesis.settings.load_profile("nightly" if nightly.NIGHTLY else "quick")
 
 # `nohup` and shells in the background ignore these for all that they start; tests send them to processes of their own.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -57,7 +57,18 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if not any(f"mark.{name}" in text for name in asked) else None
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--record-slow", action="store_true", help="write tests/slow_tests.txt from the times of this run")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.option.record_slow and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(slow.SlowTestRecorder())
+
+
+@pytest.hookimpl(tryfirst=True)  # before `-m` deselects
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    slow.mark_slow_tests(items)
     for item in items:
         if item.get_closest_marker("render") and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(300))  # a software driver takes up to 20 s for a camera's first picture

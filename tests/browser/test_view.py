@@ -73,6 +73,7 @@ def save(page: Page, file: Path) -> Callable[..., None]:
     return save
 
 
+@pytest.mark.quick
 def test_a_page_names_its_file_and_shows_all_that_is_in_it(page: Page, save: Callable[..., None]) -> None:
     save(TABLETOP, ON_TABLETOP)
     assert "demo" in page.text()

@@ -89,6 +89,7 @@ def test_a_search_and_a_click_find_each_other(page: Page) -> None:
     soon(page.nodes, lambda nodes: "/scene 0/box" in nodes)
 
 
+@pytest.mark.quick
 def test_a_drag_changes_the_file_and_an_undo_gives_its_bytes_back(page: Page, file: Path) -> None:
     page.press("See all")
     page.press("box")

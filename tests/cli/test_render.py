@@ -81,6 +81,7 @@ def test_a_file_that_is_there_stays_where_nothing_is_rendered(run, scene: Path, 
 
 
 @pytest.mark.render
+@pytest.mark.quick
 def test_a_picture_is_written_and_described(run, scene: Path, tmp_path: Path) -> None:
     done = run("render", scene, "--camera", "eye", "-o", "out.png", "--scene", "1")
     assert done.returncode == 0, done.stderr
@@ -92,6 +93,7 @@ def test_a_picture_is_written_and_described(run, scene: Path, tmp_path: Path) ->
 
 
 @pytest.mark.render
+@pytest.mark.quick
 def test_a_segmentation_comes_with_its_legend(run, scene: Path, tmp_path: Path) -> None:
     done = run("render", scene, "--camera", "eye", "--what", "segmentation", "-o", "out.png")
     head, floor, cube, blank, file, _ = done.stdout.splitlines()

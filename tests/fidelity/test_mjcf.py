@@ -10,6 +10,7 @@ from fidelity.mjcf_cases import CASES, COMMON
 from fidelity.mjcf_records import assert_same, read
 from fidelity.mjcf_strategy import mjcf_files
 from hypothesis import given, settings
+from plugins.nightly import examples
 
 pytestmark = pytest.mark.maniskill
 
@@ -53,7 +54,7 @@ def test_a_feature_is_what_maniskills_loader_builds(name: str, folder: Path, mon
     assert_same(path, monkeypatch)
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(text=mjcf_files(["none", "quat", "euler x", "axisangle"]))
 def test_any_file_that_both_read_alike_is_the_same_to_the_bit(
     text: str, tmp_path_factory: pytest.TempPathFactory

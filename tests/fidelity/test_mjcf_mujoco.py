@@ -12,6 +12,7 @@ from fidelity.mjcf_cases import DIFFERENT
 from fidelity.mjcf_records import assert_same, read
 from fidelity.mjcf_strategy import mjcf_files
 from hypothesis import given, settings
+from plugins.nightly import examples
 
 from scenecc.robots.description import (
     DescribedRobot,
@@ -130,7 +131,7 @@ def compare_geoms(
 pytestmark = pytest.mark.usefixtures("other_folder")
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(text=mjcf_files(WAYS, SEQUENCES))
 def test_any_file_means_what_mujoco_makes_of_it(text: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.mktemp("mjcf") / "robot.xml"

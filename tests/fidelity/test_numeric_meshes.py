@@ -10,6 +10,7 @@ import trimesh
 from fidelity.test_emit_python import assert_same
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 from sapien import physx
 
 from scenecc import load_scene, open_scene
@@ -79,7 +80,7 @@ def test_a_script_is_equal(egg: Path) -> None:
     assert_same(open_scene(egg).plan, egg.parent)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), size=st.lists(st.floats(-3, 1), min_size=3, max_size=3), far=st.floats(-3, 3))
 def test_small_and_oblong_hulls_weigh_what_they_weigh(seed: int, size: list[float], far: float) -> None:
     points = np.random.default_rng(seed).uniform(-1, 1, (40, 3)) * 10 ** np.array(size) + far

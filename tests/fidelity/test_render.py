@@ -17,7 +17,7 @@ from plugins.segmentation import ids_of
 from scenecc import Rendering, SceneError, load_scene, render_scene
 from scenecc.render.images import BAR
 
-pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]
+pytestmark = [pytest.mark.render, pytest.mark.quick, pytest.mark.usefixtures("held_renderer")]
 
 ASSETS = Path(__file__).parents[2] / "scenes" / "assets"
 WIDTH, HEIGHT = 96, 72

@@ -13,7 +13,7 @@ from fidelity.compare import assert_same_scene, assert_same_trajectory
 import scenecc
 from scenecc import SceneBatch
 
-pytestmark = pytest.mark.render
+pytestmark = [pytest.mark.render, pytest.mark.quick]
 
 SCENES = 2
 TEXT = """

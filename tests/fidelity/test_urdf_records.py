@@ -11,6 +11,7 @@ from fidelity.urdf_cases import CASES
 from fidelity.urdf_records import Loader, actor_facts, articulation_facts, robot_facts
 from fidelity.urdf_strategy import urdfs
 from hypothesis import HealthCheck, given, settings
+from plugins.nightly import examples
 
 from scenecc.diagnostics import Sink
 from scenecc.robots.urdf import read_urdf
@@ -93,7 +94,7 @@ def test_urdfs_are_described_as_they_are_loaded(name: str, scale: float, loader:
     assert_equal(description, loader, file, scale=scale, collision_is_visual=scale != 1)
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(max_examples=examples(150), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(urdf=urdfs())
 def test_random_urdfs_are_described_as_they_are_loaded(
     urdf: str, loader: Loader, tmp_path_factory: pytest.TempPathFactory

@@ -31,7 +31,7 @@ from scenecc.plan import (
 )
 from scenecc.plan.body import Texture, VisualMaterial
 
-pytestmark = pytest.mark.render
+pytestmark = [pytest.mark.render, pytest.mark.quick]
 
 SIZES = [0.05, 0.06, 0.07]
 POSE = [0.01, 0.02, -0.03, 0.5, 0.5, 0.5, 0.5]

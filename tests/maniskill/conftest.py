@@ -11,6 +11,7 @@ import pytest
 from plugins.maniskill_scenes import engine_as_before
 
 
+@pytest.hookimpl(tryfirst=True)  # before tests/conftest.py asks for the marks
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     here = Path(__file__).parent
     for item in items:

@@ -20,24 +20,24 @@ from scenecc.decompiler.verify import differences
 FILES = Path(__file__).parents[2] / "scenes" / "maniskill"
 
 
+TASKS = (
+    "PickCube-v1",  # a robot by its URDF, a table, what is hidden
+    "TwoRobotStackCube-v1",  # two of them
+    "PegInsertionSide-v1",  # shapes by parameters
+    "RotateValveLevel2-v1",  # a tree of links
+    "MS-AntRun-v1",  # an MJCF
+    "UnitreeG1PlaceAppleInBowl-v1",  # meshes, a free root
+)
+
+
 @pytest.fixture(scope="session")
 def tasks(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    return references(tmp_path_factory)
+    return references(tmp_path_factory, tasks=TASKS)
 
 
-@pytest.mark.timeout(600)  # the first to ask waits until all tasks are captured
-@pytest.mark.parametrize(
-    "task",
-    [
-        "PickCube-v1",  # a robot by its URDF, a table, what is hidden
-        "TwoRobotStackCube-v1",  # two of them
-        "PegInsertionSide-v1",  # shapes by parameters
-        "RotateValveLevel2-v1",  # a tree of links
-        "MS-AntRun-v1",  # an MJCF
-        "UnitreeG1PlaceAppleInBowl-v1",  # meshes, a free root
-        "DrawTriangle-v1",  # hundreds of bodies
-    ],
-)
+@pytest.mark.quick
+@pytest.mark.timeout(600)  # the first to ask waits until the tasks are captured
+@pytest.mark.parametrize("task", TASKS)
 def test_a_tasks_file_in_maniskill_is_the_task(task: str, tasks: Any) -> None:
     from scenecc.maniskill import load_into, sim_config
 

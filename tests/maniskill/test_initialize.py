@@ -12,6 +12,8 @@ from sapien import physx
 
 import scenecc
 
+pytestmark = pytest.mark.quick
+
 DRAWN = {
     "scenecc": 1,
     "num_scenes": 3,

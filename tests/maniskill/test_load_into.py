@@ -12,6 +12,8 @@ import scenecc
 from scenecc import SceneError
 from scenecc.maniskill import load_into
 
+pytestmark = pytest.mark.quick
+
 SCENE = """\
 scenecc: 1
 entities:

@@ -110,6 +110,7 @@ def test_the_main_job_prints_what_the_readme_shows(clone: Path, environment: dic
     assert _text_after(job) in done.stdout
 
 
+@pytest.mark.quick
 def test_the_readmes_scene_builds_and_its_slip_is_told_as_shown(tmp_path: Path, environment: dict[str, str]) -> None:
     scene = next(block for block in README if block.language == "yaml")
     (tmp_path / "scene.yaml").write_text(scene.text)

@@ -7,6 +7,7 @@ from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 
 from scenecc import SceneError, compile_scene, plan_text, validate
 
@@ -111,6 +112,6 @@ def failure(scene: dict[str, Any], seed: int) -> str | None:
 
 
 @given(RANDOMS)
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_what_is_said_of_a_draw_before_it_is_drawn_holds(random: Random) -> None:
     assert contradictions(scene_of(random)) == []

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 
 from scenecc import compile_scene
 from scenecc.diagnostics import Sink
@@ -135,7 +136,7 @@ def expanded(data: dict[str, Any], folder: Path) -> Expansion:
 
 
 @given(scenes())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_repeated_file_is_the_file_written_out(scene: Written) -> None:
     found = expanded(scene.short, Path())
     short, long = compile_scene(scene.short), compile_scene(scene.long)
@@ -147,7 +148,7 @@ def test_a_repeated_file_is_the_file_written_out(scene: Written) -> None:
 
 
 @given(scenes())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_every_node_is_led_back_to_one_that_is_written(scene: Written) -> None:
     found = expanded(scene.short, Path())
     for name, entity in found.data.get("entities", {}).items():
@@ -164,7 +165,7 @@ def test_every_node_is_led_back_to_one_that_is_written(scene: Written) -> None:
 
 
 @given(scene=scenes(), place=st.lists(st.floats(-3, 3, width=32), min_size=3, max_size=3))
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(25), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_prefab_at_a_place_is_its_file_at_that_place(
     scene: Written, place: list[float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

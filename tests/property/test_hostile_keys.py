@@ -14,6 +14,7 @@ import pytest
 import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 from plugins.scene_nodes import SHAPE_LISTS
 from plugins.scene_strategy import FOLDER, document
 
@@ -63,7 +64,7 @@ def with_key(scene: dict[str, Any], path: Steps, key: str, value: Any) -> dict[s
 @given(st.integers(0, 2**32), KEYS, VALUES, st.booleans())
 @example(0, "#mass", 8, False)
 @example(0, "[key]", 8, True)
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_a_key_that_no_scene_has_is_told_where_it_stands(seed: int, key: str, value: Any, as_text: bool) -> None:
     random = Random(seed)
     scene = document(random)

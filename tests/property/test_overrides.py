@@ -11,6 +11,7 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 
 from scenecc import compile_scene, emit_scene, validate
 from scenecc.plan import ScenePlan
@@ -166,7 +167,7 @@ INNER_HEAD: Node = {"scenecc": 1, "params": {"k": 2, "lean": 0.5}}
 
 
 @given(st.data())
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_overrides_mean_what_a_person_would_write(tmp_path: Path, data: st.DataObject) -> None:
     by_hand = json.loads(json.dumps(OBJECTS))  # nothing of it stands at two places
     overrides: list[Node] = [{}, {}]
@@ -228,7 +229,7 @@ ANYTHING: st.SearchStrategy[Any] = st.recursive(
 
 
 @given(st.dictionaries(st.sampled_from(NAMES), ANYTHING, max_size=4))
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_override_gives_diagnostics_and_no_exception(tmp_path: Path, override: Node) -> None:
     write(tmp_path / "all.yaml", {"scenecc": 1, **OBJECTS})
     file = tmp_path / "scene.yaml"

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 from plugins.scene_strategy import FOLDER, documents
 from property.test_scenes import quick
 
@@ -36,7 +37,7 @@ def assert_same_again(batch: SceneBatch, index: int, scene: dict[str, Any]) -> N
 
 
 @given(documents().map(quick), st.data())
-@settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=examples(25), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_a_scene_is_built_again_from_its_passport(scene: dict[str, Any], data: st.DataObject) -> None:
     with load_scene(scene, render=False) as batch:
         index = data.draw(st.sampled_from(batch.scene_idxs))

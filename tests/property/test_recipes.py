@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from plugins.nightly import examples
 from plugins.structures import bodies_of, body_of
 from unit.lower.scenes import entity
 
@@ -67,7 +68,7 @@ def test_cubes_are_apart_after_every_reset() -> None:
             assert gaps(a, b, 0.02).min() > 0.002 - 1e-6
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(SEEDS, st.floats(0, 0.004))
 def test_a_peg_has_its_clearance_on_every_side(seed: int, clearance: float) -> None:
     plan = recipe("peg_insertion", 32, seed, clearance=clearance)
@@ -99,7 +100,7 @@ def offset(shape: Any, num_scenes: int) -> NDArray[np.float64]:
     return np.broadcast_to(shape.pose.data, (num_scenes, 7))[:, :3]
 
 
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 @given(SEEDS, st.floats(0.005, 0.05), st.floats(0, 0.3))
 def test_a_cube_lies_on_the_table_with_its_goal_above(seed: int, half: float, spawn: float) -> None:
     plan = recipe("pick_cube", 64, seed, half=half, spawn=spawn)

@@ -10,6 +10,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from plugins.nightly import examples
 from sapien import physx
 
 from scenecc.backends.sapien.geometry import make_revolved_parts
@@ -28,7 +29,7 @@ def built(kind: str, *sizes: float) -> Any:
 
 
 @pytest.mark.parametrize("kind", REVOLVED_SOLIDS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(data=st.data())
 def test_mass_and_inertia_are_those_of_the_mesh(kind: str, data: st.DataObject) -> None:
     solid = REVOLVED_SOLIDS[kind]

@@ -17,6 +17,7 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 from plugins.scene_models import ARTICULATIONS, all_keys, choices, written
 from plugins.scene_nodes import is_copied, nodes
 from plugins.scene_strategy import FOLDER, document, documents, randoms
@@ -27,7 +28,9 @@ from scenecc.spec.articulation import TreeLink
 from scenecc.spec.document import SceneFile
 from scenecc.spec.pose import FrameSpec
 
-slow_to_draw = settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+slow_to_draw = settings(
+    max_examples=examples(60), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+)
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -114,7 +117,7 @@ def schema() -> jsonschema.Draft202012Validator:
 
 
 @given(scene=documents())
-@settings(slow_to_draw, max_examples=30)
+@settings(slow_to_draw, max_examples=examples(30))
 def test_the_schema_takes_a_valid_scene(scene: dict[str, Any], schema: jsonschema.Draft202012Validator) -> None:
     assert [error.message for error in schema.iter_errors(scene)] == []
 
@@ -130,7 +133,7 @@ def quick(scene: dict[str, Any]) -> dict[str, Any]:
 
 
 @given(documents().map(quick))
-@settings(slow_to_draw, max_examples=40)
+@settings(slow_to_draw, max_examples=examples(40))
 def test_a_valid_scene_is_built_as_it_is_written(scene: dict[str, Any]) -> None:
     with load_scene(scene, render=False, audit="full") as batch:
         for section, found in (
@@ -164,7 +167,7 @@ def assert_script_builds_the_same(scene: dict[str, Any], *, render: bool = False
 
 
 @given(documents().map(quick))
-@settings(slow_to_draw, max_examples=40)
+@settings(slow_to_draw, max_examples=examples(40))
 def test_an_emitted_script_builds_what_is_built(scene: dict[str, Any]) -> None:
     assert_script_builds_the_same(scene)
 
@@ -181,7 +184,7 @@ def small(scene: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.render
 @given(documents().map(quick).map(small))
-@settings(slow_to_draw, max_examples=10)
+@settings(slow_to_draw, max_examples=examples(10))
 def test_and_what_is_seen_with_a_renderer(scene: dict[str, Any]) -> None:
     assert_script_builds_the_same(scene, render=True)
 
@@ -237,7 +240,7 @@ def mutations() -> st.SearchStrategy[dict[str, Any]]:
 
 
 @given(mutations())
-@settings(slow_to_draw, max_examples=200)
+@settings(slow_to_draw, max_examples=examples(200))
 def test_a_mutated_scene_gives_diagnostics_at_places_that_exist(scene: dict[str, Any]) -> None:
     for diagnostic in validate(scene):
         assert diagnostic.code in CODES

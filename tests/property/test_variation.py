@@ -9,6 +9,7 @@ from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 from plugins.structures import body_of
 
 from scenecc import Difference, compare_scenes, compile_scene
@@ -20,7 +21,7 @@ RANDOMS = st.integers(0, 2**32).map(Random)
 Make = Callable[[Random], Any]
 
 # Each scene holds several fields of each kind, drawn apart.
-few = settings(max_examples=40)
+few = settings(max_examples=examples(40))
 
 
 def number(random: Random) -> float:

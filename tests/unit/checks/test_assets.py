@@ -29,6 +29,7 @@ from plugins.mesh_files import (
     stl_text,
     write,
 )
+from plugins.nightly import assert_took
 from plugins.sample_plans import indices
 
 from scenecc.checks import assets
@@ -420,7 +421,7 @@ def test_gltf_faults(tmp_path: Path, name: str) -> None:
     change, code = GLTF_FAULTS[name]
     start = time.process_time()
     assert codes(write(tmp_path, "a.glb", changed(change)), "hull") == [code]
-    assert time.process_time() - start < 1
+    assert_took(time.process_time() - start, most=1)
 
 
 def test_gltf_places_are_counted(tmp_path: Path) -> None:
@@ -581,4 +582,4 @@ def test_a_long_strip_takes_no_long_time(order: str) -> None:
     mesh = MeshFilePart(np.zeros((count, 3), np.float32), np.stack([strip[:-2], strip[1:-1], strip[2:]], axis=1))
     start = time.process_time()
     assert len(connected_parts(mesh)) == 1
-    assert time.process_time() - start < 5
+    assert_took(time.process_time() - start, most=5)

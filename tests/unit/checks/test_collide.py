@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from itertools import product
 
+from plugins.nightly import assert_took
 from plugins.plan_parts import INT
 from plugins.sample_plans import indices
 
@@ -58,4 +59,4 @@ def test_many_scenes_take_no_long_time() -> None:
     scenes = tuple(range(count))
     started = time.process_time()
     assert not may_collide(entity("a", scenes, a), a, entity("b", scenes, b), b)
-    assert time.process_time() - started < 3
+    assert_took(time.process_time() - started, most=3)

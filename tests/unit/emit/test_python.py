@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from plugins.nightly import assert_took, examples
 from plugins.plan_strategy import plans
 from plugins.sample_plans import FLAG, INT, SAMPLES, entity, look, pose, rubbing, solid
 from plugins.structures import body_of
@@ -102,7 +103,7 @@ def test_any_plan_is_a_formatted_script_or_told_to_be_none(tmp_path: Path) -> No
     count = 0
 
     @given(plans())
-    @settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+    @settings(max_examples=examples(60), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
     def write(plan: ScenePlan) -> None:
         nonlocal count
         sink = Sink()
@@ -232,7 +233,7 @@ def test_thousands_of_namesakes_are_quick() -> None:
     names.take("shared_3")
     start = time.process_time()
     found = [names.take("shared") for _ in range(20_000)]
-    assert time.process_time() - start < 5
+    assert_took(time.process_time() - start, most=5)
     assert found[:3] == ["shared", "shared_2", "shared_4"]
     assert len(set(found)) == len(found)
 
@@ -420,4 +421,4 @@ def test_ten_thousand_bodies_and_many_scenes_are_quick() -> None:
         start = time.process_time()
         script(plan)
         plan_to_json(plan)
-        assert time.process_time() - start < 10
+        assert_took(time.process_time() - start, most=10)

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
+from plugins.nightly import assert_took
 
 from scenecc import validate
 
@@ -34,7 +35,7 @@ def test_a_thousand_names(tmp_path: Path) -> None:
     began = time.perf_counter()
     assert codes(tmp_path, used(1, overrides(1000, "{mass: 2}"))) == []
     assert codes(tmp_path, used(1, overrides(1000, "{mass: 2}", 1000))) == ["SC243"]
-    assert time.perf_counter() - began < 20
+    assert_took(time.perf_counter() - began, most=20)
 
 
 @pytest.mark.parametrize(

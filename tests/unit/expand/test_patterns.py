@@ -6,6 +6,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from plugins.nightly import assert_took
 
 from scenecc.diagnostics.diagnostic import Origin
 
@@ -153,7 +154,7 @@ HOSTILE = [
 def test_a_hostile_product_is_answered_at_once(expanded: Expander, entity: str) -> None:
     start = time.process_time()
     expanded(f"entities: {{a: {{{entity}}}}}")
-    assert time.process_time() - start < 3
+    assert_took(time.process_time() - start, most=3)
     codes = {found.code for found in expanded.found}
     assert codes == (set() if "[]" in entity else {"SC604"})
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import sapien
 from hypothesis import HealthCheck, given, settings
+from plugins.nightly import examples
 from plugins.plan_strategy import plans
 
 import scenecc
@@ -220,7 +221,7 @@ def test_what_is_asked_for_and_not_there_has_a_code() -> None:
         inspect_scene(scene, scene=-1)
 
 
-@settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=examples(25), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(plans(recipes=True, full=True))
 def test_any_plan_is_told(plan: ScenePlan) -> None:
     for scene in (None, 0, plan.num_scenes - 1):

@@ -6,6 +6,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from plugins.nightly import assert_took
 from plugins.structures import body_of
 from unit.lower.scenes import BALL, codes, entity, scene
 
@@ -430,7 +431,7 @@ def repeated(count: int, **keys: Any) -> dict[str, Any]:
 def test_what_is_common_is_looked_at_once(document: dict[str, Any]) -> None:
     start = time.process_time()
     assert codes(document) == []
-    assert time.process_time() - start < 6
+    assert_took(time.process_time() - start, most=6)
 
 
 def test_a_long_chain_of_poses_that_vary() -> None:
@@ -440,7 +441,7 @@ def test_a_long_chain_of_poses_that_vary() -> None:
     start = time.process_time()
     document = scene({"pose": {"p": [0, 0, 0], "relative_to": "f399"}}, frames=frames, num_scenes=3)
     assert codes(document) == []
-    assert time.process_time() - start < 15
+    assert_took(time.process_time() - start, most=15)
 
 
 def test_what_instances_select_is_bounded() -> None:

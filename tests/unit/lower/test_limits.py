@@ -6,6 +6,7 @@ import time
 from typing import Any
 
 import pytest
+from plugins.nightly import assert_took
 from unit.lower.scenes import BALL, codes, scene
 
 
@@ -39,7 +40,7 @@ def test_many_scenes_are_refused_at_once(count: int) -> None:
     started = time.process_time()
     assert codes(scene(num_scenes=count)) == [("SC605", "num_scenes")]
     assert codes(scene(), num_scenes=count) == [("SC605", "num_scenes")]
-    assert time.process_time() - started < 0.5
+    assert_took(time.process_time() - started, most=0.5)
 
 
 def test_few_bodies_in_many_scenes_are_refused_before_any_selection_is_made() -> None:
@@ -47,14 +48,14 @@ def test_few_bodies_in_many_scenes_are_refused_before_any_selection_is_made() ->
     started = time.process_time()
     document = {"scenecc": 1, "num_scenes": 65_536, "entities": entities}
     assert codes(document) == [("SC606", "num_scenes")]
-    assert time.process_time() - started < 1
+    assert_took(time.process_time() - started, most=1)
 
 
 def test_a_thousand_misspelt_names_take_no_time() -> None:
     entities = {f"entity_{i}": {"shapes": BALL, "pose": {"relative_to": f"entyti_{i}"}} for i in range(1000)}
     started = time.process_time()
     assert len(codes({"scenecc": 1, "entities": entities})) == 1000
-    assert time.process_time() - started < 5
+    assert_took(time.process_time() - started, most=5)
 
 
 def test_a_circle_of_thousands_is_one_short_diagnostic() -> None:
@@ -67,7 +68,7 @@ def test_a_circle_of_thousands_is_one_short_diagnostic() -> None:
     assert found.code == "SC304"
     assert len(found.message) < 500
     assert len(found.related) < 50
-    assert time.process_time() - started < 5
+    assert_took(time.process_time() - started, most=5)
 
 
 @pytest.mark.parametrize(

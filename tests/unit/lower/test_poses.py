@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 from plugins.structures import body_of
 from trimesh import transformations
 from unit.lower.scenes import BALL, codes, compiled, entity, pose_of, scene
@@ -265,7 +266,7 @@ def poses(pose: Any, outer: Any, axis: str) -> tuple[np.ndarray, np.ndarray, Any
     return body.pose.row(0), entity(plan, "at").pose.row(0), None if local is None else local.row(0)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(VARYING_POSES, VARYING_POSES, st.sampled_from("xyz"))
 def test_equal_numbers_give_equal_bits(pose: Any, outer: Any, axis: str) -> None:
     try:
@@ -280,7 +281,7 @@ def test_equal_numbers_give_equal_bits(pose: Any, outer: Any, axis: str) -> None
         assert (identity if one is None else one).tobytes() == (identity if other is None else other).tobytes()
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=examples(30))
 @given(DIRECTIONS, NUMBERS, VARYING_POSES)
 def test_planes_turn_alike(normal: list[float], offset: float, pose: Any) -> None:
     def plane(normal: Any, offset: Any) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 from plugins.plan_strategy import TABLES, plans
 from plugins.sample_plans import SAMPLES, entity, indices, look, pose, rubbing, solid
 
@@ -49,7 +50,7 @@ def test_a_plan_is_equal_to_itself(name: str) -> None:
 
 
 @given(plans(), st.randoms(use_true_random=False))
-@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large], max_examples=25)
+@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large], max_examples=examples(25))
 def test_the_order_of_the_tables_is_no_difference(plan: ScenePlan, random: Any) -> None:
     orders: dict[str, list[int]] = {}
     for table in TABLES:
@@ -132,7 +133,7 @@ def _other(kind: Any, item: Any, data: st.DataObject) -> Any:
 
 
 @given(plans(), st.data())
-@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large], max_examples=25)
+@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large], max_examples=examples(25))
 def test_a_change_of_one_field_is_told_as_that_field(plan: ScenePlan, data: st.DataObject) -> None:
     sites = [site for site in _sites(plan, "", lambda new: new) if not site[0].startswith("num_scenes")]
     # To draw a plan takes far longer than to compare it.

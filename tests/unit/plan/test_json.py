@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import find as find_example
 from hypothesis import strategies as st
+from plugins.nightly import examples
 from plugins.plan_strategy import plans
 from plugins.sample_plans import ROOT, SAMPLES, entity, pose, solid
 from plugins.structures import body_of
@@ -62,7 +63,7 @@ def faults(text: str, **options: Any) -> list[tuple[str, str]]:
 
 
 @given(plans(recipes=True))
-@settings(max_examples=30, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=examples(30), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_any_plan_comes_back_and_its_text_is_canonical(plan: ScenePlan) -> None:
     text = plan_to_json(plan)
     again = load(text)
@@ -87,7 +88,7 @@ def test_the_strategy_draws_every_field_of_every_dataclass() -> None:
                     note(item)
 
     wanted = {(cls.__name__, slot.name) for cls in DATACLASSES for slot in plan_fields(cls)}
-    enough = settings(max_examples=2000, phases=[Phase.generate], derandomize=True, database=None)
+    enough = settings(max_examples=examples(2000), phases=[Phase.generate], derandomize=True, database=None)
     find_example(plans(full=True), lambda plan: note(plan) or wanted <= drawn, settings=enough)
     assert drawn == wanted
 
@@ -440,7 +441,7 @@ TEXTS = [plan_to_json(make()) for make in SAMPLES.values()]
 
 
 @given(st.sampled_from(TEXTS), st.data())
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 def test_a_mutated_plan_is_a_plan_or_diagnostics_and_never_an_exception(text: str, data: st.DataObject) -> None:
     tree = json.loads(text)
     for _ in range(data.draw(st.integers(1, 3))):

@@ -11,6 +11,7 @@ import zlib
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from plugins.nightly import assert_took
 
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.robots.mujoco import compiler, worker
@@ -88,7 +89,7 @@ def test_a_bad_file_is_an_error_with_a_place(tmp_path: Path, text: str, expected
     (first, *_) = errors(tmp_path, text)
     assert expected in first
     assert first.startswith("1:")
-    assert time.process_time() - started < 5
+    assert_took(time.process_time() - started, most=5)
 
 
 def test_mujocos_own_errors_stand_at_their_lines_in_included_files_too(tmp_path: Path) -> None:
@@ -295,7 +296,7 @@ def test_a_bad_asset_is_an_error_at_the_element_that_names_it(tmp_path: Path, na
     (first, *_) = errors(tmp_path, model_of(asset, f'<geom type="{kind}" {kind}="a"/>'))
     assert expected in first
     assert first.startswith("2:")
-    assert time.process_time() - started < 5
+    assert_took(time.process_time() - started, most=5)
 
 
 @pytest.mark.parametrize("attribute", ["file", "fileright"])

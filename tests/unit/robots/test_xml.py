@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plugins.nightly import assert_took
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Origin
@@ -122,7 +123,7 @@ def test_hostile_files_take_little_time(name: str) -> None:
     data, code = HOSTILE[name]
     start = time.process_time()
     root, found = parse(data)
-    assert time.process_time() - start < 1
+    assert_took(time.process_time() - start, most=1)
     assert (root is None) == (code is not None)
     assert [code for line in found if f" {code}: " in line] == ([code] if code else [])
 

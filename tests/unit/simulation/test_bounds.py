@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 
 from scenecc import load_scene
 from scenecc.simulation.bounds import scenes_in_doubt
@@ -41,7 +42,7 @@ def body(random: Random) -> dict[str, Any]:
 
 
 @given(st.integers(0, 2**32))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_a_scene_with_a_deep_contact_is_in_doubt(seed: int) -> None:
     random = Random(seed)
     scene = {"scenecc": 1, "entities": {"ground": GROUND, **{f"b{i}": body(random) for i in range(4)}}}

@@ -6,6 +6,7 @@ import time
 
 import pytest
 from plugins.diagnostics import TakingSink
+from plugins.nightly import assert_took
 
 from scenecc.diagnostics.diagnostic import At, Location, Origin, Path
 from scenecc.source import Document, Limits, read_dict, read_text
@@ -120,7 +121,7 @@ def test_many_questions_are_quick(sink: TakingSink) -> None:
     start = time.process_time()
     for i in range(10_000):
         assert document.locate(Origin(None, (f"k{i}", 1, "a")), "key").line == i + 1
-    assert time.process_time() - start < 2.0
+    assert_took(time.process_time() - start, most=2.0)
 
 
 def test_places_at_a_depth_beyond_pythons_stack(sink: TakingSink) -> None:

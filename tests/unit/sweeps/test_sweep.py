@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from plugins.nightly import examples
 
 import scenecc
 from scenecc.sweeps import folder as folders
@@ -158,7 +159,7 @@ expect:
 """
 
 
-@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(5), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data(), parts=st.integers(1, 4), expects=st.booleans())
 def test_no_way_of_doing_it_shows_in_the_table(scene: Path, data: st.DataObject, parts: int, *, expects: bool) -> None:
     scene.write_text(SCENE + EXPECTS * expects)

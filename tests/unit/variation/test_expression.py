@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plugins.nightly import assert_took
 
 from scenecc.variation.expression import RESERVED_NAMES
 from scenecc.variation.forms import Template
@@ -350,7 +351,7 @@ def test_hostile_expressions_are_refused_at_once(expression: str) -> None:
     begun = time.process_time()
     with pytest.raises(ExpressionError) as caught:
         Template.parse("${" + expression + "}").evaluate({"i": 1, "point": [1, 2]})
-    assert time.process_time() - begun < 1
+    assert_took(time.process_time() - begun, most=1)
     error = caught.value
     assert 0 <= error.start <= error.end <= len(expression) + 3
     assert len(error.message) < 200

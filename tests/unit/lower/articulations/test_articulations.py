@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from plugins.nightly import assert_took
 
 from scenecc import compile_scene, validate
 from scenecc.lower.articulations.robots import PatternMatcher
@@ -331,7 +332,7 @@ def test_ten_thousand_patterns_and_long_names_end_in_an_error_within_seconds() -
     document = {"scenecc": 1, "entities": {"door": {"root": tree(*joints), "drives": drives}}}
     started = time.process_time()
     found = validate(document)
-    assert time.process_time() - started < 20
+    assert_took(time.process_time() - started, most=20)
     assert [each.code for each in found] == ["SC323"]
     assert "5000000" in found[0].message
 

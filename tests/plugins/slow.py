@@ -1,0 +1,60 @@
+"""Which tests are slow: the required run leaves them out, the nightly one runs them.
+
+A test that takes over a second is named in `tests/slow_tests.txt`, which `pytest -n auto -m "" --record-slow` writes.
+Tests that render, those in a browser and those with ManiSkill are slow, except a few that are marked `quick`.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+FILE = Path(__file__).parents[1] / "slow_tests.txt"
+SECONDS = 1.0
+"""More than this of a test's own time, on two cores, makes it slow."""
+
+_KINDS = ("browser", "fuzz", "maniskill", "render")
+
+
+def _function(nodeid: str) -> str:
+    return nodeid.partition("[")[0]
+
+
+def _named() -> set[str]:
+    return set(FILE.read_text(encoding="utf-8").splitlines())
+
+
+def mark_slow_tests(items: list[pytest.Item]) -> None:
+    """Marks each slow test `slow`. A line of the file names a test, or a function with all its parameters."""
+    named = _named()
+    for item in items:
+        if item.get_closest_marker("quick"):
+            continue
+        is_named = item.nodeid in named or _function(item.nodeid) in named
+        if is_named or any(item.get_closest_marker(kind) for kind in _KINDS):
+            item.add_marker(pytest.mark.slow)
+
+
+class SlowTestRecorder:
+    """Writes the file anew from a run: what did not run keeps its line."""
+
+    def __init__(self) -> None:
+        self._seconds: dict[str, float] = {}
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Takes the time of a test without that of its fixtures."""
+        if report.when == "call" and not any(kind in report.keywords for kind in (*_KINDS, "quick")):
+            self._seconds[report.nodeid] = report.duration
+
+    def pytest_sessionfinish(self) -> None:
+        """Names a function instead of its parameters where all are slow."""
+        tests: dict[str, set[str]] = defaultdict(set)
+        for nodeid in self._seconds:
+            tests[_function(nodeid)].add(nodeid)
+        named = {line for line in _named() if line not in self._seconds and line not in tests}
+        for function, nodeids in tests.items():
+            slow = {nodeid for nodeid in nodeids if self._seconds[nodeid] > SECONDS}
+            named |= {function} if slow == nodeids else slow
+        FILE.write_text("".join(f"{line}\n" for line in sorted(named)), encoding="utf-8")
