@@ -12,7 +12,7 @@ nox.options.sessions = ["lint", "types", "tests"]
 
 @nox.session
 def tests(session: nox.Session) -> None:
-    """The tests that need neither a device nor ManiSkill; then how much of the package they run through."""
+    """The quick tests (`-- -m ""`: all that can run here); then how much of the package they run through."""
     session.run("pytest", "-n", "auto", *COVERAGE, *session.posargs)
 
 

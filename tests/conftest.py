@@ -49,7 +49,7 @@ def held_renderer() -> Iterator[None]:
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """A run of one mark alone reads the files in which it stands, or in whose folder: most of its time went there."""
-    asked = re.findall(r"(?<!not )\b(?:render|maniskill|browser|gpu|fuzz)\b", config.option.markexpr)
+    asked = re.findall(r"(?<!not )\b(?:render|maniskill|browser|gpu)\b", config.option.markexpr)
     if not asked or collection_path.suffix != ".py":
         return None
     near = (collection_path, collection_path.with_name("conftest.py"))
@@ -81,7 +81,5 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         pytest.skip("mani_skill is not installed: pip install torch 'scenecc[maniskill]'")
     if item.get_closest_marker("browser") and (reason := browser.missing()):
         pytest.skip(reason)
-    if item.get_closest_marker("fuzz") and "fuzz" not in item.config.option.markexpr:
-        pytest.skip("takes a minute: pytest -m fuzz")
     if item.get_closest_marker("gpu") and not os.environ.get("SCENECC_TEST_GPU"):
         pytest.skip("tests on a GPU run where SCENECC_TEST_GPU is set")

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from plugins.expectations import BAD, GOOD, ROOT, expectations, file_id, scene_files
+from plugins.slow import mostly_slow
 
 from scenecc import check_scene, compile_scene, validate
 from scenecc.cli.checking import Parts
@@ -81,7 +82,7 @@ def silences(file: Path) -> bool:
     return MARKER.encode() in file.read_bytes()
 
 
-@pytest.mark.parametrize("file", [*GOOD_FILES[::20], *BAD_FILES[::20]], ids=file_id)
+@pytest.mark.parametrize("file", mostly_slow([*BAD_FILES, *GOOD_FILES], 20), ids=file_id)
 def test_a_dict_gives_what_its_file_gives(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     data = data_of(file)
     if data is None or silences(file):
@@ -96,7 +97,7 @@ def test_a_dict_gives_what_its_file_gives(file: Path, monkeypatch: pytest.Monkey
     assert all((d.line, d.column) == (None, None) for d in by_dict if d.file is None)
 
 
-@pytest.mark.parametrize("file", GOOD_FILES[::8], ids=file_id)
+@pytest.mark.parametrize("file", mostly_slow(GOOD_FILES, 8), ids=file_id)
 def test_a_dict_gives_the_plan_of_its_file(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(file.parent)
     data = data_of(file)

@@ -7,24 +7,39 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterable
+from typing import Any
 
 import pytest
 from cli.running import CUBE
-from plugins.struck import COMMANDS, hears, starve, strike
+from plugins.struck import COMMANDS, hears, starve, strike, strike_at
 
-NAMES = [pytest.param(name, marks=[pytest.mark.render] * (name == "render")) for name in COMMANDS]
+WRITING = ("build", "emit", "emit_folder", "fix", "import", "init", "pack", "render")
+
+
+def names(commands: Iterable[str]) -> list[Any]:
+    return [pytest.param(name, marks=[pytest.mark.render] * (name == "render")) for name in commands]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", names(COMMANDS))
 def test_a_signal_ends_a_command_that_has_begun_and_leaves_nothing(name: str, number: signal.Signals) -> None:
-    found = strike(name, number, 0, ours=True)
+    found = strike_at("begun", name, number)
     assert found.peace(number), found
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", names(WRITING))
+@pytest.mark.parametrize("moment", ["opened", "placed"])
+def test_a_signal_ends_a_command_that_writes_and_leaves_nothing(moment: str, name: str, number: signal.Signals) -> None:
+    found = strike_at(moment, name, number)
+    assert found.peace(number), found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("name", names(COMMANDS))
 def test_a_signal_ends_a_command_at_any_moment_and_leaves_nothing(name: str, number: signal.Signals) -> None:
     after = random.uniform(0, 1)
     found = strike(name, number, after, ours=True)
@@ -77,7 +92,7 @@ def test_an_interruption_inside_a_destructor_is_not_lost() -> None:
 
 
 def test_a_hangup_ends_a_command() -> None:
-    assert strike("view", signal.SIGHUP, 0.5, ours=True).peace(signal.SIGHUP)
+    assert strike("view", signal.SIGHUP, 0, ours=True).peace(signal.SIGHUP)
 
 
 def test_a_hangup_does_not_end_a_command_under_nohup() -> None:

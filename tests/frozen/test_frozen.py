@@ -29,7 +29,7 @@ def test_what_is_zero_but_for_rounding_is_zero() -> None:
     assert outputs.compared(*lines) == []
 
 
-def test_a_diagnostic_that_is_given_twice_counts_twice() -> None:
+def test_a_line_that_occurs_twice_counts_twice() -> None:
     line = "scene.yaml:1:1 error SC101"
     assert outputs.compared(["#", line], ["#", line, line]) == [f"+ {line}"]
 

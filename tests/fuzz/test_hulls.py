@@ -53,7 +53,7 @@ def test_some_meshes(tmp_path: Path) -> None:
     assert refused > 15
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(1800)
 def test_two_thousand_meshes(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as pool:

@@ -13,6 +13,7 @@ import importlib.machinery
 import os
 import random
 import resource
+import shlex
 import subprocess
 import sys
 import time
@@ -27,8 +28,8 @@ import sapien  # noqa: F401
 
 ROOT = Path(__file__).parents[2]
 TESTS = "tests/unit tests/property tests/test_scenes_tree.py tests/frozen"
-COVERED = "-q -n auto --cov-context=test --cov-report="
-RUN = "-x -q -p no:cacheprovider -p no:cov -p no:xdist --timeout=60 -W ignore::pytest.PytestAssertRewriteWarning"
+COVERED = "-q -n auto -m '' --cov-context=test --cov-report="
+RUN = "-x -q -m '' -p no:cacheprovider -p no:cov -p no:xdist --timeout=60 -W ignore::pytest.PytestAssertRewriteWarning"
 
 SWAPS: dict[type[ast.AST], type[ast.AST]] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
@@ -109,7 +110,7 @@ def survives(file: Path, code: CodeType, selection: Selection) -> bool:
         setattr(loader, "get_code", lambda self, name: code if self.path == str(file) else read(self, name))  # noqa: B010
         null = os.open(os.devnull, os.O_WRONLY)
         _ = os.dup2(null, 1), os.dup2(null, 2)
-        os._exit(int(pytest.main([*RUN.split(), *selection.files], plugins=[selection])) if selection.files else 0)
+        os._exit(int(pytest.main([*shlex.split(RUN), *selection.files], plugins=[selection])) if selection.files else 0)
     return os.waitpid(pid, 0)[1] == 0
 
 
@@ -125,7 +126,7 @@ def main() -> int:
     os.environ |= {"CI": "1", "COVERAGE_FILE": str(asked.map)}  # Hypothesis draws the same examples each time
     if not asked.map.exists():
         covered = [f"--cov=scenecc/{folder}" for folder in asked.folders]
-        subprocess.run([sys.executable, "-m", "pytest", *COVERED.split(), *covered, *TESTS.split()], check=True)
+        subprocess.run([sys.executable, "-m", "pytest", *shlex.split(COVERED), *covered, *TESTS.split()], check=True)
     data = coverage.CoverageData(str(asked.map))
     data.read()
     files = [file for folder in asked.folders for file in sorted((ROOT / "scenecc" / folder).rglob("*.py"))]

@@ -8,13 +8,13 @@ NIGHTLY = bool(os.environ.get("SCENECC_NIGHTLY"))
 
 
 def examples(count: int) -> int:
-    """How many examples Hypothesis draws: a quarter of `count` before a merge, four times as many at night."""
+    """How many examples Hypothesis draws: a quarter of `count`, at least 5, and at night four times `count`."""
     return 4 * count if NIGHTLY else max(count // 4, 5)
 
 
 def assert_took(seconds: float, *, most: float) -> None:
-    """Holds a time [s] against a bound [s], at night: on a busy machine it would fail by bad luck.
+    """Asserts an upper bound on a duration [s], in the nightly run only: a busy machine would fail it by chance.
 
-    What hangs ends at pytest's own timeout in any run.
+    In any run, pytest's timeout ends a test that hangs.
     """
     assert not NIGHTLY or seconds < most, f"took {seconds:.2f} s, at most {most} s expected"

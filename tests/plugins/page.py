@@ -183,6 +183,10 @@ class Page:
         before = self.camera()
         self._mouse(0, 200).click_and_hold().move_by_offset(*by).release().perform()
         soon(lambda: self.camera() != before)
+        self.await_rest()
+
+    def await_rest(self) -> None:
+        """Waits until the camera stands still."""
         since, pose = time.monotonic(), self.camera()
 
         def rests() -> bool:

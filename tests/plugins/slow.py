@@ -1,21 +1,24 @@
-"""Which tests are slow: the required run leaves them out, the nightly one runs them.
+"""Which tests are slow: the run before a merge leaves them out, the nightly one has them.
 
-A test that takes over a second is named in `tests/slow_tests.txt`, which `pytest -n auto -m "" --record-slow` writes.
+A test that takes long is named in `tests/slow_tests.txt`, which `pytest -n auto -m "" --record-slow` writes.
 Tests that render, those in a browser and those with ManiSkill are slow, except a few that are marked `quick`.
 """
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 FILE = Path(__file__).parents[1] / "slow_tests.txt"
-SECONDS = 1.0
-"""More than this of a test's own time, on two cores, makes it slow."""
+SECONDS = 0.7
+"""More than this of a test's own time makes it slow: over a second where a machine has other things to do."""
 
-_KINDS = ("browser", "fuzz", "maniskill", "render")
+_KINDS = ("browser", "maniskill", "render")
 
 
 def _function(nodeid: str) -> str:
@@ -37,8 +40,20 @@ def mark_slow_tests(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
 
 
+def mostly_slow(items: Sequence[Any], every: int) -> list[Any]:
+    """Parameters of which one in `every` is tested before a merge, and the others at night."""
+    return [pytest.param(item, marks=[pytest.mark.slow] * (number % every > 0)) for number, item in enumerate(items)]
+
+
+def exists(line: str) -> bool:
+    """Whether a line of the file names a test, whatever its parameters."""
+    path, _, name = _function(line).partition("::")
+    file = FILE.parents[1] / path
+    return file.is_file() and re.search(rf"^ *(async )?def {name}\(", file.read_text("utf-8"), re.MULTILINE) is not None
+
+
 class SlowTestRecorder:
-    """Writes the file anew from a run: what did not run keeps its line."""
+    """Writes the file anew from a run: what did not run keeps its line, if it still exists."""
 
     def __init__(self) -> None:
         self._seconds: dict[str, float] = {}
@@ -53,7 +68,7 @@ class SlowTestRecorder:
         tests: dict[str, set[str]] = defaultdict(set)
         for nodeid in self._seconds:
             tests[_function(nodeid)].add(nodeid)
-        named = {line for line in _named() if line not in self._seconds and line not in tests}
+        named = {line for line in _named() if line not in self._seconds and line not in tests and exists(line)}
         for function, nodeids in tests.items():
             slow = {nodeid for nodeid in nodeids if self._seconds[nodeid] > SECONDS}
             named |= {function} if slow == nodeids else slow

@@ -65,6 +65,34 @@ _AFTERWARDS = {"work/wrong.yaml": _WRONG.replace("masss", "mass")}
 
 _OLD = b"as it was before\n"
 
+# A command that sends itself a signal: "begun", at the first import after it has its handlers; "opened", when it opens
+# a file to write in its folder; "placed", when it gives a file its name there.
+_STRIKE_ITSELF = """
+import os, runpy, signal, sys
+
+moment, number, folder, process = sys.argv[1], int(sys.argv[2]), os.getcwd() + os.sep, os.getpid()
+waiting = [True]
+
+def is_inside(path):
+    return not isinstance(path, int) and (os.path.abspath(os.fsdecode(path)) + os.sep).startswith(folder)
+
+def has_come(event, arguments):
+    if moment == "begun":
+        return event == "import" and callable(signal.getsignal(signal.SIGTERM))
+    if moment == "opened":
+        return event == "open" and (arguments[2] or 0) & (os.O_WRONLY | os.O_RDWR) and is_inside(arguments[0])
+    return event in ("os.rename", "os.link") and is_inside(arguments[1])
+
+def strike(event, arguments):
+    if waiting and os.getpid() == process and has_come(event, arguments):
+        waiting.clear()
+        os.kill(process, number)
+
+sys.addaudithook(strike)
+sys.argv[:] = ["scenecc", *sys.argv[3:]]
+runpy.run_module("scenecc", run_name="__main__", alter_sys=True)
+"""
+
 _KEPT = re.compile(r"mesa|scenecc/coacd|scenecc/findings/[0-9a-f]{64}$|scenecc/packs/[0-9a-f]{64}/")
 """Cached files. A pack is in a folder of this name only when all of it is there."""
 
@@ -127,7 +155,7 @@ def strike(name: str, number: signal.Signals, after: float, old: Collection[str]
         ours: count the seconds from when it has a handler of its own.
     """
     with _started(name, old) as (process, home):
-        while ours and not hears(process.pid):
+        while ours and process.poll() is None and not hears(process.pid):
             time.sleep(0.002)
         time.sleep(after)
         heard = hears(process.pid)
@@ -137,6 +165,15 @@ def strike(name: str, number: signal.Signals, after: float, old: Collection[str]
         took = time.monotonic() - sent
         _wait_for_children(process.pid)
         return _judged(home, process, errors, heard, took, old)
+
+
+def strike_at(moment: str, name: str, number: signal.Signals) -> Struck:
+    """Runs a command that sends itself a signal at a moment: "begun", "opened" or "placed"."""
+    with _started(name, program=("-c", _STRIKE_ITSELF, moment, str(number.value))) as (process, home):
+        began = time.monotonic()
+        _, errors = process.communicate(timeout=100)
+        _wait_for_children(process.pid)
+        return _judged(home, process, errors, True, time.monotonic() - began, ())
 
 
 def starve(name: str, most: int, old: Collection[str] = ()) -> Struck:
@@ -160,7 +197,7 @@ def _judged(
 
 @contextmanager
 def _started(
-    name: str, old: Collection[str] = (), *, most: int | None = None
+    name: str, old: Collection[str] = (), *, most: int | None = None, program: Collection[str] = ("-m", "scenecc")
 ) -> Iterator[tuple[subprocess.Popen[bytes], Path]]:
     """A command that runs in a session, a folder, a temporary folder and a cache of its own."""
     with tempfile.TemporaryDirectory() as folder:
@@ -175,7 +212,7 @@ def _started(
             (home / each).write_bytes(_OLD)
         limit = None if most is None else lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
         process = subprocess.Popen(
-            [sys.executable, "-m", "scenecc", *COMMANDS[name]],
+            [sys.executable, *program, *COMMANDS[name]],
             cwd=home / "work",
             env={**os.environ, "TMPDIR": str(home / "tmp"), "XDG_CACHE_HOME": str(home / "cache")},
             stdout=subprocess.PIPE,

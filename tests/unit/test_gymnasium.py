@@ -260,13 +260,13 @@ def test_functions_that_give_no_numbers(case: str) -> None:
 
 
 def _run(envs: SceneVectorEnv) -> None:
-    envs.reset()
+    envs.reset(seed=0)
     envs.step(np.zeros((3, 1)))
 
 
 @pytest.mark.parametrize("check", [False, True])
 def test_a_simulation_that_diverges_is_told(check: bool) -> None:
-    ball = {"linear_velocity": [2e6, 0, 0], "shapes": [{"type": "sphere", "radius": 0.1}]}
+    ball = {"pose": [0, 0, 5], "linear_velocity": [2e6, 0, 0], "shapes": [{"type": "sphere", "radius": 0.1}]}
     source = {**SCENE, "entities": {**SCENE["entities"], "ball": ball}}
     functions: dict[str, Any] = {"observation": observe, "reward": reward, "terminated": at_the_end, "act": act}
     batch = scenecc.load_scene(source, num_scenes=3, render=False)

@@ -51,11 +51,15 @@ def state() -> tuple[Any, ...]:
 
 def workers() -> int:
     """How many threads a new system starts: the one setting that no property shows."""
-    before = len(list(Path("/proc/self/task").iterdir()))
+    before = threads()
     system = physx.PhysxCpuSystem()
-    after = len(list(Path("/proc/self/task").iterdir()))
+    started = threads() - before  # others may end meanwhile
     del system
-    return after - before
+    return len(started)
+
+
+def threads() -> set[str]:
+    return {task.name for task in Path("/proc/self/task").iterdir()}
 
 
 @pytest.fixture
@@ -79,7 +83,6 @@ def others_settings() -> Iterator[None]:
     physx.set_default_material(*numbers)
 
 
-@pytest.mark.slow  # other threads of the process may begin or end meanwhile: run by itself at night
 def test_all_is_restored(plan: ScenePlan, others_settings: None) -> None:
     before, material = state(), physx.get_default_material()
     assert workers() == 3
@@ -93,7 +96,6 @@ def test_all_is_restored(plan: ScenePlan, others_settings: None) -> None:
     assert workers() == 3
 
 
-@pytest.mark.slow  # other threads of the process may begin or end meanwhile: run by itself at night
 def test_the_workers_are_set_and_restored(plan: ScenePlan, others_settings: None) -> None:
     for wanted in (0, 2):
         with engine_settings(Physics(cpu_workers=wanted)):
