@@ -54,7 +54,7 @@ def test_a_signal_ends_a_command_at_any_moment_and_leaves_nothing(name: str, num
 @pytest.mark.parametrize(
     ("name", "old"),
     [
-        ("fix", ()),
+        pytest.param("fix", (), marks=pytest.mark.quick),
         ("import", ("work/world.yaml", "work/world_assets/gem.obj")),
         ("build", ("work/plan.json",)),
         ("emit", ("work/scene.xml",)),

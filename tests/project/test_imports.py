@@ -66,6 +66,7 @@ def test_the_help_loads_no_reader() -> None:
     assert loaded(code, among=(*HEAVY, "yaml", "pydantic", "scenecc.cli.build")) == {"scenecc.cli.build"}
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("text", [SCENE, BROKEN], ids=["valid", "broken"])
 def test_validating_a_scene_without_meshes_loads_nothing_heavy(tmp_path: Path, text: str) -> None:
     file = tmp_path / "scene.yaml"

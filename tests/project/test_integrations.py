@@ -62,6 +62,7 @@ def test_the_hook_passes_good_scenes_and_other_yaml(repository: Path, environmen
     assert "Passed" in done.stdout
 
 
+@pytest.mark.quick
 def test_the_hook_stops_a_bad_scene(repository: Path, environment: dict[str, str]) -> None:
     (repository / "scenes" / "bad.yaml").write_text(BAD)
     done = pre_commit(repository, environment)

@@ -132,6 +132,7 @@ def quick(scene: dict[str, Any]) -> dict[str, Any]:
     return scene
 
 
+@pytest.mark.quick
 @given(documents().map(quick))
 @settings(slow_to_draw, max_examples=examples(40))
 def test_a_valid_scene_is_built_as_it_is_written(scene: dict[str, Any]) -> None:

@@ -211,6 +211,7 @@ TEXTS = st.one_of(
 )
 
 
+@pytest.mark.quick
 @given(TEXTS, TEXTS, st.lists(TEXTS, min_size=2, max_size=2, unique=True))
 @example("x coding: utf-7 ", RUNS, ["a", "b"])
 @example("x", COOKIE + RUNS, ["a", "b"])
