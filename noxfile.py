@@ -1,4 +1,7 @@
-"""The daily commands, in the environment at hand (`pip install -e ".[dev]"`): `nox -s tests -- -k pose`."""
+"""The daily commands, in the environment at hand: `nox -s tests -- -k pose`.
+
+`pip install -c constraints.txt -e '.[dev]'` makes one.
+"""
 
 from pathlib import Path
 

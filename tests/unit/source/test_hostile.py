@@ -1,4 +1,4 @@
-"""Texts that are made to hang, exhaust or confuse: a clear error, or read right, within a second."""
+"""Texts that are made to hang, exhaust or confuse: a clear error, or read right."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ HOSTILE: dict[str, tuple[Callable[[], str | bytes], str]] = {
 
 @pytest.fixture
 def second() -> Iterator[None]:
-    """Fails a test that takes more than a second of the processor."""
+    """Fails a test that takes more than a second of the processor, at night."""
     start = time.process_time()
     yield
     assert_took(time.process_time() - start, most=1.0)
