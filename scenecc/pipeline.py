@@ -283,6 +283,20 @@ def _run_stages(
     if found is None or sink.failed:
         return None
     sink.locate = found.document.locate
+    try:
+        return _compile_input(source, found, options, sink, clock, drawn=drawn, memory=memory)
+    except RecursionError:
+        # With a limit raised: files are read deeper than later stages go.
+        message = "files, prefabs or values are nested deeper than Python's stack allows"
+        hint = "nest less: each level takes frames of the stack"
+        sink.report("SC602", message, Location(found.document.name), hint=hint)
+        return None
+
+
+def _compile_input(
+    source: Source, found: Input, options: Options, sink: Sink, clock: _Clock, *, drawn: bool, memory: PathCache
+) -> CompileResult | None:
+    """What comes after reading."""
     if sink.silencings:
         report_invalid(sink.silencings, found.document.name, sink)
     scope = found.scope(options, memory)

@@ -49,12 +49,12 @@ def held_renderer() -> Iterator[None]:
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """A run of one mark alone reads the files in which it stands, or in whose folder: most of its time went there."""
-    asked = re.findall(r"(?<!not )\b(?:render|maniskill|browser|gpu)\b", config.option.markexpr)
-    if not asked or collection_path.suffix != ".py":
+    one_mark = re.fullmatch(r"(render|maniskill|browser|gpu)( and not \w+)*", config.option.markexpr)
+    if one_mark is None or collection_path.suffix != ".py":
         return None
     near = (collection_path, collection_path.with_name("conftest.py"))
     text = "".join(file.read_text("utf-8") for file in near if file.exists() and file != Path(__file__))
-    return True if not any(f"mark.{name}" in text for name in asked) else None
+    return None if f"mark.{one_mark[1]}" in text else True
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -62,6 +62,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    # A test that is named runs, slow or not.
+    if config.option.markexpr == "not slow" and (config.option.record_slow or any("::" in arg for arg in config.args)):
+        config.option.markexpr = ""
     if config.option.record_slow and not hasattr(config, "workerinput"):
         config.pluginmanager.register(slow.SlowTestRecorder())
 

@@ -109,8 +109,8 @@ def view(
         index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows
     )
     with scene_errors(options):
+        outlive_pipes()  # a browser may go away, and what takes part in writing a page ends in any order
         if export is None:
-            outlive_pipes()  # a browser may go away
             place = _place(host, port, token)
             scenecc.view_scene(
                 source,

@@ -690,10 +690,6 @@ def _expand_top(
         builder.expand(ModuleScope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)
     except BudgetExhausted:
         return False
-    except RecursionError:
-        # With the limit raised: a use takes several calls.
-        sink.report("SC608", "prefabs are nested more deeply than Python's stack allows", Origin(top.name))
-        return False
     return True
 
 

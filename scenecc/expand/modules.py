@@ -124,14 +124,7 @@ class ModuleLibrary:
     def module(self, document: SceneDocument, use: Origin | None) -> Module:
         """A document with what it includes. `use`: what it is first used from."""
         if document.identity not in self._modules:
-            try:
-                module = _ModuleMerger(self, use, self._sink).module(document)
-            except RecursionError:
-                # With the limit raised: an include takes several calls.
-                message = "files include one another deeper than Python's stack allows"
-                self._sink.report("SC608", message, Origin(document.name, ("include",), "", use))
-                module = Module(ModulePart(document), (), good=False)
-            self._modules[document.identity] = module
+            self._modules[document.identity] = _ModuleMerger(self, use, self._sink).module(document)
         return self._modules[document.identity]
 
     def is_too_deep(self, chain: list[str], place: Origin) -> bool:

@@ -303,7 +303,8 @@ def copy_mapping(data: Mapping[str, Any], sink: Sink, limits: Limits) -> dict[st
     except _LimitReached:
         return None
     except RecursionError:
-        sink.report("SC602", "the dict is deeper than Python's stack allows", Origin(None))
+        hint = "nest less: each level takes frames of the stack"
+        sink.report("SC602", "the dict is deeper than Python's stack allows", Origin(None), hint=hint)
         return None
     return None if copier.failed else copy.value
 

@@ -101,7 +101,7 @@ def test_a_hangup_does_not_end_a_command_under_nohup() -> None:
         stdin=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )
-    while not hears(process.pid):
+    while process.poll() is None and not hears(process.pid):
         time.sleep(0.01)
     process.send_signal(signal.SIGHUP)
     assert process.communicate(CUBE.encode(), timeout=60)[1] == b"1 file checked\n"

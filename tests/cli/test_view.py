@@ -111,7 +111,7 @@ def test_a_browser_that_goes_away_ends_no_viewer(scene: Path, tmp_path: Path) ->
 @pytest.mark.parametrize("after", [0, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.2, 0.7, 1.2))])
 def test_an_interruption_at_any_time_ends_it_in_peace(scene: Path, tmp_path: Path, after: float) -> None:
     process = started(scene.name, "--port", "0", folder=tmp_path)
-    while not hears(process.pid):  # until then, Python is starting
+    while process.poll() is None and not hears(process.pid):  # until then, Python is starting
         time.sleep(0.01)
     time.sleep(after)
     status, _, errors = ended(process)

@@ -1,7 +1,8 @@
 """`python -m tests.fuzz.hulls 0 2000`: builds random colliding meshes and lets them touch the ground, one line a case.
 
 A line is the number and the kind of a case, then how it ends: the code that refuses it, or `built`, the number of
-contacts, and its mass by that of the solid in the file (`-` where no solid is known).
+contacts, and its mass by that of the solid in the file (`-` where no solid is known, or a warning says that PhysX cooks
+another one).
 """
 
 from __future__ import annotations
@@ -165,8 +166,8 @@ def case(number: int) -> tuple[str, dict[str, str | bytes], float | None]:
     volume = abs(trimesh.Trimesh(points - points.mean(axis=0), faces, process=False).volume * np.prod(scale))
     known = kind not in {"words", "parts", "few"} and use not in {"triangle_mesh", "coacd", "static"}
     if kind == "doubled":
-        # Two parts, or one where a format joins vertices.
-        known &= use not in {"convex_parts", "urdf parts"}
+        # Two parts, or one where a format joins vertices. MuJoCo weighs both.
+        known &= use not in {"convex_parts", "urdf parts", "mjcf"}
         volume /= 2
     return f"{kind}, {use}", files, 1000 * volume if known else None
 
@@ -186,8 +187,17 @@ def outcome(folder: Path, mass: float | None) -> str:
                 contacts += len(scene.physx_system.get_contacts())
     except scenecc.SceneError as error:
         return next((one.code for one in error.diagnostics if one.severity == "error"), "no code")
-    weighed = mass is not None and found
-    return f"built {contacts} {found[0] / mass if weighed and mass else '-'}"
+    ratio = found[0] / mass if mass and found else 1
+    if not mass or not found or (abs(ratio - 1) > 0.4 and _is_told(folder)):
+        return f"built {contacts} -"
+    return f"built {contacts} {ratio}"
+
+
+def _is_told(folder: Path) -> bool:
+    """Whether a warning says that PhysX cooks another hull. By how much is foretold, and not always right."""
+    import scenecc
+
+    return "SC416" in {one.code for one in scenecc.validate(folder / "scene.yaml")}
 
 
 def main() -> None:

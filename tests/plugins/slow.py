@@ -1,6 +1,6 @@
 """Which tests are slow: the run before a merge leaves them out, the nightly one has them.
 
-A test that takes long is named in `tests/slow_tests.txt`, which `pytest -n auto -m "" --record-slow` writes.
+A test that takes long is named in `tests/slow_tests.txt`, which `pytest -n auto --record-slow` writes.
 Tests that render, those in a browser and those with ManiSkill are slow, except a few that are marked `quick`.
 """
 
@@ -47,20 +47,20 @@ def mostly_slow(items: Sequence[Any], every: int) -> list[Any]:
 
 def exists(line: str) -> bool:
     """Whether a line of the file names a test, whatever its parameters."""
-    path, _, name = _function(line).partition("::")
+    path, *_, name = _function(line).split("::")
     file = FILE.parents[1] / path
     return file.is_file() and re.search(rf"^ *(async )?def {name}\(", file.read_text("utf-8"), re.MULTILINE) is not None
 
 
 class SlowTestRecorder:
-    """Writes the file anew from a run: what did not run keeps its line, if it still exists."""
+    """Writes the file anew from a run of all tests, slow ones too. A function that did not run keeps its lines."""
 
     def __init__(self) -> None:
         self._seconds: dict[str, float] = {}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Takes the time of a test without that of its fixtures."""
-        if report.when == "call" and "quick" not in report.keywords:
+        if report.when == "call" and report.passed and "quick" not in report.keywords:
             self._seconds[report.nodeid] = report.duration
 
     def pytest_sessionfinish(self) -> None:
@@ -68,7 +68,7 @@ class SlowTestRecorder:
         tests: dict[str, set[str]] = defaultdict(set)
         for nodeid in self._seconds:
             tests[_function(nodeid)].add(nodeid)
-        named = {line for line in _named() if line not in self._seconds and line not in tests and exists(line)}
+        named = {line for line in _named() if _function(line) not in tests and exists(line)}
         for function, nodeids in tests.items():
             slow = {nodeid for nodeid in nodeids if self._seconds[nodeid] > SECONDS}
             named |= {function} if slow == nodeids else slow

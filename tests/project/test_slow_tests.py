@@ -6,5 +6,5 @@ from plugins.slow import FILE, exists
 
 
 def test_each_line_names_a_test() -> None:
-    """`pytest -n auto -m "" --record-slow` leaves others out."""
+    """`pytest -n auto --record-slow` drops others."""
     assert not [line for line in FILE.read_text("utf-8").splitlines() if not exists(line)]

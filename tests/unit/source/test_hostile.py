@@ -11,6 +11,7 @@ import pytest
 from plugins.diagnostics import TakingSink
 from plugins.nightly import assert_took
 
+from scenecc import validate
 from scenecc.diagnostics import Sink
 from scenecc.source import Limits, read_file, read_text
 
@@ -222,6 +223,30 @@ def test_text_deeper_than_libyaml_reads(text: str, depth: int) -> None:
     (found,) = sink.diagnostics()
     assert (found.code, found.line is not None) == ("SC602", True)
     assert "1000" in str(found.hint)
+
+
+DEEP = 300
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"params": "{p: " + "[" * DEEP + "]" * DEEP + "}"},
+        {"draws": "{d: " + "{choice: [" * DEEP + "1" + "]}" * DEEP + "}"},
+    ],
+    ids=["lists", "draws"],
+)
+@pytest.mark.parametrize("how", ["file", "include", "use"])
+def test_values_that_are_deeper_than_later_stages_go(values: dict[str, str], how: str, tmp_path: Path) -> None:
+    """With the limit raised, text is read deeper than it is expanded."""
+    section, text = next(iter(values.items()))
+    deep = tmp_path / "deep.yaml"
+    deep.write_text(f"scenecc: 1\n{section}: {text}\nentities: {{a: {{shapes: [{{type: sphere, radius: 1}}]}}}}\n")
+    file = tmp_path / "scene.yaml"
+    uses = {"include": "include: [deep.yaml]", "use": "entities: {u: {use: deep.yaml}}"}
+    file.write_text(f"scenecc: 1\n{uses.get(how, '')}\n")
+    (found,) = validate(deep if how == "file" else file, limits={"depth": 1000})
+    assert (found.code, "Python's stack" in found.message) == ("SC602", True)
 
 
 @pytest.mark.parametrize("deep", [999, 50_000])
