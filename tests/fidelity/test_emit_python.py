@@ -113,7 +113,7 @@ def test_the_script_builds_what_the_backend_builds(name: str, tmp_path: Path) ->
     assert_same(SAMPLES[name](), tmp_path)
 
 
-@pytest.mark.parametrize("file", mostly_slow(SCENES, 4), ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", mostly_slow(SCENES, 6), ids=lambda file: file.stem)
 def test_so_do_the_scenes_that_ship(file: Path, tmp_path: Path) -> None:
     assert_same(compile_scene(file, num_scenes=4), tmp_path)
 

@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 FILE = Path(__file__).parents[1] / "slow_tests.txt"
-SECONDS = 0.7
-"""More than this of a test's own time makes it slow: over a second where a machine has other things to do."""
+SECONDS = 0.5
+"""More than this of a test's own time makes it slow: it is a second where the machine has other things to do."""
 
 _KINDS = ("browser", "maniskill", "render")
 
@@ -42,7 +42,8 @@ def mark_slow_tests(items: list[pytest.Item]) -> None:
 
 def mostly_slow(items: Sequence[Any], every: int) -> list[Any]:
     """Parameters of which one in `every` is tested before a merge, and the others at night."""
-    return [pytest.param(item, marks=[pytest.mark.slow] * (number % every > 0)) for number, item in enumerate(items)]
+    marks = pytest.mark.slow, pytest.mark.quick
+    return [pytest.param(item, marks=marks[number % every == 0]) for number, item in enumerate(items)]
 
 
 def exists(line: str) -> bool:

@@ -166,6 +166,7 @@ INNER_HEAD: Node = {"scenecc": 1, "params": {"k": 2, "lean": 0.5}}
 """What `${…}` reads is the same in both files."""
 
 
+@pytest.mark.quick
 @given(st.data())
 @settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_overrides_mean_what_a_person_would_write(tmp_path: Path, data: st.DataObject) -> None:

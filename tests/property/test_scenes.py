@@ -46,6 +46,7 @@ def shown(found: list[Any]) -> list[str]:
     return [str(diagnostic) for diagnostic in found]
 
 
+@pytest.mark.quick
 @given(documents())
 @slow_to_draw
 def test_a_valid_scene_has_no_error(scene: dict[str, Any]) -> None:

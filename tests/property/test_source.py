@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
+import pytest
 import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -172,6 +173,7 @@ WORDS_IN_TEXT = st.sampled_from(
 PLAIN_TEXTS = st.lists(FRAGMENTS | WORDS_IN_TEXT, max_size=14).map(lambda parts: "k:" + "".join(parts))
 
 
+@pytest.mark.quick
 @settings(max_examples=examples(500))
 @given(PLAIN_TEXTS | st.dictionaries(WORDS, PLAIN, max_size=3).map(lambda data: yaml.safe_dump(data, sort_keys=False)))
 @example("k:\n- a: 1\n  b: [0.5, -1]\n- 012")
