@@ -8,7 +8,7 @@ from enum import Enum
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, Final, get_type_hints
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -205,7 +205,6 @@ def takes_compile_options(
     """
     taken = {name: row for name, row in _COMPILE_OPTIONS.items() if name in names}
     more = others or {}
-    hints = get_type_hints(command, include_extras=True)
 
     @wraps(command)
     def run(*arguments: Any, **given: Any) -> None:
@@ -218,7 +217,8 @@ def takes_compile_options(
             given["others"] = {name: given.pop(name, default) for name, (_, default) in more.items()}
         command(*arguments, options=options, **given)
 
-    own = [each.replace(annotation=hints[each.name]) for each in signature(command).parameters.values()]
+    # Not `get_type_hints`: before Python 3.11 it makes Optional[Annotated[…]] of an option whose default is None.
+    own = list(signature(command, eval_str=True).parameters.values())
     last = [each for each in own if each.name == "form"]
     own = [each for each in own if each.name not in {"form", "options", "others"}]
     shared = [
