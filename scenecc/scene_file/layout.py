@@ -259,7 +259,7 @@ def number_text(value: Any) -> str:
         return ".inf" if number > 0 else "-.inf"
     with np.errstate(over="ignore"):
         single = np.float32(number)
-    text = str(single) if float(single) == number else repr(number)
+    text = repr(float(str(single))) if float(single) == number else repr(number)  # NumPy's own form differs by version
     if abs(float(text)) > _LARGEST:  # of the largest float32 the shortest form is beyond it
         text = repr(number)
     if number == 0:

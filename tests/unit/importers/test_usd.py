@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from packaging.version import Version
 from PIL import Image
 
 from scenecc.diagnostics import Sink
@@ -217,6 +219,7 @@ def test_what_a_body_says_of_its_mass(tmp_path: Path, said: str, expected: dict[
     assert ("inertial" in found) == ("inertial" in expected)
 
 
+@pytest.mark.skipif(Version(version("usd-core")) < Version("26.11"), reason="older ones weigh what is switched off")
 def test_masses_of_colliders_and_of_those_that_are_switched_off(tmp_path: Path) -> None:
     heavy = COLLIDER.replace('"PhysicsCollisionAPI"', '"PhysicsCollisionAPI", "PhysicsMassAPI"')
     text = (
