@@ -22,6 +22,7 @@ BENCHMARKS = {
     "linear": "benchmarks.linear",
     "robots": "benchmarks.robots",
     "maniskill": "benchmarks.maniskill",
+    "real": "benchmarks.real",
     "render": "benchmarks.render",
     "reset": "benchmarks.reset",
     "view": "benchmarks.view",
