@@ -1,22 +1,9 @@
-"""The client of the process in which MuJoCo compiles models.
-
-One process serves this one for as long as it lives: importing MuJoCo takes longer than compiling most robots. It is
-killed when a model takes too long, and started again for the next.
-"""
+"""Models as MuJoCo compiles them, which it does in a process of its own."""
 
 from __future__ import annotations
 
-import atexit
-import contextlib
 import importlib.metadata
-import json
-import os
 import re
-import selectors
-import subprocess
-import sys
-import threading
-import time
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 from scenecc.extras import install_hint
 from scenecc.robots.mujoco import worker
 from scenecc.robots.mujoco.model import CompiledModel
+from scenecc.worker import Worker, WorkerError
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Location
     from scenecc.robots.mjcf_files import MjcfReport
     from scenecc.robots.mujoco.source import MujocoSource
+    from scenecc.worker_process import Message
 
 OLDEST, BEYOND = (3, 5), (5, 0)
 """Versions of MuJoCo with which this is tested: from, and below."""
@@ -37,9 +26,6 @@ INSTALL_HINT = f"{install_hint('mjcf')}, or read the file as ManiSkill does: `lo
 
 _MEMORY = 4 * 2**30
 """Address space of the process [bytes]."""
-
-_MOST_ANSWERED = 2**30
-"""The largest compiled model that is taken [bytes]."""
 
 _SECONDS = 60.0
 """Longest time for one model."""
@@ -56,120 +42,28 @@ _MOST_KEPT_BYTES = 2**28
 _LINE = re.compile(r"line (\d+)")
 
 
-class _Died(Exception):
-    """The process ended, or was killed because the model took too long. Its text says which."""
-
-
 class _Compiler:
-    """A running process."""
+    """MuJoCo in a process of its own, and the models that it compiled last."""
 
     def __init__(self) -> None:
-        self._process: subprocess.Popen[bytes] | None = None
-        self._inherited: subprocess.Popen[bytes] | None = None
-        self._lock = threading.Lock()
-        self._kept: dict[bytes, tuple[dict[str, Any], list[bytes]]] = {}
+        self._worker = Worker(worker.__name__, memory=_MEMORY, seconds=_SECONDS, name="MuJoCo's compiler")
+        self._kept: dict[bytes, Message] = {}
 
-    def compile(self, xml: bytes, assets: dict[str, bytes]) -> tuple[dict[str, Any], list[bytes]]:
-        """The answer of `worker.compile_model`. Raises _Died."""
+    def compile(self, xml: bytes, assets: dict[str, bytes]) -> Message:
+        """The answer of `worker.compile_model`. Raises WorkerError."""
         key = _digest(xml, assets)
-        with self._lock:
-            if key not in self._kept:
-                answer = self._ask(xml, assets)
-                while self._kept and (len(self._kept) >= _MOST_KEPT or self._kept_bytes() > _MOST_KEPT_BYTES):
-                    del self._kept[next(iter(self._kept))]
-                self._kept[key] = answer
-            return self._kept[key]
+        if key not in self._kept:
+            answer = self._worker.ask({"names": list(assets)}, [xml, *assets.values()])
+            while self._kept and (len(self._kept) >= _MOST_KEPT or self._kept_bytes() > _MOST_KEPT_BYTES):
+                del self._kept[next(iter(self._kept))]
+            self._kept[key] = answer
+        return self._kept[key]
 
     def _kept_bytes(self) -> int:
         return sum(len(part) for _, parts in self._kept.values() for part in parts)
 
-    def _ask(self, xml: bytes, assets: dict[str, bytes]) -> tuple[dict[str, Any], list[bytes]]:
-        fresh = self._process is None or self._process.poll() is not None
-        if fresh:
-            self.stop()
-            self._start()
-        process = self._process
-        assert process is not None
-        assert process.stdin is not None
-        assert process.stdout is not None
-        # A writer of its own: the process may end before it has read everything.
-        writer = threading.Thread(target=_send, args=(process.stdin, xml, assets), daemon=True)
-        writer.start()
-        try:
-            stream = _TimedStream(process.stdout.fileno(), time.monotonic() + _SECONDS)
-            answer = worker.read_message(stream)  # pyright: ignore[reportArgumentType] - it reads, which is enough
-        except BaseException:
-            self.stop()
-            raise
-        if answer is None:
-            self.stop()
-            if not fresh:
-                # It ends with the thread that started it, which may be another one.
-                return self._ask(xml, assets)
-            raise _Died("MuJoCo's compiler ended: the model needs too much memory, or crashes it")
-        return answer
-
-    def _start(self) -> None:
-        arguments = json.dumps({"parent": os.getpid(), "memory": _MEMORY, "path": sys.path})
-        # Isolated, with this process's path: nothing of the current folder is imported that this one would not import.
-        command = [sys.executable, "-I", worker.__file__, arguments]
-        pipe = subprocess.PIPE
-        self._process = subprocess.Popen(  # noqa: S603 - a constant command
-            command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, start_new_session=True
-        )
-
-    def stop(self) -> None:
-        """Ends the process."""
-        process, self._process = self._process, None
-        if process is not None:
-            process.kill()
-            process.communicate()
-
-    def forget(self) -> None:
-        """Leaves the process to the one that this one was forked from."""
-        if self._process is not None:
-            self._process.returncode = 0
-        # Kept, for closing its pipe would send what another thread has begun to write.
-        self._inherited, self._process, self._lock = self._process, None, threading.Lock()
-
-
-def _send(stream: Any, xml: bytes, assets: dict[str, bytes]) -> None:
-    # Where the process has ended, the reader of its answer finds it too.
-    with contextlib.suppress(OSError):
-        worker.write_message(stream, {"names": list(assets)}, [xml, *assets.values()])
-
-
-class _TimedStream:
-    """Reads a pipe until a deadline."""
-
-    def __init__(self, pipe: int, deadline: float) -> None:
-        self._pipe = pipe
-        self._deadline = deadline
-        self._left = _MOST_ANSWERED
-
-    def read(self, size: int) -> bytes:
-        """So many bytes, fewer at the end of the stream. Raises _Died."""
-        parts: list[bytes] = []
-        self._left -= size
-        if self._left < 0:
-            raise _Died(f"the compiled model has more than {_MOST_ANSWERED} bytes")
-        with selectors.DefaultSelector() as selector:
-            selector.register(self._pipe, selectors.EVENT_READ)
-            while size:
-                left = self._deadline - time.monotonic()
-                if left <= 0 or not selector.select(left):
-                    raise _Died(f"MuJoCo's compiler takes more than {_SECONDS:g} s")
-                part = os.read(self._pipe, min(size, 2**20))
-                if not part:
-                    break
-                parts.append(part)
-                size -= len(part)
-        return b"".join(parts)
-
 
 _COMPILER = _Compiler()
-atexit.register(_COMPILER.stop)
-os.register_at_fork(after_in_child=_COMPILER.forget)
 
 
 def _digest(xml: bytes, assets: dict[str, bytes]) -> bytes:
@@ -210,7 +104,7 @@ def compile_source(source: MujocoSource, report: MjcfReport) -> CompiledModel | 
     root = source.elements[0].location
     try:
         header, parts = _COMPILER.compile(source.text.encode(), source.assets)
-    except _Died as died:
+    except WorkerError as died:
         report.error("SC458", str(died), root)
         return None
     if "error" in header:

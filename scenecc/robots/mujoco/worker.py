@@ -1,22 +1,16 @@
-"""The process in which MuJoCo compiles models: requests on standard input, compiled arrays on standard output.
+"""What MuJoCo compiles in a process of its own: a model in, compiled arrays out.
 
-It runs beside the process that asks, with limits of memory and time, and opens no file: a model and all that it names
-come as bytes. It imports nothing of scenecc, so that it starts as fast as MuJoCo is imported.
+It opens no file: a model and all that it names come as bytes. It imports next to nothing of scenecc, so that it starts
+as fast as MuJoCo is imported.
 """
 
 from __future__ import annotations
 
-import ctypes
 import importlib
-import json
-import os
-import resource
-import signal
-import struct
-import sys
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any
 
-_PR_SET_PDEATHSIG = 1
+if TYPE_CHECKING:
+    from scenecc.worker_process import Answer, Message
 
 _ARRAY_NAMES = """
 body_parentid body_weldid body_pos body_quat body_ipos body_iquat body_mass body_subtreemass body_inertia
@@ -84,34 +78,11 @@ FLAGS = (
 """What `<flag>` can switch off and is given back."""
 
 
-def read_message(stream: BinaryIO) -> tuple[dict[str, Any], list[bytes]] | None:
-    """A header and the byte strings that follow it; None at the end of the stream."""
-    prefix = stream.read(4)
-    if len(prefix) < 4:
-        return None
-    (length,) = struct.unpack("<I", prefix)
-    text = stream.read(length)
-    if len(text) < length:
-        return None
-    header = json.loads(text)
-    parts = [stream.read(size) for size in header["sizes"]]
-    # Who writes may end in the middle.
-    return (header, parts) if [len(part) for part in parts] == header["sizes"] else None
-
-
-def write_message(stream: BinaryIO, header: dict[str, Any], parts: list[bytes]) -> None:
-    """Writes what `read_message` reads."""
-    text = json.dumps({**header, "sizes": [len(part) for part in parts]}).encode()
-    stream.write(struct.pack("<I", len(text)) + text)
-    stream.writelines(parts)
-    stream.flush()
-
-
 _MOVES_ALONG_AXIS = {2, 3}
 """`mjJNT_SLIDE` and `mjJNT_HINGE`."""
 
 
-def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> tuple[dict[str, Any], list[bytes]]:
+def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
     """The arrays of a model; under "error" what MuJoCo says of one that it does not compile.
 
     Args:
@@ -160,26 +131,13 @@ def _element(one: Any) -> list[Any]:
     return [int(one.id), one.name, int(line) if line.isdigit() else None]
 
 
-def main() -> None:
-    """Answers requests until the stream ends."""
-    arguments = json.loads(sys.argv[1])
-    sys.path[:] = arguments["path"]
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != arguments["parent"]:
-        sys.exit()
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    answers = os.fdopen(os.dup(1), "wb")
-    # Whatever MuJoCo prints must not get into the answers.
-    os.dup2(2, 1)
+def prepare() -> Answer:
+    """What answers a request: compiled arrays of the model that comes with it."""
     mujoco: Any = importlib.import_module("mujoco")
-    resource.setrlimit(resource.RLIMIT_AS, (arguments["memory"], arguments["memory"]))
-    # Any file that MuJoCo would open by itself is refused by the kernel.
-    resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))
-    while (request := read_message(sys.stdin.buffer)) is not None:
-        header, parts = request
+
+    def answer(header: dict[str, Any], parts: list[bytes]) -> Message:
+        """The arrays of a model, or why MuJoCo refuses it."""
         xml, *files = parts
-        write_message(answers, *compile_model(mujoco, xml.decode(), dict(zip(header["names"], files, strict=True))))
+        return compile_model(mujoco, xml.decode(), dict(zip(header["names"], files, strict=True)))
 
-
-if __name__ == "__main__":
-    main()
+    return answer

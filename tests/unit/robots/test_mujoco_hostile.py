@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import signal
 import struct
@@ -14,7 +13,7 @@ import pytest
 from plugins.nightly import assert_took
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.robots.mujoco import compiler, worker
+from scenecc.robots.mujoco import compiler
 from scenecc.robots.mujoco.reader import read_mjcf
 from scenecc.source.limits import Limits
 from scenecc.source.paths import AssetScope, ResolvedFile
@@ -142,7 +141,7 @@ def test_a_process_that_ends_is_an_error(tmp_path: Path, monkeypatch: pytest.Mon
     own = compiler._Compiler()
     monkeypatch.setattr(compiler, "_COMPILER", own)
     (fault,) = errors(tmp_path, f'<mujoco model="small"><worldbody>{BALL}</worldbody></mujoco>')
-    own.stop()
+    own._worker.stop()
     assert "SC458" in fault or "SC481" in fault
 
 
@@ -154,19 +153,11 @@ def test_the_process_may_end_between_two_models(tmp_path: Path, monkeypatch: pyt
         (tmp_path / "robot.xml").write_text(f'<mujoco model="{number}"><worldbody>{BALL}</worldbody></mujoco>')
         found, told = read(tmp_path / "robot.xml")
         assert found is not None, told
-        assert own._process is not None
-        own._process.kill()
+        assert own._worker._process is not None
+        own._worker._process.kill()
         # It looks alive still, as it does to a thread that asks at this moment.
-        monkeypatch.setattr(own._process, "poll", lambda: None)
-    own.stop()
-
-
-def test_half_a_message_is_none() -> None:
-    whole = io.BytesIO()
-    worker.write_message(whole, {"a": 1}, [b"one", b"", b"three"])
-    data = whole.getvalue()
-    assert worker.read_message(io.BytesIO(data)) == ({"a": 1, "sizes": [3, 0, 5]}, [b"one", b"", b"three"])
-    assert all(worker.read_message(io.BytesIO(data[:end])) is None for end in range(len(data)))
+        monkeypatch.setattr(own._worker._process, "poll", lambda: None)
+    own._worker.stop()
 
 
 def test_a_forked_process_has_a_compiler_of_its_own(tmp_path: Path) -> None:
@@ -174,7 +165,7 @@ def test_a_forked_process_has_a_compiler_of_its_own(tmp_path: Path) -> None:
     assert read(tmp_path / "robot.xml")[0] is not None
     (tmp_path / "robot.xml").write_text(f'<mujoco model="after"><worldbody>{BALL}</worldbody></mujoco>')
     # Another thread may be compiling at this moment.
-    with compiler._COMPILER._lock:
+    with compiler._COMPILER._worker._lock:
         child = os.fork()
         if child == 0:
             signal.alarm(50)
@@ -327,10 +318,10 @@ def test_all_files_together_have_a_limit(tmp_path: Path) -> None:
 
 
 def test_a_large_answer_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiler, "_MOST_ANSWERED", 10_000)
+    monkeypatch.setattr("scenecc.worker.MAX_ANSWER", 10_000)
     body = "".join(f"<body pos='{number} 0 0'><freejoint/><geom size='1'/></body>" for number in range(99))
     (fault,) = errors(tmp_path, model_of("", body))
-    assert "SC458 the compiled model has more than 10000 bytes" in fault
+    assert "SC458 the answer of MuJoCo's compiler has more than 10000 bytes" in fault
 
 
 HINGE = '<body name="a"><joint name="a"/><geom size="1"/>{}</body>'
@@ -411,7 +402,7 @@ def test_one_model_is_compiled_once(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     def fail(*_: Any) -> Any:
         raise AssertionError
 
-    monkeypatch.setattr(compiler._Compiler, "_ask", fail)
+    monkeypatch.setattr(compiler._COMPILER._worker, "ask", fail)
     assert read(tmp_path / "robot.xml")[0] is not None
 
 
