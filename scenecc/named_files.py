@@ -13,7 +13,7 @@ from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_asse
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from scenecc.checks.mesh_data import AssetBudget
+    from scenecc.assets.files import AssetFiles
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.expand.documents import SceneDocument
@@ -57,7 +57,7 @@ def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) 
 
 
 def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refusal]:
-    """Finds what an asset names: a `checks.assets.ResolveNamed`."""
+    """Finds what an asset names: a `assets.files.ResolveNamed`."""
 
     def find(reference: str, asset: AssetFile) -> Path | Refusal:
         """The file of a reference inside an asset, or why it cannot be used."""
@@ -70,23 +70,23 @@ def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refus
     return find
 
 
-def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink, *, exact: bool = False) -> MeshReader:
-    """Reads the vertices of meshes, each file once. `exact`: as the file has them, not as the engine."""
-    budget: AssetBudget | None = None
+def asset_files(scope: AssetScope, limits: Limits) -> AssetFiles:
+    """The files of one compilation."""
+    from scenecc.assets.files import AssetFiles
+
+    return AssetFiles(named_resolver(scope), limits.asset_bytes)
+
+
+def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink) -> MeshReader:
+    """Reads the vertices of meshes, each file once."""
     known: dict[Path, Any] = {}
 
     def read(asset: AssetFile, origin: Origin) -> Any:
         """A `MeshReader`."""
-        nonlocal budget
-        from scenecc.checks.assets import read_vertices
-        from scenecc.checks.mesh_data import AssetBudget
+        from scenecc.assets.check import read_vertices
 
-        budget = budget or AssetBudget(limits.assets_bytes)
         if asset.path not in known:
-            find, most = named_resolver(scope), limits.asset_bytes
-            known[asset.path] = read_vertices(
-                asset, origin, sink, resolve_named=find, max_asset_bytes=most, total=budget, exact=exact
-            )
+            known[asset.path] = read_vertices(asset, origin, sink, asset_files(scope, limits))
         return known[asset.path]
 
     return read
@@ -94,7 +94,6 @@ def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink, *, exact: bool = 
 
 def mesh_measurer(scope: AssetScope, limits: Limits, sink: Sink) -> MeshMeasurer:
     """Finds the bounds of meshes, each file once."""
-    vertices = mesh_reader(scope, limits, sink, exact=True)
     known: dict[Path, list[list[float]] | None] = {}
 
     def measure(document: SceneDocument, uri: str, origin: Origin) -> list[list[float]] | None:
@@ -106,9 +105,11 @@ def mesh_measurer(scope: AssetScope, limits: Limits, sink: Sink) -> MeshMeasurer
             sink.report(found.code, found.message, origin, hint=found.hint)
             return None
         scope.memory.note(found, document.shown, "mesh")
+        from scenecc.assets.check import read_bounds
+
         if found.path not in known:
-            points = vertices(AssetFile(found.uri, found.path), origin)
-            known[found.path] = None if points is None else [points.min(axis=0).tolist(), points.max(axis=0).tolist()]
+            asset = AssetFile(found.uri, found.path)
+            known[found.path] = read_bounds(asset, origin, sink, asset_files(scope, limits))
         return known[found.path]
 
     return measure

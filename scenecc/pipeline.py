@@ -539,14 +539,13 @@ def _check_plan(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Li
     file_origins, material_origins = origins
     check_physics(plan, material_origins, sink)
     if plan.files and not sink.failed:
-        from scenecc.checks.assets import check_assets
+        from scenecc.assets.check import check_assets
 
         files = check_assets(
             plan,
             sink,
             resolve_named=named_resolver(scope),
             max_asset_bytes=limits.asset_bytes,
-            max_assets_bytes=limits.assets_bytes,
             file_origins=file_origins,
         )
         plan = replace(plan, files=files)

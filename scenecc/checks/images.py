@@ -10,6 +10,7 @@ from hashlib import sha256
 from math import ceil
 from typing import TYPE_CHECKING, BinaryIO
 
+from scenecc.assets.errors import AssetError
 from scenecc.checks.image_formats import (
     EXR_MAGIC,
     KTX_MAGICS,
@@ -28,7 +29,6 @@ from scenecc.checks.image_formats import (
     png_size,
     read_exactly,
 )
-from scenecc.checks.mesh_data import AssetError
 from scenecc.files import open_regular
 
 if TYPE_CHECKING:

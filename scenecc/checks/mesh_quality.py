@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
+from scenecc.assets.surface_measures import SurfaceMeasures, measure_surface
 from scenecc.checks.mass import DYNAMIC_TYPES
-from scenecc.checks.mesh_measures import MeshMeasures, measure_mesh
 from scenecc.checks.physics import plan_origin
 from scenecc.checks.plausibility import MAX_SIZE, Body, scene_bodies
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotation_arrays import pose_matrix
-from scenecc.meshes.surface import MeshError
 from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
 from scenecc.plan.geometry import Primitive, Solid
 from scenecc.plan.properties import DEFAULT_DENSITY
@@ -69,7 +69,7 @@ def check_meshes(plan: ScenePlan, sink: Sink) -> None:
                     _check_mesh(body, shape, plan, sink)
             _check_overlap(body, plan, sink)
             _check_least_moment(body, plan, sink)
-        except MeshError:
+        except AssetError:
             continue  # trimesh does not read what the engine reads
 
 
@@ -101,7 +101,7 @@ def _check_mesh(body: Body, shape: CollisionShape | VisualShape, plan: ScenePlan
     place = (shape.origin or body.origin).child("file")
     for index in np.unique(geometry.file.data):
         file = plan.files[int(index)]
-        measures = measure_mesh(file)
+        measures = measure_surface(file)
         for code, message, hint in (
             *_surface_faults(geometry, file.path.suffix.lower(), measures, body),
             *_size_faults(shape, measures, body),
@@ -113,7 +113,7 @@ _Fault = tuple[str, str, str]
 """Code, message without the file, and hint."""
 
 
-def _surface_faults(geometry: MeshGeometry, suffix: str, measures: MeshMeasures, body: Body) -> Iterator[_Fault]:
+def _surface_faults(geometry: MeshGeometry, suffix: str, measures: SurfaceMeasures, body: Body) -> Iterator[_Fault]:
     solid = isinstance(geometry, TriangleMesh) and geometry.sdf
     raw = isinstance(geometry, ConvexParts) and geometry.coacd is not None and geometry.coacd.preprocess_mode == "off"
     if (solid or raw) and not measures.is_watertight:
@@ -141,7 +141,7 @@ def _surface_faults(geometry: MeshGeometry, suffix: str, measures: MeshMeasures,
             yield "SC439", f"has a hull of {ratio:.1f} times its volume, and collides as that", hint
 
 
-def _size_faults(shape: CollisionShape | VisualShape, measures: MeshMeasures, body: Body) -> Iterator[_Fault]:
+def _size_faults(shape: CollisionShape | VisualShape, measures: SurfaceMeasures, body: Body) -> Iterator[_Fault]:
     geometry: Any = shape.geometry
     scales = np.abs(geometry.scale.data)
     extents = (np.array(measures.high) - measures.low) * scales
@@ -229,7 +229,7 @@ def _volume(shape: CollisionShape, plan: ScenePlan) -> float | None:
     geometry: Any = shape.geometry
     if isinstance(geometry, ConvexMesh):
         file = plan.files[int(geometry.file.row(0))]
-        return measure_mesh(file).hull_volume * float(np.abs(geometry.scale.row(0)).prod())
+        return measure_surface(file).hull_volume * float(np.abs(geometry.scale.row(0)).prod())
     return float(geometry.volume(*geometry.sizes(0))) if isinstance(geometry, Solid) else None
 
 
@@ -252,7 +252,7 @@ def _box(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> Box 
     geometry: Any = shape.geometry
     matrix = np.eye(4) if shape.pose is None else pose_matrix(shape.pose.row(row).tolist())
     if isinstance(geometry, MeshGeometry):
-        measures = measure_mesh(plan.files[int(geometry.file.row(row))])
+        measures = measure_surface(plan.files[int(geometry.file.row(row))])
         scale = geometry.scale.row(row)
         ends = np.array([measures.low, measures.high]) * scale
         centre, half = ends.mean(axis=0), np.abs(np.ptp(ends, axis=0)) / 2

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes, clip_to_scene, grid_cell
-from scenecc.meshes.surface import MeshError, convert_color_space, encode_png, report_mesh_error
+from scenecc.meshes.surface import convert_color_space, encode_png, report_mesh_error
 from scenecc.names import UniqueNames
 
 if TYPE_CHECKING:
@@ -278,7 +279,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
     mesh_builder = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
     try:
         drawn = tuple(build_scene_meshes(mesh_builder, scene, options.show) for scene in measured.scenes)
-    except MeshError as problem:
+    except AssetError as problem:
         report_mesh_error(problem, mesh_builder.at, sink)
         return None
     report_unsupported_sections(plan, {scene.index for scene in measured.scenes}, sink)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 from math import atan2, hypot
 from typing import TYPE_CHECKING, Final
 
+from scenecc.assets.errors import AssetError
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.emit.output import (
     MAX_LIMIT,
@@ -23,7 +24,7 @@ from scenecc.emit.output import (
 )
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.meshes.builder import MeshBuilder, bake_scale
-from scenecc.meshes.surface import MeshError, MeshShape, SurfaceMaterial, report_mesh_error
+from scenecc.meshes.surface import MeshShape, SurfaceMaterial, report_mesh_error
 from scenecc.names import UniqueNames
 from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS, Solid
@@ -116,7 +117,7 @@ def _write_mesh(robot: UrdfRobot, geometry: XmlElement, stem: str, data: bytes) 
 
 
 def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlElement) -> None:
-    """Writes the visual shapes, one `<visual>` per mesh part. Raises MeshError."""
+    """Writes the visual shapes, one `<visual>` per mesh part. Raises AssetError."""
     row = robot.measured.row
     for shape, plan in zip(robot.mesh_builder.visuals(body.body, row), body.body.visuals, strict=False):
         parts = bake_scale(shape)
@@ -190,7 +191,7 @@ class UrdfRobot:
 
 
 def write_robot(robot: UrdfRobot) -> None:
-    """Writes all links, then all joints. Raises MeshError."""
+    """Writes all links, then all joints. Raises AssetError."""
     measured = robot.measured
     if measured.entity.hidden:
         robot.unsupported.leave_out(robot.name, "`hidden`, which hides it from sensors", measured.entity.origin)
@@ -324,7 +325,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
         )
         try:
             write_robot(robot)
-        except MeshError as problem:
+        except AssetError as problem:
             report_mesh_error(problem, mesh_builder.at, sink)
             return None
         files[f"{name}.urdf"] = format_document(robot.root)

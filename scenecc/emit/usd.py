@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
 from scenecc.emit.output import PHYSX_SETTINGS, AssetFolder, UnsupportedFeatures, optional_fields, pose_in_row
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.interrupt import temporary_folder
 from scenecc.meshes.builder import MeshBuilder, bake_scale
-from scenecc.meshes.surface import MeshError, MeshShape, SurfaceMaterial, report_mesh_error
+from scenecc.meshes.surface import MeshShape, SurfaceMaterial, report_mesh_error
 from scenecc.names import UniqueNames
 from scenecc.plan import (
     ArticulationStructure,
@@ -262,7 +263,7 @@ class UsdBodyWriter:
         """Writes a body into its Xform: mass, visual geometry, colliders.
 
         Raises:
-            MeshError: a mesh file cannot be written.
+            AssetError: a mesh file cannot be written.
         """
         stage = self._stage
         prim = made.GetPrim()
@@ -570,7 +571,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
         _write_scene(
             stage, plan, measured.scenes[0], UsdBodyWriter(stage, mesh_builder, UsdMaterials(stage), options.show)
         )
-    except MeshError as problem:
+    except AssetError as problem:
         report_mesh_error(problem, mesh_builder.at, sink)
         return None
     _report_unsupported(stage, plan, measured.scenes[0].index)

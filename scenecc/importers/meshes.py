@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.checks.mesh_data import AssetBudget, AssetError, AssetReference, MeshData, MeshReadContext
-from scenecc.checks.meshes import read_mesh
+from scenecc.assets.errors import AssetError
 from scenecc.emit.output import format_obj
 from scenecc.files import open_regular
 from scenecc.lower.shapes import MAX_HEIGHTS
 from scenecc.meshes.primitives import sphere
+from scenecc.named_files import asset_files
+from scenecc.plan.body import AssetFile
 from scenecc.source.grey_png import read_grey_png
-from scenecc.source.paths import Refusal, resolve_asset_reference
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,13 +42,13 @@ class MeshFile:
     Attributes:
         path: of the file.
         content: of the file.
-        data: its triangles.
+        parts: vertices and faces of each part [m].
         missing: the materials and images that it names and that are not there.
     """
 
     path: Path
     content: bytes
-    data: MeshData
+    parts: list[tuple[NDArray[Any], NDArray[Any]]]
     missing: tuple[str, ...]
 
 
@@ -58,29 +58,17 @@ def load_mesh(path: Path, context: ImportContext) -> MeshFile:
     Raises:
         MeshError: it is no mesh, is too large, or a buffer that it names is missing.
     """
+    asset, files = AssetFile(path.name, path), asset_files(context.scope, context.limits)
     missing: list[str] = []
-    most = context.limits.asset_bytes
-
-    def open_named(reference: AssetReference) -> bytes:
-        found = resolve_asset_reference(reference.uri, owner=path, owner_uri=path.name, scope=context.scope)
-        if not isinstance(found, Refusal):
-            return _read(found.path, most)
-        if reference.kind == "buffer":
-            raise AssetError(found.code, found.message, found.hint)
-        missing.append(reference.uri)
-        return b""
-
-    content = _read(path, most)
-    reading = MeshReadContext(open_named, most, AssetBudget(context.limits.assets_bytes))
     try:
-        data = read_mesh(content, path.suffix.lower(), reading)
-        for reference in data.references:
-            open_named(reference)
+        for reference in files.mesh(asset).names:
+            try:
+                files.content(files.resolve(asset, reference))
+            except AssetError:  # noqa: PERF203 - each file is missing by itself
+                missing.append(reference.uri)
+        return MeshFile(path, files.content(path), list(files.triangles(asset)), tuple(missing))
     except AssetError as error:
         raise MeshError(f"{path.name}: {error.message}") from error
-    if not any(len(part.faces) for part in data.parts):
-        raise MeshError(f"{path.name} has no triangles")
-    return MeshFile(path, content, data, tuple(missing))
 
 
 def _read(path: Path, most: int) -> bytes:
@@ -106,7 +94,7 @@ def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: boo
     Raises:
         MeshError: it has no such part.
     """
-    meshes = _named_parts(mesh, submesh) if submesh else [(part.vertices, part.faces) for part in mesh.data.parts]
+    meshes = _named_parts(mesh, submesh) if submesh else mesh.parts
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
     vertices = np.concatenate([np.asarray(each, np.float64) for each, _ in meshes]) * scale
     faces = np.concatenate([each + start for (_, each), start in zip(meshes, starts, strict=False)])

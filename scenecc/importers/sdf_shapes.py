@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from scenecc.assets.meshes import MESH_SUFFIXES
 from scenecc.checks.images import IMAGE_SUFFIXES
-from scenecc.checks.meshes import MESH_SUFFIXES
 from scenecc.geometry.rotations import Pose7, compose, relative_pose
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.meshes import (

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, MAX_COORDINATE
@@ -14,7 +15,6 @@ from scenecc.lower.field_types import FieldType, field_type, report_exclusive_ke
 from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
 from scenecc.lower.poses import ROTATIONS, pose_item, warn_probable_degrees
 from scenecc.lower.rendering import MountLookup
-from scenecc.meshes.surface import MeshError
 from scenecc.placing.bodies import Part, UnsupportedShapeError, entity_parts, matrices, rows_in, rows_of
 from scenecc.placing.place import Placer, PlacingError
 from scenecc.placing.proof import find_overlap
@@ -534,7 +534,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
         sink.report("SC354", message, origin, hint=hint)
     except UnsupportedShapeError as error:
         sink.report("SC357", f"nothing can be placed beside {error}", origin)
-    except MeshError as error:
+    except AssetError as error:
         sink.report(error.code, error.message, origin, hint=error.hint)
     except ComputeLimitError as error:
         sink.report("SC609", error.message, origin, hint=COMPUTE_LIMIT_HINT)

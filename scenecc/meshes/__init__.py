@@ -3,6 +3,7 @@
 Triangles, normals and texture coordinates of primitives are SAPIEN's own; mesh files are read by trimesh.
 """
 
-from scenecc.meshes.surface import Image, MeshError, MeshPart, Surface, SurfaceMaterial
+from scenecc.assets.errors import AssetError
+from scenecc.meshes.surface import Image, MeshPart, Surface, SurfaceMaterial
 
-__all__ = ["Image", "MeshError", "MeshPart", "Surface", "SurfaceMaterial"]
+__all__ = ["AssetError", "Image", "MeshPart", "Surface", "SurfaceMaterial"]

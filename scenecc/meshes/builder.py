@@ -14,12 +14,13 @@ from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.geometry.rotations import IDENTITY_POSE, Vec3, to_pose, to_vector
 from scenecc.meshes import primitives
 from scenecc.meshes.files import MeshFiles
-from scenecc.meshes.surface import MaterialCache, MeshError, MeshPart, MeshShape, Surface, SurfaceMaterial
+from scenecc.meshes.surface import MaterialCache, MeshPart, MeshShape, Surface, SurfaceMaterial
 from scenecc.plan import Heightfield, Mesh
 from scenecc.plan.rendering import COLLISION_COLORS
 from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
+    from scenecc.assets.errors import AssetError
     from collections.abc import Callable, Iterable
 
     from numpy.typing import NDArray
@@ -34,7 +35,7 @@ _COLLISION_MATERIALS: Final = {kind: SurfaceMaterial(base_color=color) for kind,
 class MeshBuilder:
     """Builds meshes of the bodies of a plan. Equal surfaces and materials are shared, and files are read once."""
 
-    def __init__(self, plan: ScenePlan, on_left_out: Callable[[MeshError, Origin | None], None]) -> None:
+    def __init__(self, plan: ScenePlan, on_left_out: Callable[[AssetError, Origin | None], None]) -> None:
         """`on_left_out` is called once for each image that is left out, with the first shape that has it."""
         self._plan = plan
         self._now: Origin | None = None
@@ -49,7 +50,7 @@ class MeshBuilder:
         """The visual shapes of a body in a row of its entity; none if its visibility is 0.
 
         Raises:
-            MeshError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
+            AssetError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
         """
         visibility = 1.0 if body.visibility is None else float(body.visibility.row(row))
         if visibility == 0:
@@ -198,7 +199,7 @@ def build_scene_meshes(
     """Builds the visual or the collision meshes of a scene.
 
     Raises:
-        MeshError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
+        AssetError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
     """
     entities: list[EntityMeshes] = []
     for entity in scene.entities:

@@ -8,23 +8,20 @@ from __future__ import annotations
 
 from hashlib import sha256
 from importlib import import_module
-from importlib.util import find_spec
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.extras import install_hint
+from scenecc.assets.errors import AssetError
 from scenecc.files import ChangedError, read_checked
 from scenecc.geometry.rotations import to_vector
 from scenecc.meshes.primitives import make_surface
-from scenecc.meshes.surface import ImageCache, MeshError, MeshPart, SurfaceMaterial, Vec4, convert_image
+from scenecc.meshes.surface import ImageCache, MeshPart, SurfaceMaterial, Vec4, convert_image
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
-
-    from numpy.typing import NDArray
 
     from scenecc.plan import AssetFile, NamedFile
 
@@ -60,7 +57,7 @@ class MeshFiles:
         """The surfaces of a file in its own frame [m], and their looks.
 
         Raises:
-            MeshError: it cannot be read, or a package is missing.
+            AssetError: it cannot be read, or a package is missing.
         """
         if file.path not in self._paths:
             self._paths[file.path] = self._found(file)
@@ -98,13 +95,13 @@ class _MeshResolver:
 
 
 def _read_file(path: Path, digest: str | None) -> bytes:
-    """The content of a file. Raises MeshError where it is not what it was when it was checked."""
+    """The content of a file. Raises AssetError where it is not what it was when it was checked."""
     try:
         return read_checked(path, digest)
     except ChangedError as error:
-        raise MeshError("SC422", f"'{path}' changed while the scene was built") from error
+        raise AssetError("SC422", f"'{path}' changed while the scene was built") from error
     except OSError as error:
-        raise MeshError("SC747", f"'{path}' cannot be read: {error.strerror}") from error
+        raise AssetError("SC747", f"'{path}' cannot be read: {error.strerror}") from error
 
 
 def _read_mesh(data: bytes, file: AssetFile) -> tuple[MeshPart, ...]:
@@ -115,30 +112,15 @@ def _read_mesh(data: bytes, file: AssetFile) -> tuple[MeshPart, ...]:
     )
 
 
-def read_collada_triangles(file: AssetFile) -> list[tuple[NDArray[np.float32], NDArray[np.int64]]]:
-    """Vertices [m] and faces of each primitive of a COLLADA, corners in one place joined. Looks are not read.
-
-    Raises:
-        MeshError: a part of it cannot be read, or pycollada is missing.
-    """
-    parts: list[tuple[NDArray[np.float32], NDArray[np.int64]]] = []
-    for moved, _ in _load_meshes(_read_file(file.path, file.sha256), file, ignore_broken=False):
-        vertices, index = np.unique(moved.vertices.astype(np.float32), axis=0, return_inverse=True)
-        parts.append((vertices, index.reshape(-1)[moved.faces]))
-    return parts
-
-
-def _load_meshes(data: bytes, file: AssetFile, **options: bool) -> list[tuple[Any, bool]]:
+def _load_meshes(data: bytes, file: AssetFile) -> list[tuple[Any, bool]]:
     """Each mesh of a file in the file's frame [m], and whether the file has normals of its vertices."""
     path, suffix = file.path, file.path.suffix.lower()
-    if suffix == ".dae" and find_spec("collada") is None:
-        raise MeshError("SC813", f"'{path.name}' is COLLADA, which needs pycollada", install_hint("export"))
     trimesh: Any = import_module("trimesh")  # which says half of its types
 
     try:
-        scene = trimesh.load_scene(BytesIO(data), suffix[1:], resolver=_MeshResolver(file), process=False, **options)
+        scene = trimesh.load_scene(BytesIO(data), suffix[1:], resolver=_MeshResolver(file), process=False)
     except Exception as error:  # trimesh's readers raise whatever comes
-        raise MeshError("SC747", f"'{path}' cannot be read: {error}", "export the mesh again") from error
+        raise AssetError("SC747", f"'{path}' cannot be read: {error}", "export the mesh again") from error
     found: list[tuple[Any, bool]] = []
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
@@ -146,7 +128,7 @@ def _load_meshes(data: bytes, file: AssetFile, **options: bool) -> list[tuple[An
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
             found.append(_place_mesh(mesh, np.asarray(place)))
     if not found:
-        raise MeshError("SC747", f"'{path}' shows no triangles", "export the mesh again")
+        raise AssetError("SC747", f"'{path}' shows no triangles", "export the mesh again")
     return found
 
 
@@ -209,7 +191,7 @@ def _convert_simple(material: Any, path: Path, named: _MeshResolver, images: Ima
     """A material of an OBJ, whose roughness SAPIEN's reader makes of `Ns` and `Ks`.
 
     Raises:
-        MeshError: one of its images cannot be read.
+        AssetError: one of its images cannot be read.
     """
     given: dict[str, Any] = material.kwargs
     shine = min(max(_number(given.get("ns"), 0.0) / 1000, 0.0), 1.0) ** 0.5
@@ -235,11 +217,11 @@ def _mtl_images(given: dict[str, Any], files: _MeshResolver, images: ImageCache)
             for field, one in named.items()
             if one is not None and one.path is not None
         }
-    except MeshError as problem:
+    except AssetError as problem:
         code = (
             "SC747" if problem.code == "SC748" else problem.code
         )  # nothing stands in its place, as in a scene's texture
-        raise MeshError(code, problem.message, problem.hint) from problem
+        raise AssetError(code, problem.message, problem.hint) from problem
 
 
 def _first(words: Sequence[str] | None, default: float) -> float:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.frozen import frozen
 from scenecc.extras import install_hint
@@ -32,20 +33,6 @@ Channel = Literal["r", "g", "b"]
 Suffix = Literal[".png", ".jpg"]
 
 _WHITE: Final[Vec4] = (1.0, 1.0, 1.0, 1.0)
-
-
-class MeshError(Exception):
-    """A mesh or image that cannot be converted.
-
-    Attributes:
-        code: of the diagnostic.
-        message: what is wrong.
-        hint: what to do.
-    """
-
-    def __init__(self, code: str, message: str, hint: str | None = None) -> None:
-        super().__init__(message)
-        self.code, self.message, self.hint = code, message, hint
 
 
 @frozen
@@ -160,8 +147,8 @@ class MeshShape:
     origin: Origin | None = field(default=None, compare=False)
 
 
-def report_mesh_error(problem: MeshError, place: Origin | None, sink: Sink) -> None:
-    """Reports a `MeshError` at the origin of its shape."""
+def report_mesh_error(problem: AssetError, place: Origin | None, sink: Sink) -> None:
+    """Reports a `AssetError` at the origin of its shape."""
     sink.report(problem.code, problem.message, place or Location(None), hint=problem.hint)
 
 
@@ -186,7 +173,7 @@ class ImageCache:
             sampling: what of filter mode, address mode and sRGB is given.
 
         Raises:
-            MeshError: it cannot be read, or Pillow is missing.
+            AssetError: it cannot be read, or Pillow is missing.
         """
         if path not in self._read:
             self._read[path] = _open_image(path, digest)
@@ -229,19 +216,19 @@ def encode_png(pixels: Pixels) -> bytes:
 def _open_image(path: Path, digest: str | None) -> tuple[bytes, Suffix, Pixels]:
     suffix = path.suffix.lower()
     if suffix not in _READABLE_SUFFIXES:
-        raise MeshError("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
+        raise AssetError("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
     try:
         pillow: Any = import_module("PIL.Image")
     except ImportError as error:
-        raise MeshError("SC813", f"textures need Pillow: {error}", install_hint("export")) from error
+        raise AssetError("SC813", f"textures need Pillow: {error}", install_hint("export")) from error
     try:
         data = read_checked(path, digest)
         pixels = pillow.open(BytesIO(data))
         pixels.load()
     except ChangedError as error:
-        raise MeshError("SC422", f"'{path}' changed while the scene was built") from error
+        raise AssetError("SC422", f"'{path}' changed while the scene was built") from error
     except (OSError, ValueError) as error:
-        raise MeshError("SC748", f"'{path}' cannot be read: {error}", "save it as PNG or JPEG") from error
+        raise AssetError("SC748", f"'{path}' cannot be read: {error}", "save it as PNG or JPEG") from error
     return (
         (data, _PORTABLE_SUFFIXES[suffix], pixels)
         if suffix in _PORTABLE_SUFFIXES
@@ -256,7 +243,7 @@ def _digest(data: bytes) -> str:
 class MaterialCache:
     """The visual materials of a plan; equal ones are created once."""
 
-    def __init__(self, plan: ScenePlan, on_left_out: Callable[[MeshError], None]) -> None:
+    def __init__(self, plan: ScenePlan, on_left_out: Callable[[AssetError], None]) -> None:
         """`on_left_out` is called once for each image that is left out."""
         self._plan = plan
         self._on_left_out = on_left_out
@@ -268,7 +255,7 @@ class MaterialCache:
         """The material in one row of the shape that has it.
 
         Raises:
-            MeshError: a package is missing.
+            AssetError: a package is missing.
         """
         index = int(material.row(row))
         made = self._plan.visual_materials[index]
@@ -283,7 +270,7 @@ class MaterialCache:
         file = self._plan.files[int(texture.file.row(row))]
         try:
             return self._images.file(file.path, file.sha256, texture.sampling())
-        except MeshError as problem:
+        except AssetError as problem:
             if problem.code == "SC813":
                 raise
             if problem.message not in self._left_out:

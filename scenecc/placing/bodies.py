@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.assets.measures import hull_parts, weld
+from scenecc.assets.meshes import checked_content, read_triangles
 from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.geometry.surfaces import revolved_parts
-from scenecc.meshes.files import read_collada_triangles
 from scenecc.placing.distances import Cores
 from scenecc.plan import BodyStructure
 from scenecc.plan.body import DEFAULT_COLLISION_GROUPS
@@ -188,7 +189,7 @@ def entity_parts(entity: Entity, files: Sequence[AssetFile], batch: Batch) -> li
 
     Raises:
         UnsupportedShapeError: a shape is not known here.
-        MeshError: a file cannot be read.
+        AssetError: a file cannot be read.
     """
     found: list[Part] = []
     for structure, rows, mine in _structures(entity, batch.scenes):
@@ -365,11 +366,11 @@ def mesh_of(file: AssetFile) -> Mesh:
     """All of a file as one mesh, corners in one place joined.
 
     Raises:
-        MeshError: it cannot be read.
+        AssetError: it cannot be read.
     """
-    parts = read_collada_triangles(file)
+    parts = [weld(*part) for part in read_triangles(checked_content(file))]
     first = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
-    vertices = np.concatenate([vertices for vertices, _ in parts]).astype(np.float64)
+    vertices = np.concatenate([vertices.astype(np.float32) for vertices, _ in parts]).astype(np.float64)
     faces = np.concatenate([faces + start for (_, faces), start in zip(parts, first, strict=False)])
     points, index = np.unique(vertices, axis=0, return_inverse=True)
     return points, index.reshape(-1)[faces]
@@ -377,15 +378,6 @@ def mesh_of(file: AssetFile) -> Mesh:
 
 @lru_cache(maxsize=256)
 def connected_hulls(file: AssetFile) -> tuple[Floats, ...]:
-    """The corners of each connected part of a file [m]."""
-    points, faces = mesh_of(file)
-    label = np.arange(len(points))
-    while True:
-        least = label[faces].min(axis=1)
-        before = label.copy()
-        np.minimum.at(label, faces, least[:, None])
-        label = label[label]
-        if (label == before).all():
-            break
-    used = np.unique(faces)
-    return tuple(points[used][label[used] == one] for one in np.unique(label[used]))
+    """The corners of each convex part that SAPIEN makes of a file [m]."""
+    parts = hull_parts(read_triangles(checked_content(file)), file.path.suffix.lower())
+    return tuple(np.unique(vertices.astype(np.float32), axis=0).astype(np.float64) for vertices, _ in parts)

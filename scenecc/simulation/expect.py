@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
 from scenecc.diagnostics.messages import show
-from scenecc.meshes.surface import MeshError
 from scenecc.placing.bodies import UnsupportedShapeError
 from scenecc.plan.expect import Condition, NoOverlap, Settled
 from scenecc.simulation.bodies import poses
@@ -155,7 +155,7 @@ class Judge:
                 if reading.kind not in {"draw", "touching"} and reading not in self._values:
                     try:
                         self._values[reading] = self._observer.values(reading)
-                    except (UnsupportedShapeError, MeshError) as error:
+                    except (UnsupportedShapeError, AssetError) as error:
                         self._values[reading] = {}
                         self._faults[reading.name] = f"distances from {error} cannot be measured"
 

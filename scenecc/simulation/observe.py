@@ -52,7 +52,7 @@ class Observer:
 
         Raises:
             UnsupportedShapeError: the distance from a shape is not known.
-            MeshError: a file cannot be read.
+            AssetError: a file cannot be read.
         """
         return getattr(self, f"_{reading.kind}")(*reading.of)
 

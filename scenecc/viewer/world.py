@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import chain_of
 from scenecc.diagnostics.frozen import frozen
@@ -17,7 +18,7 @@ from scenecc.errors import SceneError
 from scenecc.geometry.rotations import to_pose
 from scenecc.inspect.entities import entity_item
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes
-from scenecc.meshes.surface import MeshError, report_mesh_error
+from scenecc.meshes.surface import report_mesh_error
 from scenecc.options import integer
 from scenecc.pipeline import CompiledSource, build_batch, compile_source, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure
@@ -245,7 +246,7 @@ class World:
         drawer = self.loaded.drawer
         try:
             return tuple(build_scene_meshes(drawer, scene, show) for scene in self._measured.scenes)
-        except MeshError as problem:
+        except AssetError as problem:
             sink = self.loaded.sink.another()
             report_mesh_error(problem, drawer.at, sink)
             raise SceneError(sink.diagnostics()) from problem

@@ -28,6 +28,10 @@ from weakref import WeakSet
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
+from scenecc.assets.measures import weld
+from scenecc.assets.meshes import checked_content, read_triangles
+from scenecc.assets.obj_materials import keep_named_images, with_materials
 from scenecc.backends.sapien.engine import (
     DROPPED_PART,
     EngineFailure,
@@ -40,11 +44,8 @@ from scenecc.backends.sapien.objects import DrawnObjects
 from scenecc.backends.sapien.properties import Column, select_rows
 from scenecc.extras import install_hint
 from scenecc.files import State, cache_folder, keep_file, open_regular, read_checked, replace_all, state_now
-from scenecc.geometry.obj_materials import keep_named_images, with_materials
 from scenecc.geometry.ply import encode_parts
 from scenecc.interrupt import ask_module
-from scenecc.meshes.files import read_collada_triangles
-from scenecc.meshes.surface import MeshError
 from scenecc.plan import MeshGeometry
 
 if TYPE_CHECKING:
@@ -249,18 +250,19 @@ def collision_file(file: AssetFile) -> Path:
     The PLY is kept in the user's cache folder, by the content of the COLLADA and the version of what reads it.
 
     Raises:
-        EngineFailure: pycollada is not installed, or the cache folder cannot be written.
+        EngineFailure: it cannot be read, or the cache folder cannot be written.
     """
     if file.path.suffix.lower() != ".dae":
         return file.path
     folder = cache_folder("collada")
     try:
         digest = file.sha256 or hashlib.sha256(read_checked(file.path, None)).hexdigest()
-        result = folder / f"{digest}-{version('trimesh')}.ply"
+        result = folder / f"{digest}-{version('pycollada')}.ply"
         if not result.exists():
+            parts = [weld(*part) for part in read_triangles(checked_content(file))]
             folder.mkdir(parents=True, exist_ok=True)
-            replace_all({result: encode_parts(read_collada_triangles(file))})
-    except MeshError as error:
+            replace_all({result: encode_parts([(points.astype(np.float32), faces) for points, faces in parts])})
+    except AssetError as error:
         raise EngineFailure(error.code, error.message, hint=error.hint) from error
     except OSError as error:
         hint = f"its triangles are kept in '{folder}'; XDG_CACHE_HOME names another place"

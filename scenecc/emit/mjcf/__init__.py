@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import degrees, tan
 from typing import TYPE_CHECKING, Any, Final
 
+from scenecc.assets.errors import AssetError
 from scenecc.emit.mjcf.bodies import write_constraints, write_contact_exclusions, write_entity
 from scenecc.emit.mjcf.model import SECTIONS, MjcfModel, pose_attributes
 from scenecc.emit.output import (
@@ -19,7 +20,7 @@ from scenecc.emit.output import (
 )
 from scenecc.geometry.rotations import compose
 from scenecc.meshes.builder import MeshBuilder
-from scenecc.meshes.surface import MeshError, report_mesh_error
+from scenecc.meshes.surface import report_mesh_error
 from scenecc.plan.rendering import (
     AreaLight,
     DirectionalLight,
@@ -52,7 +53,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
     try:
         for entity in model.scene.entities:
             write_entity(model, entity)
-    except MeshError as problem:
+    except AssetError as problem:
         report_mesh_error(problem, mesh_builder.at, sink)
         return None
     write_contact_exclusions(model)

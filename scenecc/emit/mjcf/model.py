@@ -277,7 +277,7 @@ def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
 def write_visuals(
     model: MjcfModel, name: str, row: int, body: BodyStructure, element: XmlElement, *, is_fixed: bool
 ) -> None:
-    """Writes geoms for the visual shapes of a body. `is_fixed`: whether no force moves it. Raises MeshError."""
+    """Writes geoms for the visual shapes of a body. `is_fixed`: whether no force moves it. Raises AssetError."""
     for shape, plan in zip(model.mesh_builder.visuals(body, row), body.visuals, strict=False):
         parts = bake_scale(shape)
         native = None if parts[0].look.base_color_image else _primitive_geom(plan.geometry, row, is_fixed=is_fixed)

@@ -6,7 +6,7 @@ import importlib.metadata
 import re
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from scenecc.extras import install_hint
 from scenecc.robots.mujoco import worker

@@ -15,7 +15,7 @@ from plugins.plan_parts import ROOT
 from unit.checks.test_mesh_dae import DAE
 
 from scenecc.extras import install_hint
-from scenecc.meshes import MeshError
+from scenecc.meshes import AssetError
 from scenecc.meshes.files import MeshFiles
 from scenecc.plan.body import AssetFile
 
@@ -181,7 +181,7 @@ def test_a_file_that_cannot_be_read_is_told(name: str, data: str | bytes | None,
     path = tmp_path / name
     if data is not None:
         write(tmp_path, name, data)
-    with pytest.raises(MeshError, match=name.partition(".")[0]) as problem:
+    with pytest.raises(AssetError, match=name.partition(".")[0]) as problem:
         MeshFiles().parts(AssetFile(name, path))
     assert problem.value.code == "SC747"
 
@@ -189,7 +189,7 @@ def test_a_file_that_cannot_be_read_is_told(name: str, data: str | bytes | None,
 def test_collada_asks_for_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path, "mesh.dae", DAE)
     monkeypatch.setitem(sys.modules, "collada", None)
-    with pytest.raises(MeshError, match="pycollada") as problem:
+    with pytest.raises(AssetError, match="pycollada") as problem:
         MeshFiles().parts(checked(path, "seen"))
     assert problem.value.code == "SC813"
     assert problem.value.hint == install_hint("export")
@@ -232,6 +232,6 @@ def test_a_file_that_changed_since_it_was_checked_is_not_drawn(tmp_path: Path) -
     path = write(tmp_path, "a.stl", stl())
     file = checked(path, "seen")
     write(tmp_path, "a.stl", stl(np.eye(4, 3)))
-    with pytest.raises(MeshError, match="changed") as problem:
+    with pytest.raises(AssetError, match="changed") as problem:
         MeshFiles().parts(file)
     assert problem.value.code == "SC422"

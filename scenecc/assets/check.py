@@ -6,34 +6,24 @@ Each file is read once, however many shapes use it. An error is reported at the 
 from __future__ import annotations
 
 import io
-import os
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
-from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
-from urllib.parse import unquote
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.checks.images import IMAGE_SUFFIXES, JpegBlockBudget, check_image, image_size
-from scenecc.checks.mesh_data import (
-    AssetBudget,
-    AssetBudgetError,
-    AssetError,
-    AssetReference,
-    MeshBudget,
-    MeshData,
-    MeshReadContext,
-    Precision,
-)
-from scenecc.checks.mesh_obj import mtl_images
-from scenecc.checks.meshes import MESH_SUFFIXES, check_mesh_use, mesh_vertices, read_mesh
+from scenecc.assets.errors import AssetError, AssetReference
+from scenecc.assets.files import AssetFiles, MissingError, ResolveNamed, check_measures
+from scenecc.assets.images import IMAGE_SUFFIXES, check_image, image_size
+from scenecc.assets.measures import CONNECTED_SUFFIXES, hull_parts, measure
+from scenecc.assets.mesh_rules import AssetUse, check_mesh_use
+from scenecc.assets.meshes import DEFAULT_BYTES, MeshRecord
+from scenecc.assets.names import material_images
+from scenecc.assets.obj_materials import fallback_materials
 from scenecc.checks.value_queries import indices, rows
 from scenecc.diagnostics.diagnostic import Origin
-from scenecc.files import open_regular, state_of
-from scenecc.geometry.obj_materials import fallback_materials
 from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
 from scenecc.plan.body import NamedFile
 from scenecc.plan.rendering import CubeMap, TexturedLight
@@ -42,7 +32,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
-    from scenecc.files import State
     from scenecc.plan import ScenePlan
     from scenecc.plan.body import AssetFile, VisualMaterial
     from scenecc.plan.rendering import SkyMap
@@ -124,23 +113,8 @@ def _check_sky_map(plan: ScenePlan, surroundings: SkyMap, origin: Origin, sink: 
             return
 
 
-AssetUse = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
-"""The use of a file: convex hull, hulls of its parts, triangle mesh, visual mesh, convex decomposition, texture."""
-
-ResolveNamed = Callable[[str, "AssetFile"], "Path | tuple[str, str, str | None]"]
-"""Finds a file that an asset names: its path, or why it may not be read (code, message, hint)."""
-
 _LeftOut = tuple["Origin | None", str, bool]
 """The node that names a robot's file, the kind of what a mesh of it names, and whether that is missing."""
-
-_REFERENCE_COST = 4096
-"""Budget of looking for one file that a mesh refers to."""
-
-_USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
-
-
-class _MissingError(AssetError):
-    """There is no such file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,19 +122,13 @@ class _AssetChecker:
     """State of one check of all files.
 
     Attributes:
-        blocks: budget for reading JPEGs.
-        read: hash and state of each file that was read, by its path.
         textures: the fault of each texture, if any, by its path: several meshes may share one.
         left_out: what is said, and where, of files that are left out, by who names the meshes, the kind of the file
             and why; a robot may have one a mesh.
     """
 
     sink: Sink
-    resolve_named: ResolveNamed
-    max_bytes: int
-    total: AssetBudget
-    blocks: JpegBlockBudget = field(default_factory=JpegBlockBudget)
-    read: dict[Path, tuple[str, State]] = field(default_factory=dict["Path", "tuple[str, State]"])
+    files: AssetFiles
     textures: dict[Path, AssetError | None] = field(default_factory=dict["Path", "AssetError | None"])
     left_out: dict[_LeftOut, list[tuple[str, Origin]]] = field(
         default_factory=dict["_LeftOut", "list[tuple[str, Origin]]"]
@@ -172,8 +140,7 @@ def check_assets(
     sink: Sink,
     *,
     resolve_named: ResolveNamed,
-    max_asset_bytes: int = 64 * 2**20,
-    max_assets_bytes: int = 512 * 2**20,
+    max_asset_bytes: int = DEFAULT_BYTES,
     file_origins: Mapping[int, Origin] | None = None,
 ) -> tuple[AssetFile, ...]:
     """Reports every file of a plan that SAPIEN could not use as planned, or that changed since.
@@ -183,14 +150,13 @@ def check_assets(
         sink: where faults go.
         resolve_named: finds the files that an asset names (MTL, textures, buffers), inside what the scene may read.
         max_asset_bytes: the limit `asset_bytes`, of a file and of what it unpacks to [bytes].
-        max_assets_bytes: the limit `assets_bytes`, of all files that are read and of their triangles [bytes].
         file_origins: the node that names a file, by its index in `plan.files`. Textures are reported there; without
             it, at the first shape that uses the material.
 
     Returns:
         The plan's files with what was read of them: hashes, and those that they name in turn.
     """
-    checker = _AssetChecker(sink, resolve_named, max_asset_bytes, AssetBudget(max_assets_bytes))
+    checker = _AssetChecker(sink, AssetFiles(resolve_named, max_asset_bytes))
     uses: dict[int, dict[AssetUse, Origin]] = {}
     for index, use, origin in _file_uses(plan, file_origins or {}):
         uses.setdefault(index, {}).setdefault(use, origin)
@@ -201,9 +167,13 @@ def check_assets(
             with _report_asset_errors(checker, asset, by_use.pop("texture")):
                 _check_texture(checker, asset.path)
         named = sorted(_check_mesh(checker, asset, by_use).items()) if by_use else []
-        if asset.path in checker.read:
-            digest, state = checker.read[asset.path]
-            names = tuple(NamedFile(uri, checker.read[path][0], path, checker.read[path][1]) for uri, path in named)
+        if asset.path in checker.files.opened:
+            digest, state = checker.files.opened[asset.path]
+            names = tuple(
+                NamedFile(uri, known, path, then)
+                for uri, path in named
+                for known, then in (checker.files.opened[path],)
+            )
             files[index] = replace(asset, sha256=digest, names=names, state=state)
             check_unchanged(asset, files[index], first, sink)
     for (message, origin), *others in checker.left_out.values():
@@ -214,34 +184,33 @@ def check_assets(
     return tuple(files)
 
 
-def read_vertices(
-    asset: AssetFile,
-    origin: Origin,
-    sink: Sink,
-    *,
-    resolve_named: ResolveNamed,
-    max_asset_bytes: int,
-    total: AssetBudget,
-    exact: bool = False,
-) -> NDArray[Any] | None:
-    """The vertices (n, 3) [m] of a mesh as it is in its file; None where it cannot be read, which is reported.
+def read_vertices(asset: AssetFile, origin: Origin, sink: Sink, files: AssetFiles) -> NDArray[np.float32] | None:
+    """The vertices (n, 3) [m] of a mesh as the engine has them; None if it cannot be read, which is reported.
 
     Args:
         asset: the file.
         origin: where it is asked for.
         sink: takes the fault.
-        resolve_named: finds the files that it names.
-        max_asset_bytes: the limit `asset_bytes`.
-        total: counts what is read.
-        exact: as float64, and not as the engine has them.
+        files: the files of the scene.
     """
-    checker = _AssetChecker(sink, resolve_named, max_asset_bytes, total)
     try:
-        # Of a point that no triangle has the engine knows nothing; neither do parts.
-        return mesh_vertices(_read_mesh_asset(checker, asset, {}, np.float64 if exact else np.float32))
+        return np.concatenate([vertices.astype(np.float32) for vertices, _ in files.triangles(asset)])
     except AssetError as fault:
-        _report(checker, asset, origin, fault)
+        _report(sink, asset, origin, fault)
         return None
+
+
+def read_bounds(asset: AssetFile, origin: Origin, sink: Sink, files: AssetFiles) -> list[list[float]] | None:
+    """The corners of the bounding box of a mesh [m]; None if it cannot be read, which is reported.
+
+    Args: those of `read_vertices`.
+    """
+    try:
+        whole = check_measures(files.mesh(asset))
+    except AssetError as fault:
+        _report(sink, asset, origin, fault)
+        return None
+    return [list(whole.low), list(whole.high)]
 
 
 def _file_uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, AssetUse, Origin]]:
@@ -293,59 +262,41 @@ def _material_textures(material: VisualMaterial) -> Iterator[int]:
 def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse, Origin]) -> dict[str, Path]:
     """Checks a mesh for all its uses. Returns the files that it names and a build opens, by name."""
     first = next(iter(by_use.values()))
-    named: dict[str, Path] = {}
     try:
-        mesh = _read_mesh_asset(checker, asset, named)
+        mesh = checker.files.mesh(asset)
+        named = {one.uri: checker.files.resolve(asset, one) for one in mesh.names if one.kind == "buffer"}
     except AssetError as fault:
-        _report(checker, asset, first, fault)
+        _report(checker.sink, asset, first, fault)
         return {}
     _check_references(checker, asset, mesh, by_use, named)
     suffix = Path(asset.path).suffix.lower()
     reported: set[str] = set()
     for use, origin in by_use.items():
-        for fault in check_mesh_use(mesh, use, suffix, checker.total):
+        parts = mesh.parts
+        if use == "parts" and suffix in CONNECTED_SUFFIXES and mesh.whole is not None:
+            parts = tuple(measure(*part) for part in hull_parts(checker.files.triangles(asset), suffix))
+        for fault in check_mesh_use(mesh, use, suffix, parts):
             if fault.code not in reported:
                 reported.add(fault.code)
-                _report(checker, asset, origin, fault)
+                _report(checker.sink, asset, origin, fault)
     return named
 
 
-def _read_mesh_asset(
-    checker: _AssetChecker, asset: AssetFile, named: dict[str, Path], precision: Precision = np.float32
-) -> MeshData:
-    """A mesh; the buffers that it names are added to `named`."""
-    suffix = Path(asset.path).suffix.lower()
-    if suffix in _USD_SUFFIXES:
-        raise AssetError(
-            "SC411",
-            "SAPIEN converts USD and writes the result next to the file",
-            "convert it to GLB once, and name that",
-        )
-    if suffix not in MESH_SUFFIXES:
-        kind = f"`{suffix}` is no mesh format" if suffix else "a file without a suffix is no mesh"
-        raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
-
-    def open_named(reference: AssetReference) -> bytes:
-        path = named[reference.uri] = _resolve_reference(checker, asset, reference)
-        return _read_bytes(checker, path)
-
-    reading = MeshReadContext(open_named, checker.max_bytes, checker.total, precision)
-    mesh = read_mesh(_read_bytes(checker, asset.path), suffix, reading)
-    checker.total.take(_REFERENCE_COST * len(mesh.references))
-    return mesh
-
-
 def _check_references(
-    checker: _AssetChecker, asset: AssetFile, mesh: MeshData, by_use: Mapping[AssetUse, Origin], named: dict[str, Path]
+    checker: _AssetChecker,
+    asset: AssetFile,
+    mesh: MeshRecord,
+    by_use: Mapping[AssetUse, Origin],
+    named: dict[str, Path],
 ) -> None:
     """Checks the files that an asset names. Those that a build opens are added to `named`."""
     visual = by_use.get("seen")
     origin = visual or next(iter(by_use.values()))
-    waiting = list(mesh.references)
+    waiting = [one for one in mesh.names if one.kind != "buffer"]
     for reference in waiting:  # which grows
         with _report_asset_errors(checker, asset, origin):
             try:
-                path = _resolve_reference(checker, asset, reference)
+                path = checker.files.resolve(asset, reference)
             except AssetError as fault:
                 _check_optional(checker, asset, reference, fault, visual)
                 if reference.kind == "material":
@@ -361,18 +312,13 @@ def _check_references(
                     continue
             elif reference.kind in {"material", "instead"} and any(use != "decomposed" for use in by_use):
                 # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
-                # up where it cannot; images it opens for what is seen alone. A decomposition reads none of them.
-                images = mtl_images(_read_bytes(checker, path), MeshBudget(checker.max_bytes, checker.total))
+                # up where it cannot; images it opens only for what is visible. A decomposition reads none of them.
+                images = material_images(checker.files.content(path))
                 if visual is not None:
-                    checker.total.take(_REFERENCE_COST * len(images))
                     waiting.extend(images)
-            elif reference.kind != "buffer" or path not in checker.read:
-                # Nothing opens it: an image of a collision mesh, or an unused buffer.
-                continue
+            else:
+                continue  # an image of a mesh that only collides
             named[reference.uri] = path
-    for image in mesh.images if visual is not None else ():
-        with _report_asset_errors(checker, asset, origin):
-            check_image(io.BytesIO(image), checker.max_bytes, blocks=checker.blocks)
 
 
 def _check_optional(
@@ -387,7 +333,7 @@ def _check_optional(
         fault: why the file cannot be used.
         visual: where the asset is seen; None: it only collides.
     """
-    missing = isinstance(fault, _MissingError)
+    missing = isinstance(fault, MissingError)
     if visual is None:
         unused = missing or (fault.code == "SC418" and reference.kind == "image")
         if reference.kind == "buffer" or not unused:
@@ -428,30 +374,7 @@ def _report_asset_errors(checker: _AssetChecker, asset: AssetFile, origin: Origi
     try:
         yield
     except AssetError as fault:
-        _report(checker, asset, origin, fault)
-
-
-def _resolve_reference(checker: _AssetChecker, asset: AssetFile, reference: AssetReference) -> Path:
-    """The path of a file that an asset names.
-
-    Raises:
-        AssetError: it cannot be used; `_MissingError`: it is not there.
-    """
-    if "\ufffd" in reference.uri:
-        raise AssetError("SC419", "it names a file in other letters than UTF-8", "rename the file")
-    found = checker.resolve_named(unquote(reference.uri) if reference.escaped else reference.uri, asset)
-    if not isinstance(found, Path) and found[0] in {"SC402", "SC403"}:
-        raise AssetError("SC419", f"it names a file that cannot be used: {found[1]}", found[2])
-    if reference.escaped:
-        raise AssetError(
-            "SC418",
-            f"it names `{reference.uri[:60]}`, and SAPIEN does not decode percent escapes",
-            "rename the file so that its name needs none, and export the asset again",
-        )
-    if not isinstance(found, Path):
-        fault = _MissingError if found[0] == "SC401" else AssetError
-        raise fault("SC418", f"it names a file that cannot be used: {found[1]}", found[2])
-    return found
+        _report(checker.sink, asset, origin, fault)
 
 
 def _check_texture(checker: _AssetChecker, path: Path) -> None:
@@ -470,31 +393,8 @@ def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is no image format" if suffix else "a file without a suffix is no image"
         raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
-    check_image(io.BytesIO(_read_bytes(checker, path)), checker.max_bytes, path.suffix, checker.blocks)
+    check_image(io.BytesIO(checker.files.content(path)), checker.files.max_bytes, path.suffix)
 
 
-def _read_bytes(checker: _AssetChecker, path: Path) -> bytes:
-    """The content of a file; its hash and state are recorded."""
-    try:
-        with open_regular(path) as file:
-            state = state_of(os.fstat(file.fileno()))
-            data = file.read(checker.max_bytes + 1) if state[2] <= checker.max_bytes else b""
-    except OSError as error:
-        raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
-    if max(state[2], len(data)) > checker.max_bytes:
-        raise AssetError(
-            "SC607",
-            f"{path.name} has {state[2]} bytes, and the limit asset_bytes is {checker.max_bytes}",
-            "make it smaller, or raise the limit with --limit asset_bytes=N",
-        )
-    if path not in checker.read:
-        checker.total.take(len(data))
-    checker.read[path] = sha256(data).hexdigest(), state
-    return data
-
-
-def _report(checker: _AssetChecker, asset: AssetFile, origin: Origin, fault: AssetError) -> None:
-    if isinstance(fault, AssetBudgetError) and checker.total.exceeded:
-        return  # reported once, however many files follow
-    checker.total.exceeded |= isinstance(fault, AssetBudgetError)
-    checker.sink.report(fault.code, f"{asset.uri}: {fault.message}", origin, hint=fault.hint)
+def _report(sink: Sink, asset: AssetFile, origin: Origin, fault: AssetError) -> None:
+    sink.report(fault.code, f"{asset.uri}: {fault.message}", origin, hint=fault.hint)

@@ -1,0 +1,30 @@
+"""Why an asset cannot be used, and the files that an asset names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+class AssetError(Exception):
+    """Why an asset cannot be used: a code of band 4 or 6, a message and what to do."""
+
+    def __init__(self, code: str, message: str, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.code, self.message, self.hint = code, message, hint
+
+
+@dataclass(frozen=True, slots=True)
+class AssetReference:
+    """A file that an asset names.
+
+    Attributes:
+        uri: as written.
+        kind: images and OBJ material files matter to visual meshes, buffers to all; "instead" is a file that the engine
+            opens in place of a missing material file.
+        escaped: it has percent escapes, which SAPIEN does not decode: it would look for a file of that very name.
+    """
+
+    uri: str
+    kind: Literal["material", "image", "buffer", "instead"]
+    escaped: bool = False

@@ -1,0 +1,152 @@
+"""The files that a plan and its assets name: hashed once for each state, read where their content is not known."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import unquote
+
+import numpy as np
+
+from scenecc.assets.errors import AssetError, AssetReference
+from scenecc.assets.meshes import MESH_SUFFIXES, MeshContent, MeshRecord, read_mesh, read_triangles
+from scenecc.files import open_regular, state_of
+from scenecc.geometry.rotations import MAX_COORDINATE
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.assets.measures import Measures
+    from scenecc.files import State
+    from scenecc.plan.body import AssetFile
+
+ResolveNamed = Callable[[str, "AssetFile"], "Path | tuple[str, str, str | None]"]
+"""Finds a file that an asset names: its path, or why it may not be read (code, message, hint)."""
+
+_USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+_MOST_HASHED = 16_384
+
+_digests: dict[tuple[Path, State], str] = {}
+"""SHA-256 of files that this process has read, in the states in which it read them."""
+
+
+class MissingError(AssetError):
+    """There is no such file."""
+
+
+@dataclass(frozen=True, slots=True)
+class AssetFiles:
+    """The files of one compilation.
+
+    Attributes:
+        resolve_named: finds the files that an asset names, inside what the scene may read.
+        max_bytes: the limit `asset_bytes`, of a file and of what it unpacks to.
+        opened: hash and state of each file that was asked for, by its path.
+    """
+
+    resolve_named: ResolveNamed
+    max_bytes: int
+    opened: dict[Path, tuple[str, State]] = field(default_factory=dict[Path, "tuple[str, State]"])
+
+    def digest(self, path: Path) -> str:
+        """The SHA-256 of a file. Raises AssetError."""
+        if path not in self.opened:
+            try:
+                state = state_of(os.stat(path))  # noqa: PTH116 - a link as what it leads to
+            except OSError as error:
+                raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
+            if (path, state) in _digests and state[2] <= self.max_bytes:
+                self.opened[path] = _digests[path, state], state
+            else:
+                self.content(path)
+        return self.opened[path][0]
+
+    def content(self, path: Path) -> bytes:
+        """The content of a file. Raises AssetError."""
+        try:
+            with open_regular(path) as file:
+                state = state_of(os.fstat(file.fileno()))
+                data = file.read(self.max_bytes + 1) if state[2] <= self.max_bytes else b""
+        except OSError as error:
+            raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
+        if max(state[2], len(data)) > self.max_bytes:
+            raise AssetError(
+                "SC607",
+                f"{path.name} has {state[2]} bytes, and the limit asset_bytes is {self.max_bytes}",
+                "make it smaller, or raise the limit with --limit asset_bytes=N",
+            )
+        if len(_digests) >= _MOST_HASHED:
+            del _digests[next(iter(_digests))]
+        _digests[path, state] = digest = sha256(data).hexdigest()
+        self.opened[path] = digest, state
+        return data
+
+    def resolve(self, asset: AssetFile, reference: AssetReference) -> Path:
+        """The path of a file that an asset names.
+
+        Raises:
+            AssetError: it cannot be used; `MissingError`: it is not there.
+        """
+        if "\ufffd" in reference.uri:
+            raise AssetError("SC419", "it names a file in other letters than UTF-8", "rename the file")
+        found = self.resolve_named(unquote(reference.uri) if reference.escaped else reference.uri, asset)
+        if not isinstance(found, Path) and found[0] in {"SC402", "SC403"}:
+            raise AssetError("SC419", f"it names a file that cannot be used: {found[1]}", found[2])
+        if reference.escaped:
+            raise AssetError(
+                "SC418",
+                f"it names `{reference.uri[:60]}`, and SAPIEN does not decode percent escapes",
+                "rename the file so that its name needs none, and export the asset again",
+            )
+        if not isinstance(found, Path):
+            fault = MissingError if found[0] == "SC401" else AssetError
+            raise fault("SC418", f"it names a file that cannot be used: {found[1]}", found[2])
+        return found
+
+    def mesh(self, asset: AssetFile) -> MeshRecord:
+        """What is known of a mesh. Raises AssetError."""
+        return read_mesh(self._mesh_content(asset))
+
+    def triangles(self, asset: AssetFile) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+        """Vertices (n, 3) [m] and faces (m, 3) of each part of a mesh. Raises AssetError."""
+        check_measures(self.mesh(asset))
+        return read_triangles(self._mesh_content(asset))
+
+    def _mesh_content(self, asset: AssetFile) -> MeshContent:
+        suffix = Path(asset.path).suffix.lower()
+        if suffix in _USD_SUFFIXES:
+            what = "SAPIEN converts USD and writes the result next to the file"
+            raise AssetError("SC411", what, "convert it to GLB once, and name that")
+        if suffix not in MESH_SUFFIXES:
+            kind = f"`{suffix}` is no mesh format" if suffix else "a file without a suffix is no mesh"
+            raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
+
+        def open_buffer(reference: AssetReference) -> tuple[str, Callable[[], bytes]]:
+            path = self.resolve(asset, reference)
+            return self.digest(path), lambda: self.content(path)
+
+        return MeshContent(
+            self.digest(asset.path), suffix, lambda: self.content(asset.path), self.max_bytes, open_buffer
+        )
+
+
+def check_measures(mesh: MeshRecord) -> Measures:
+    """The measures of a mesh. Raises AssetError where it has no triangles, or vertices where nothing may be."""
+    if mesh.whole is None:
+        raise AssetError("SC413", "the mesh has no triangles", "export it with its faces")
+    with np.errstate(over="ignore"):
+        reach = float(np.float32(mesh.whole.reach))
+    if not np.isfinite(reach):
+        raise AssetError("SC414", "the mesh has coordinates that are not finite", "export it again")
+    if reach > MAX_COORDINATE:
+        raise AssetError(
+            "SC417",
+            f"the mesh reaches {reach:.3g} m from its origin, and {MAX_COORDINATE:.0e} m is the most",
+            "export it in metres, about its own centre",
+        )
+    return mesh.whole

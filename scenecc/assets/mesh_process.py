@@ -1,0 +1,167 @@
+"""Mesh files as trimesh and pycollada read them, in a process of its own: a file in, triangles and measures out.
+
+A part is what SAPIEN loads as one mesh: a primitive of a glTF or COLLADA, once for each node that shows it; an object
+or group of an OBJ; a whole STL or PLY.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.assets.errors import AssetError
+from scenecc.assets.images import check_image
+from scenecc.assets.measures import measure
+from scenecc.assets.names import MeshNames, scan_names
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.worker_process import Answer, Message
+
+    Vertices = NDArray[np.float64]
+    """(n, 3) [m]."""
+
+    Triangles = tuple[NDArray[np.float64], NDArray[np.int64]]
+    """Vertices (n, 3) [m] and faces (m, 3)."""
+
+
+def prepare() -> Answer:
+    """What answers a request: the libraries are imported now, since the process may open no file later."""
+    import collada  # noqa: PLC0415 - only in that process
+    import PIL.Image
+    import trimesh
+
+    PIL.Image.init()
+
+    def answer(header: dict[str, Any], parts: list[bytes]) -> Message:
+        """Reads one file.
+
+        Args:
+            header: `suffix` of the file in lower case; `buffers`, the names of further parts, or None where they are
+                not known yet; `max_bytes` of an image, and a third of the most that triangles may take; whether
+                `triangles` are wanted.
+            parts: content of the file and of its buffers.
+
+        Returns:
+            A header with `error` (code, message, hint), or with what `MeshRecord` holds; with `names` alone where it
+            needs buffers. If triangles are wanted, vertices (float64) and faces (int64) of each part follow.
+        """
+        try:
+            names = scan_names(parts[0], header["suffix"])
+            found: dict[str, Any] = {"names": [[one.uri, one.kind, one.escaped] for one in names.references]}
+            if header["buffers"] is None and any(one.kind == "buffer" for one in names.references):
+                return found, []
+            buffers = dict(zip(header["buffers"] or (), parts[1:], strict=True))
+            loose: list[Vertices] = []
+            libraries, most = (trimesh, collada), 3 * header["max_bytes"]
+            read = list(_read(libraries, parts[0], header["suffix"], buffers, most, loose))
+            found |= {"parts": [asdict(measure(*part)) for part in read]} | _whole(read, loose)
+            return found | _looks(names, header["max_bytes"]), _arrays(read) if header["triangles"] else []
+        except AssetError as error:
+            return {"error": [error.code, error.message, error.hint]}, []
+
+    return answer
+
+
+def _looks(names: MeshNames, max_bytes: int) -> dict[str, Any]:
+    """What is wrong with how a mesh looks."""
+    faults = [] if names.visual_fault is None else [names.visual_fault]
+    for image in names.images:
+        try:
+            check_image(io.BytesIO(image), max_bytes)
+        except AssetError as error:  # noqa: PERF203 - each image has its own
+            faults.append(error)
+    return {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}
+
+
+def _read(
+    libraries: tuple[Any, Any], data: bytes, suffix: str, buffers: dict[str, bytes], most: int, loose: list[Vertices]
+) -> Iterator[Triangles]:
+    """The parts of a file that have triangles. Adds vertices that no triangle uses to `loose`. Raises AssetError."""
+    trimesh, collada = libraries
+    taken = 0
+    try:
+        for vertices, faces in (
+            _collada_parts(collada, data) if suffix == ".dae" else _parts(trimesh, data, suffix, buffers)
+        ):
+            if not len(faces):
+                continue
+            used, flat = np.unique(faces, return_inverse=True)
+            taken += 24 * (len(used) + len(faces))
+            _check_part(used, len(vertices), taken, most)
+            loose.append(np.delete(vertices, used, axis=0))
+            yield vertices[used], flat.reshape(-1, 3).astype(np.int64)
+    except AssetError:
+        raise
+    except MemoryError as error:
+        raise AssetError("SC607", "the mesh takes too much memory", "simplify it") from error
+    except Exception as error:  # the libraries raise whatever comes
+        words = " ".join(str(error).split())[:200] or type(error).__name__
+        raise AssetError("SC412", f"the mesh cannot be read: {words}", "export the mesh again") from error
+
+
+def _check_part(used: NDArray[np.int64], vertices: int, taken: int, most: int) -> None:
+    """Raises AssetError where faces refer to missing vertices, or all triangles so far take too many bytes."""
+    if used[0] < 0 or used[-1] >= vertices:
+        raise AssetError("SC412", "a face refers to a missing vertex", "export the mesh again")
+    if taken > most:
+        hint = "simplify it, or raise the limit with --limit asset_bytes=N"
+        raise AssetError("SC607", f"the triangles of the mesh take more than {most} bytes", hint)
+
+
+def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) -> Iterator[Triangles]:
+    options: dict[str, Any] = {"process": False, "skip_materials": True}
+    if suffix == ".obj":
+        options |= {"group_material": False, "split_objects": True, "split_groups": True}
+    scene = trimesh.load_scene(io.BytesIO(data), suffix[1:], resolver=buffers, **options)
+    for node in scene.graph.nodes_geometry:
+        place, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        if isinstance(mesh, trimesh.Trimesh):
+            vertices = np.asarray(mesh.vertices, np.float64)
+            if not np.array_equal(place, np.eye(4)):
+                vertices = vertices @ place[:3, :3].T + place[:3, 3]
+            yield vertices, np.asarray(mesh.faces)
+
+
+_GEOMETRY_ERRORS = ("camera", "light", "material", "effect", "image", "texture", "surface", "sampler")
+"""What the errors of a COLLADA may be about that do not matter for its triangles."""
+
+
+def _collada_parts(collada: Any, data: bytes) -> Iterator[Triangles]:
+    """The primitives of a COLLADA [m]: SAPIEN applies its unit and ignores its `up_axis`."""
+    document = collada.Collada(io.BytesIO(data), ignore=[collada.common.DaeError])
+    for error in document.errors:
+        if not any(word in str(error).lower() for word in _GEOMETRY_ERRORS):
+            raise error
+    if document.scene is None:
+        raise ValueError("it does not have exactly one visual scene")
+    if next(iter(document.scene.objects("controller")), None) is not None:
+        raise AssetError("SC410", "the COLLADA has a skin or a morph", "export the mesh alone, as GLB")
+    unit = float(document.assetInfo.unitmeter or 1.0)
+    for geometry in document.scene.objects("geometry"):
+        for primitive in geometry.primitives():
+            triangles = primitive.triangleset() if hasattr(primitive, "triangleset") else primitive
+            if isinstance(triangles, collada.triangleset.BoundTriangleSet) and triangles.vertex_index is not None:
+                yield np.asarray(triangles.vertex, np.float64) * unit, np.asarray(triangles.vertex_index)
+
+
+def _arrays(read: list[Triangles]) -> list[bytes]:
+    return [array.tobytes() for vertices, faces in read for array in (vertices, faces)]
+
+
+def _whole(read: list[Triangles], loose: list[Vertices]) -> dict[str, Any]:
+    """Measures of all parts together, and of the vertices that no triangle uses."""
+    if not read:
+        return {"whole": None, "unused": 0, "beyond": 0.0}
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in read)])
+    faces = np.concatenate([faces + start for (_, faces), start in zip(read, starts, strict=False)])
+    whole = measure(np.concatenate([vertices for vertices, _ in read]), faces)
+    unused = np.concatenate(loose)
+    beyond = float(np.maximum(whole.low - unused, unused - whole.high).max(initial=0.0))
+    return {"whole": asdict(whole), "unused": len(unused), "beyond": beyond}

@@ -1,0 +1,90 @@
+"""What a mesh must satisfy for each use, so that PhysX can cook it. What PhysX cooks is compared after a build."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from scenecc.assets.errors import AssetError
+from scenecc.assets.files import check_measures
+
+if TYPE_CHECKING:
+    from scenecc.assets.measures import Measures
+    from scenecc.assets.meshes import MeshRecord
+
+AssetUse = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
+"""The use of a file: convex hull, hulls of its parts, triangle mesh, visual mesh, convex decomposition, texture."""
+
+MIN_THICKNESS = 1e-5
+"""Thickness below which a hull is refused [m]. PhysX cooks a thinner one to something else, or not at all."""
+
+PLANE_TOLERANCE = 0.0007
+"""`PxCookingParams::planeTolerance`: how far outside a hull PhysX drops a vertex [m], times half the sum of the sides
+of its bounding box where that is above 1 m."""
+
+_MIN_LENGTH = 0.01
+"""Length of a mesh at which that may take a tenth of its volume and more [m]."""
+
+
+def check_mesh_use(mesh: MeshRecord, use: AssetUse, suffix: str, parts: tuple[Measures, ...]) -> Iterator[AssetError]:
+    """Faults of a mesh in one use, of parts only that of the first.
+
+    Args:
+        mesh: what was read.
+        use: "hull", "parts", "triangles", "decomposed" or "seen".
+        suffix: of the file, in lower case.
+        parts: measures of what SAPIEN cooks to one convex shape each, if the use is "parts".
+    """
+    try:
+        whole = check_measures(mesh)
+    except AssetError as fault:
+        yield fault
+        return
+    if use == "seen":
+        yield from (AssetError(*fault) for fault in mesh.visual_faults)
+    if use == "parts" and suffix == ".stl":
+        yield AssetError(
+            "SC421",
+            "an STL has no parts: SAPIEN guesses them from its triangles",
+            "export the parts as objects of an OBJ",
+        )
+    if use in {"triangles", "decomposed"} and all(part.degenerate for part in mesh.parts):
+        yield AssetError("SC415", "all triangles of the mesh are degenerate", "export the mesh again")
+    if use == "hull":
+        yield from _hull_faults((whole,), "")
+    if use == "parts":
+        yield from _hull_faults(parts, " of one of its parts")
+
+
+def _hull_faults(hulls: tuple[Measures, ...], whose: str) -> Iterator[AssetError]:
+    thin = min(hull.thickness for hull in hulls)
+    if thin < MIN_THICKNESS:
+        hint = "give it a thickness, or use a box"
+        yield AssetError("SC415", f"the hull{whose} has no volume: it is {thin:.3g} m thick", hint)
+        return
+    for hull in hulls:
+        step, tolerance = float(np.spacing(np.float32(hull.reach))), plane_tolerance(hull)
+        if step > tolerance:
+            # Where rounding moves vertices farther than that, PhysX may cook for ever.
+            yield AssetError(
+                "SC417",
+                f"the hull{whose} is {hull.length:.3g} m long and reaches {hull.reach:.3g} m from its origin, where "
+                f"coordinates are rounded to {step:.2g} m",
+                "export it about its own centre",
+            )
+            return
+    small = min(hull.length for hull in hulls)
+    if thin < 2 * PLANE_TOLERANCE or small < _MIN_LENGTH:
+        yield AssetError(
+            "SC416",
+            f"the hull{whose} is {thin:.3g} m thick and {small:.3g} m long, and PhysX drops vertices within "
+            f"{PLANE_TOLERANCE} m",
+            "store the mesh larger and give the shape a `scale`: vertices are dropped before it is scaled",
+        )
+
+
+def plane_tolerance(hull: Measures) -> float:
+    """How far outside the hull PhysX drops a vertex [m]."""
+    return PLANE_TOLERANCE * max(1.0, float(np.subtract(hull.high, hull.low).sum()) / 2)

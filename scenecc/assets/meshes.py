@@ -1,0 +1,211 @@
+"""Mesh files: what libraries read of them, once for each content.
+
+A record is kept by the hash of the file and of its buffers and by the versions of the libraries: in memory, and in the
+user's cache folder. Triangles are read, and kept, when somebody asks for them.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import lru_cache
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.assets.errors import AssetError, AssetReference
+from scenecc.assets.measures import Measures
+from scenecc.files import cache_folder, read_checked, replace_all
+from scenecc.worker import Worker, WorkerError
+from scenecc.worker_process import read_message, write_message
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.plan.body import AssetFile
+    from scenecc.worker_process import Message
+
+MESH_SUFFIXES: Final = (".obj", ".gltf", ".glb", ".stl", ".ply", ".dae")
+"""Suffixes of the formats that are read, in lower case."""
+
+_VERSION: Final = 1
+"""Of what a record holds."""
+
+_MEMORY: Final = 4 * 2**30
+"""Address space of the process that reads [bytes]."""
+
+_SECONDS: Final = 120.0
+"""Longest time for one file."""
+
+_MOST_KEPT: Final = 4096
+"""Records in memory."""
+
+_READER = Worker("scenecc.assets.mesh_process", memory=_MEMORY, seconds=_SECONDS, name="the reader of meshes")
+
+
+@dataclass(frozen=True, slots=True)
+class MeshRecord:
+    """What was read of a mesh file.
+
+    Attributes:
+        key: of the record.
+        names: the files that it names.
+        visual_faults: why it cannot be shown: code, message and hint of each.
+        parts: measures of each part that has triangles; see `scenecc.assets.mesh_process`.
+        whole: measures of all parts together; None: there are no triangles.
+        unused: how many vertices no triangle uses.
+        beyond: how far these lie outside the bounding box [m].
+    """
+
+    key: str
+    names: tuple[AssetReference, ...]
+    visual_faults: tuple[tuple[str, str, str | None], ...]
+    parts: tuple[Measures, ...]
+    whole: Measures | None
+    unused: int
+    beyond: float
+
+
+@dataclass(frozen=True, slots=True)
+class MeshContent:
+    """What a mesh file holds.
+
+    Attributes:
+        digest: SHA-256 of the file.
+        suffix: its suffix in lower case, one of `MESH_SUFFIXES`.
+        read: reads the file.
+        max_bytes: of an image in it, and a third of what its triangles may take, if nothing is known of it yet.
+        open_buffer: finds a buffer that the mesh names: its SHA-256, and what reads it. Raises AssetError.
+    """
+
+    digest: str
+    suffix: str
+    read: Callable[[], bytes]
+    max_bytes: int
+    open_buffer: Callable[[AssetReference], tuple[str, Callable[[], bytes]]]
+
+
+DEFAULT_BYTES: Final = 64 * 2**20
+"""`MeshContent.max_bytes` of a file that was checked before."""
+
+
+def checked_content(file: AssetFile) -> MeshContent:
+    """A mesh of a plan whose files were checked. Its content is read as it was then; OSError where it changed."""
+    buffers = {one.uri: one for one in file.names}
+
+    def open_buffer(reference: AssetReference) -> tuple[str, Callable[[], bytes]]:
+        one = buffers.get(reference.uri)
+        if one is None or one.path is None:
+            raise AssetError("SC418", f"it names `{reference.uri[:60]}`, which was not checked")
+        path, digest = one.path, one.sha256
+        return digest, lambda: read_checked(path, digest)
+
+    digest = file.sha256 or sha256(read_checked(file.path, None)).hexdigest()
+    suffix = Path(file.path).suffix.lower()
+    return MeshContent(digest, suffix, lambda: read_checked(file.path, digest), DEFAULT_BYTES, open_buffer)
+
+
+Header = dict[str, Any]
+
+_headers: dict[str, Header] = {}
+
+
+def read_mesh(content: MeshContent) -> MeshRecord:
+    """The record of a mesh file, which is read only if nothing is known of its content.
+
+    Raises:
+        AssetError: it cannot be read, or a buffer cannot.
+    """
+    key, header = _header(content, [], list)
+    names = tuple(AssetReference(*one) for one in header["names"])
+    if "parts" not in header:
+        buffers = {one.uri: content.open_buffer(one) for one in names if one.kind == "buffer"}
+        key, header = _header(content, list(buffers.items()), lambda: [read() for _, read in buffers.values()])
+    faults = tuple((code, message, hint) for code, message, hint in header["visual_faults"])
+    whole = None if header["whole"] is None else _measures(header["whole"])
+    return MeshRecord(
+        key, names, faults, tuple(map(_measures, header["parts"])), whole, header["unused"], header["beyond"]
+    )
+
+
+def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+    """Vertices (n, 3) [m] and faces (m, 3) of each part of a mesh file. Raises AssetError."""
+    record = read_mesh(content)
+    file = cache_folder("meshes") / f"{record.key}.triangles"
+    found: Message | None = None
+    with suppress(OSError, ValueError, KeyError), file.open("rb") as stream:
+        found = read_message(stream)
+    if found is None:
+        buffers = {one.uri: content.open_buffer(one)[1]() for one in record.names if one.kind == "buffer"}
+        found = _ask(_request(content, list(buffers), triangles=True), [content.read(), *buffers.values()])
+        _keep(file, *found)
+    arrays = iter(found[1])
+    return [
+        (np.frombuffer(next(arrays)).reshape(-1, 3), np.frombuffer(next(arrays), np.int64).reshape(-1, 3))
+        for _ in record.parts
+    ]
+
+
+def _measures(fields: Mapping[str, Any]) -> Measures:
+    return Measures(**{**fields, "low": tuple(fields["low"]), "high": tuple(fields["high"])})
+
+
+@lru_cache
+def _versions() -> tuple[object, ...]:
+    return (_VERSION, *map(version, ("trimesh", "pycollada", "pillow")))
+
+
+def _header(
+    content: MeshContent, buffers: list[tuple[str, tuple[str, Callable[[], bytes]]]], read: Callable[[], list[bytes]]
+) -> tuple[str, Header]:
+    """The key and the header of the record, from memory, from the cache folder or from the file."""
+    identity = (_versions(), content.digest, content.suffix, [(uri, each) for uri, (each, _) in buffers])
+    key = sha256(repr(identity).encode()).hexdigest()
+    if key not in _headers:
+        file = cache_folder("meshes") / key
+        try:
+            header: Header = json.loads(file.read_bytes())
+        except (OSError, ValueError):
+            names = [uri for uri, _ in buffers]
+            header, _ = _ask(_request(content, names, triangles=False), [content.read(), *read()])
+            _keep(file, header)
+        if len(_headers) >= _MOST_KEPT:
+            del _headers[next(iter(_headers))]
+        _headers[key] = header
+    return key, _headers[key]
+
+
+def _request(content: MeshContent, buffers: list[str], *, triangles: bool) -> Header:
+    return {
+        "suffix": content.suffix, "max_bytes": content.max_bytes, "buffers": buffers or None, "triangles": triangles,
+    }  # fmt: skip
+
+
+def _ask(request: Header, parts: list[bytes]) -> Message:
+    try:
+        header, arrays = _READER.ask(request, parts)
+    except WorkerError as error:
+        raise AssetError(
+            "SC412", f"the mesh cannot be read: {error}", "simplify the mesh, or export it again"
+        ) from error
+    if "error" in header:
+        raise AssetError(*header["error"])
+    return header, arrays
+
+
+def _keep(file: Path, header: Header, arrays: list[bytes] | None = None) -> None:
+    """Writes a file of the cache. Where it cannot be written, it is made again the next time."""
+    data = io.BytesIO()
+    if arrays is None:
+        data.write(json.dumps(header).encode())
+    else:
+        write_message(data, header, arrays)
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        replace_all({file: data.getvalue()})

@@ -1,0 +1,280 @@
+"""The names of further files in a mesh file: a strict scan, which finds every file that SAPIEN's readers would open.
+
+A file that SAPIEN could read otherwise than this scan does is refused. Geometry is not looked at.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal, cast
+from urllib.parse import unquote
+from xml.etree import ElementTree as ET
+
+from scenecc.assets.errors import AssetError, AssetReference
+from scenecc.assets.obj_materials import image_of_line
+from scenecc.plan.json_values import RepeatedKeyError, reject_repeated_keys
+
+
+@dataclass(frozen=True, slots=True)
+class MeshNames:
+    """What a mesh file names and holds besides its geometry.
+
+    Attributes:
+        references: the files that it names.
+        images: content of the images that it holds itself.
+        visual_fault: why it cannot be shown, where it still collides.
+    """
+
+    references: tuple[AssetReference, ...] = ()
+    images: tuple[bytes, ...] = ()
+    visual_fault: AssetError | None = None
+
+
+def scan_names(data: bytes, suffix: str) -> MeshNames:
+    """The files that a mesh file names.
+
+    Args:
+        data: the file.
+        suffix: its suffix in lower case.
+
+    Raises:
+        AssetError: the file is broken (SC412), or holds what SAPIEN does not read (SC410).
+    """
+    try:
+        match suffix:
+            case ".obj":
+                return MeshNames(tuple(_obj_names(data)))
+            case ".gltf" | ".glb":
+                return _gltf_names(data)
+            case ".dae":
+                return MeshNames(tuple(AssetReference(name, "image") for name in _collada_names(data)))
+            case ".ply":
+                return MeshNames(visual_fault=_ply_fault(data))
+            case _:
+                return MeshNames()
+    except RepeatedKeyError as error:
+        message = f"the key {error} occurs twice in one object"
+        raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
+    except (ValueError, RecursionError, struct.error, ET.ParseError) as error:
+        message = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
+
+
+_CONTROL_CHARACTER = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
+
+_LONE_RETURN = re.compile(rb"\r(?![\r\n])")
+
+
+def _check_text(data: bytes) -> None:
+    """Raises ValueError where SAPIEN could see other lines than this scan does."""
+    if _CONTROL_CHARACTER.search(data) is not None:
+        raise ValueError("it contains control characters, so it is not text")
+    if b"\r" in data and _LONE_RETURN.search(data) is not None:
+        raise ValueError("it has a carriage return without a line feed, which only SAPIEN takes for a line end")
+
+
+_MATERIAL_LINE = re.compile(rb"(?m)^[ \t]*mtllib[ \t]+((?:[^\r\n\\]|\\(?!\r*\n)|\\\r*\n)*)")
+"""Also where the line goes on behind a backslash."""
+
+_LINE_GOES_ON = re.compile(rb"\\\r*\n")
+
+
+def _obj_names(data: bytes) -> Iterator[AssetReference]:
+    """The material files of an OBJ."""
+    _check_text(data)
+    names = dict.fromkeys(_LINE_GOES_ON.sub(b"", match[1]) for match in _MATERIAL_LINE.finditer(data))
+    for name in names:
+        yield AssetReference(name.decode("utf-8", "replace"), "material")
+
+
+def material_images(data: bytes) -> tuple[AssetReference, ...]:
+    """The images that an MTL names. SAPIEN looks for them next to the OBJ.
+
+    Raises:
+        AssetError: it is not text, or SAPIEN misreads a line.
+    """
+    names: dict[str, None] = {}
+    try:
+        _check_text(data)
+        for line in data.decode("utf-8", "replace").split("\n"):
+            names[image_of_line(line.lstrip(" \t").rstrip("\r"))] = None
+    except ValueError as error:
+        message = f"the MTL cannot be read: {error}"
+        raise AssetError("SC412", message, "export the mesh again") from error
+    return tuple(AssetReference(name, "image") for name in names if name)
+
+
+_COMPRESSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
+
+
+def _gltf_names(data: bytes) -> MeshNames:
+    """The buffers and images of a glTF, also of its extensions: every `uri` in it."""
+    text, chunk = _split_chunks(data)
+    # Of a key that occurs twice, SAPIEN's reader takes the first and Python the last.
+    document: Any = json.loads(text.decode(), object_pairs_hook=reject_repeated_keys)
+    if not isinstance(document, dict):
+        raise ValueError("it is not a JSON object")  # noqa: TRY004 - of the file, not of an argument
+    whole = cast("dict[str, Any]", document)
+    packed = _COMPRESSIONS & set(map(str, _list(whole, "extensionsUsed")))
+    if packed:
+        raise AssetError("SC410", f"the glTF is compressed with {min(packed)}", "export it without mesh compression")
+    buffers = [uri for buffer in _list(whole, "buffers") for uri in _uris(buffer)]
+    others = [uri for key, value in whole.items() if key != "buffers" for uri in _uris(value)]
+    references = [_reference(uri, "buffer") for uri in buffers if not uri.startswith("data:")]
+    references += [_reference(uri, "image") for uri in others if not uri.startswith("data:")]
+    embedded = [_decode_data_uri(uri) for uri in others if uri.startswith("data:")]
+    embedded += [_view(whole, image["bufferView"], chunk) for image in _list(whole, "images") if "bufferView" in image]
+    return MeshNames(tuple(dict.fromkeys(references)), tuple(image for image in embedded if image is not None))
+
+
+def _split_chunks(data: bytes) -> tuple[bytes, bytes | None]:
+    """The JSON of a glTF, and the binary chunk of a GLB."""
+    if data[:4] != b"glTF":
+        return data, None
+    _, version, length, size, kind = struct.unpack_from("<4sIII4s", data)
+    if version != 2 or length > len(data) or kind != b"JSON" or 20 + size > length:
+        raise ValueError(f"its header declares version {version} and {length} bytes, but it has {len(data)} bytes")
+    start = 20 + size
+    if start + 8 > length:
+        return data[20:start], None
+    count, kind = struct.unpack_from("<I4s", data, start)
+    if kind != b"BIN\0" or start + 8 + count > length:
+        raise ValueError("its second chunk is not binary, or truncated")
+    return data[20:start], data[start + 8 : start + 8 + count]
+
+
+def _list(node: dict[str, Any], key: str) -> list[Any]:
+    found = node.get(key, [])
+    if not isinstance(found, list):
+        raise ValueError(f"`{key}` is not a list")  # noqa: TRY004
+    return cast("list[Any]", found)
+
+
+def _uris(value: object) -> Iterator[str]:
+    """The values of all keys `uri`, however deep."""
+    if isinstance(value, list):
+        for one in cast("list[object]", value):
+            yield from _uris(one)
+    elif isinstance(value, dict):
+        for key, one in cast("dict[str, object]", value).items():
+            if key == "uri" and isinstance(one, str):
+                yield one
+            else:
+                yield from _uris(one)
+
+
+def _reference(uri: str, kind: Literal["image", "buffer"]) -> AssetReference:
+    return AssetReference(uri, kind, escaped=unquote(uri) != uri)
+
+
+def _view(document: dict[str, Any], number: object, chunk: bytes | None) -> bytes | None:
+    """The content of a buffer view; None: it is in another file or a `data:` URI."""
+    views = _list(document, "bufferViews")
+    if not isinstance(number, int) or not 0 <= number < len(views):
+        raise ValueError("an image refers to a missing buffer view")
+    view = views[number]
+    start, size = view.get("byteOffset", 0), view.get("byteLength")
+    if view.get("buffer") != 0 or chunk is None:
+        return None
+    if not isinstance(start, int) or not isinstance(size, int) or not 0 <= start <= start + size <= len(chunk):
+        raise ValueError("a buffer view reaches past the end of its buffer")
+    return chunk[start : start + size]
+
+
+def _decode_data_uri(uri: str) -> bytes:
+    head, comma, body = uri.partition(",")
+    if not comma or not head.endswith(";base64"):
+        raise ValueError("a data: URI is not base64")
+    try:
+        return base64.b64decode(body, validate=True)
+    except binascii.Error as error:
+        raise ValueError(f"a data: URI is not base64: {error}") from error
+
+
+_PLY_HEADER = re.compile(rb"ply\s.*?\nend_header", re.DOTALL)
+
+
+def _ply_fault(data: bytes) -> AssetError | None:
+    header = _PLY_HEADER.match(data)
+    if header is None or b"TextureFile" not in header[0]:
+        return None
+    what = "its header names a texture, which SAPIEN finds in some headers, misses in others and misreads in more"
+    return AssetError("SC410", what, "export it as GLB, or take the comment out")
+
+
+_INVALID_FILE_NAME = re.compile(r"[\x00-\x1f\x7f]|%(?![0-9A-Fa-f]{2}.)|^\s|\s$")
+"""What SAPIEN's reader keeps or decodes otherwise: controls, blanks at the ends, an escape with nothing behind it."""
+
+
+def _collada_names(data: bytes) -> list[str]:
+    """The images of a COLLADA, percent escapes decoded as SAPIEN's reader decodes them."""
+    if b"<!" in data.replace(b"<!--", b""):
+        raise ValueError("it has a document type or CDATA sections")
+    builder = ET.TreeBuilder(insert_comments=True, insert_pis=True)
+    parser = ET.XMLParser(target=builder, encoding="utf-8")  # noqa: S314 - no document type, so no entities
+    parser.feed(data)
+    root = parser.close()
+    for node in root.iter():
+        if isinstance(node.tag, str):  # comments and instructions have functions
+            node.tag = node.tag.rpartition("}")[2]
+    newer = root.get("version", "").startswith("1.5")
+    listed = root.findall("library_images/image")
+    if sum(1 for _ in root.iter("image")) != len(listed):
+        raise ValueError("an image is outside `library_images`")
+    images = {image.get("id", ""): image for image in listed}
+    if len(images) < len(listed):
+        raise ValueError("two images have the same id")
+    for effect in root.findall("library_effects/effect"):
+        _check_textures(effect, images, newer=newer)
+    return list(dict.fromkeys(_image_file(image, newer=newer) for image in listed))
+
+
+def _check_textures(effect: Any, images: dict[str, Any], *, newer: bool) -> None:
+    """Raises ValueError where a texture does not lead to an image: SAPIEN would open a file of the texture's name."""
+    leads = {
+        node.get("sid", ""): _parameter_target(node, newer=newer) for node in effect.findall("profile_COMMON/newparam")
+    }
+    for texture in effect.iter("texture"):
+        target, steps = texture.get("texture", ""), 0
+        while target in leads and steps <= len(leads):
+            target, steps = leads[target], steps + 1
+        if target not in images or steps > len(leads):
+            raise ValueError(f"the texture `{texture.get('texture', '')[:60]}` does not lead to an image")
+
+
+def _parameter_target(parameter: Any, *, newer: bool) -> str:
+    """What a parameter of an effect refers to: another one, or an image."""
+    if newer:
+        found = parameter.find("sampler2D/instance_image")
+        return "" if found is None else found.get("url", "").removeprefix("#")
+    leads = [*parameter.findall("surface/init_from"), *parameter.findall("sampler2D/source")]
+    return _whole_text(leads[0]).strip() if leads else ""
+
+
+def _image_file(image: Any, *, newer: bool) -> str:
+    named = list(image.iter("ref" if newer else "init_from"))
+    found = next(iter(image.findall("init_from/ref" if newer else "init_from")), None)
+    if len(named) > 1:
+        raise ValueError(f"the image `{image.get('id', '')[:60]}` names several files")
+    if found is None or not _whole_text(found).strip():
+        raise AssetError(
+            "SC410", "an image of the COLLADA is not in a file of its own", "save it as a PNG file and refer to that"
+        )
+    written = _whole_text(found)
+    name = unquote(written)
+    if _INVALID_FILE_NAME.search(written) or _INVALID_FILE_NAME.search(name.replace("%", "")):
+        raise ValueError(f"`{written[:60]!a}` is not a valid file name")
+    return name
+
+
+def _whole_text(node: Any) -> str:
+    """The text of an element, which is in one piece: of several SAPIEN's reader takes the first."""
+    if len(node):
+        raise ValueError(f"the text of `{node.tag[:40]}` is interrupted by an element or a comment")
+    return node.text or ""
