@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -22,6 +23,11 @@ pytest_plugins = ["plugins.diagnostics"]
 hypothesis.settings.register_profile("quick", deadline=None, derandomize=True, max_examples=nightly.examples(100))
 hypothesis.settings.register_profile("nightly", deadline=None, max_examples=nightly.examples(100))
 hypothesis.settings.load_profile("nightly" if nightly.NIGHTLY else "quick")
+
+# What an earlier run has kept of meshes must not decide what this one finds. Workers share the folder.
+if "PYTEST_XDIST_WORKER" not in os.environ:
+    _cache = tempfile.TemporaryDirectory(prefix="scenecc-cache-")
+    os.environ["XDG_CACHE_HOME"] = _cache.name
 
 # `nohup` and shells in the background ignore these for all that they start; tests send them to processes of their own.
 signal.signal(signal.SIGINT, signal.default_int_handler)

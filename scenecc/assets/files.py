@@ -47,11 +47,13 @@ class AssetFiles:
         resolve_named: finds the files that an asset names, inside what the scene may read.
         max_bytes: the limit `asset_bytes`, of a file and of what it unpacks to.
         opened: hash and state of each file that was asked for, by its path.
+        held: content of the file that was hashed last, for whoever reads it next.
     """
 
     resolve_named: ResolveNamed
     max_bytes: int
     opened: dict[Path, tuple[str, State]] = field(default_factory=dict[Path, "tuple[str, State]"])
+    held: dict[Path, bytes] = field(default_factory=dict[Path, bytes])
 
     def digest(self, path: Path) -> str:
         """The SHA-256 of a file. Raises AssetError."""
@@ -63,11 +65,15 @@ class AssetFiles:
             if (path, state) in _digests and state[2] <= self.max_bytes:
                 self.opened[path] = _digests[path, state], state
             else:
-                self.content(path)
+                data = self.content(path)
+                self.held.clear()
+                self.held[path] = data
         return self.opened[path][0]
 
     def content(self, path: Path) -> bytes:
         """The content of a file. Raises AssetError."""
+        if path in self.held:
+            return self.held.pop(path)
         try:
             with open_regular(path) as file:
                 state = state_of(os.fstat(file.fileno()))

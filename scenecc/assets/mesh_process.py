@@ -129,6 +129,9 @@ def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) ->
             yield vertices, np.asarray(mesh.faces)
 
 
+_MOST_INSTANCES = 20_000
+"""How many geometries a COLLADA places: a small file may place one very often."""
+
 _GEOMETRY_ERRORS = ("camera", "light", "material", "effect", "image", "texture", "surface", "sampler")
 """What the errors of a COLLADA may be about that do not matter for its triangles."""
 
@@ -141,10 +144,12 @@ def _collada_parts(collada: Any, data: bytes) -> Iterator[Triangles]:
             raise error
     if document.scene is None:
         raise ValueError("it does not have exactly one visual scene")
-    if next(iter(document.scene.objects("controller")), None) is not None:
+    if len(document.controllers):
         raise AssetError("SC410", "the COLLADA has a skin or a morph", "export the mesh alone, as GLB")
     unit = float(document.assetInfo.unitmeter or 1.0)
-    for geometry in document.scene.objects("geometry"):
+    for number, geometry in enumerate(document.scene.objects("geometry")):
+        if number == _MOST_INSTANCES:
+            raise AssetError("SC607", f"the COLLADA places more than {_MOST_INSTANCES} geometries", "simplify the mesh")
         for primitive in geometry.primitives():
             triangles = primitive.triangleset() if hasattr(primitive, "triangleset") else primitive
             if isinstance(triangles, collada.triangleset.BoundTriangleSet) and triangles.vertex_index is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -28,14 +28,16 @@ _MIN_LENGTH = 0.01
 """Length of a mesh at which that may take a tenth of its volume and more [m]."""
 
 
-def check_mesh_use(mesh: MeshRecord, use: AssetUse, suffix: str, parts: tuple[Measures, ...]) -> Iterator[AssetError]:
+def check_mesh_use(
+    mesh: MeshRecord, use: AssetUse, suffix: str, parts: Callable[[], tuple[Measures, ...]]
+) -> Iterator[AssetError]:
     """Faults of a mesh in one use, of parts only that of the first.
 
     Args:
         mesh: what was read.
         use: "hull", "parts", "triangles", "decomposed" or "seen".
         suffix: of the file, in lower case.
-        parts: measures of what SAPIEN cooks to one convex shape each, if the use is "parts".
+        parts: measures what SAPIEN cooks to one convex shape each.
     """
     try:
         whole = check_measures(mesh)
@@ -55,7 +57,7 @@ def check_mesh_use(mesh: MeshRecord, use: AssetUse, suffix: str, parts: tuple[Me
     if use == "hull":
         yield from _hull_faults((whole,), "")
     if use == "parts":
-        yield from _hull_faults(parts, " of one of its parts")
+        yield from _hull_faults(parts(), " of one of its parts")
 
 
 def _hull_faults(hulls: tuple[Measures, ...], whose: str) -> Iterator[AssetError]:

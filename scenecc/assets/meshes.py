@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.measures import Measures
-from scenecc.files import cache_folder, read_checked, replace_all
+from scenecc.files import cache_folder, read_checked
 from scenecc.worker import Worker, WorkerError
 from scenecc.worker_process import read_message, write_message
 
@@ -208,4 +209,6 @@ def _keep(file: Path, header: Header, arrays: list[bytes] | None = None) -> None
         write_message(data, header, arrays)
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        replace_all({file: data.getvalue()})
+        part = file.with_name(f"{file.name}.{os.getpid()}")
+        part.write_bytes(data.getvalue())
+        part.replace(file)

@@ -12,7 +12,7 @@ import re
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, cast
+from typing import Any, Literal, NoReturn, cast
 from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 
@@ -61,7 +61,7 @@ def scan_names(data: bytes, suffix: str) -> MeshNames:
     except RepeatedKeyError as error:
         message = f"the key {error} occurs twice in one object"
         raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
-    except (ValueError, RecursionError, struct.error, ET.ParseError) as error:
+    except (ValueError, TypeError, AttributeError, RecursionError, struct.error, ET.ParseError) as error:
         message = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
         raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
 
@@ -79,7 +79,7 @@ def _check_text(data: bytes) -> None:
         raise ValueError("it has a carriage return without a line feed, which only SAPIEN takes for a line end")
 
 
-_MATERIAL_LINE = re.compile(rb"(?m)^[ \t]*mtllib[ \t]+((?:[^\r\n\\]|\\(?!\r*\n)|\\\r*\n)*)")
+_MATERIAL_LINE = re.compile(rb"(?m)^([ \t]*)mtllib[ \t]+((?:[^\r\n\\]|\\(?!\r*\n)|\\\r*\n)*)")
 """Also where the line goes on behind a backslash."""
 
 _LINE_GOES_ON = re.compile(rb"\\\r*\n")
@@ -88,8 +88,10 @@ _LINE_GOES_ON = re.compile(rb"\\\r*\n")
 def _obj_names(data: bytes) -> Iterator[AssetReference]:
     """The material files of an OBJ."""
     _check_text(data)
-    names = dict.fromkeys(_LINE_GOES_ON.sub(b"", match[1]) for match in _MATERIAL_LINE.finditer(data))
-    for name in names:
+    found = list(_MATERIAL_LINE.finditer(data))
+    if any(match[1] for match in found):
+        raise ValueError("`mtllib` follows a blank, and SAPIEN's reader skips such lines")
+    for name in dict.fromkeys(_LINE_GOES_ON.sub(b"", match[2]) for match in found):
         yield AssetReference(name.decode("utf-8", "replace"), "material")
 
 
@@ -117,20 +119,39 @@ def _gltf_names(data: bytes) -> MeshNames:
     """The buffers and images of a glTF, also of its extensions: every `uri` in it."""
     text, chunk = _split_chunks(data)
     # Of a key that occurs twice, SAPIEN's reader takes the first and Python the last.
-    document: Any = json.loads(text.decode(), object_pairs_hook=reject_repeated_keys)
+    document: Any = json.loads(text.decode(), object_pairs_hook=reject_repeated_keys, parse_constant=_reject_constant)
     if not isinstance(document, dict):
         raise ValueError("it is not a JSON object")  # noqa: TRY004 - of the file, not of an argument
     whole = cast("dict[str, Any]", document)
+    version = whole.get("asset", {}).get("version")
+    if not isinstance(version, str) or not version.startswith("2."):
+        raise ValueError(f"its glTF version is `{version!s:.40}`, and only 2 is supported")
     packed = _COMPRESSIONS & set(map(str, _list(whole, "extensionsUsed")))
     if packed:
         raise AssetError("SC410", f"the glTF is compressed with {min(packed)}", "export it without mesh compression")
+    _check_positions(whole)
     buffers = [uri for buffer in _list(whole, "buffers") for uri in _uris(buffer)]
+    if data[:4] == b"glTF" and any(_uris(_list(whole, "buffers")[:1])):
+        raise ValueError("its first buffer refers to a file, but is the binary chunk")
     others = [uri for key, value in whole.items() if key != "buffers" for uri in _uris(value)]
     references = [_reference(uri, "buffer") for uri in buffers if not uri.startswith("data:")]
     references += [_reference(uri, "image") for uri in others if not uri.startswith("data:")]
     embedded = [_decode_data_uri(uri) for uri in others if uri.startswith("data:")]
     embedded += [_view(whole, image["bufferView"], chunk) for image in _list(whole, "images") if "bufferView" in image]
     return MeshNames(tuple(dict.fromkeys(references)), tuple(image for image in embedded if image is not None))
+
+
+def _reject_constant(word: str) -> NoReturn:
+    raise ValueError(f"`{word}` is not JSON")
+
+
+def _check_positions(document: dict[str, Any]) -> None:
+    """Raises AssetError where positions are sparse, of which trimesh reads only the base."""
+    accessors = _list(document, "accessors")
+    for primitive in (one for mesh in _list(document, "meshes") for one in _list(mesh, "primitives")):
+        number = primitive.get("attributes", {}).get("POSITION")
+        if isinstance(number, int) and 0 <= number < len(accessors) and "sparse" in accessors[number]:
+            raise AssetError("SC410", "the glTF has sparse positions", "export it without sparse accessors")
 
 
 def _split_chunks(data: bytes) -> tuple[bytes, bytes | None]:
@@ -170,6 +191,8 @@ def _uris(value: object) -> Iterator[str]:
 
 
 def _reference(uri: str, kind: Literal["image", "buffer"]) -> AssetReference:
+    if _CONTROL.search(uri) is not None:
+        raise ValueError(f"`{uri[:60]!a}` is not a valid file name")
     return AssetReference(uri, kind, escaped=unquote(uri) != uri)
 
 
@@ -208,6 +231,8 @@ def _ply_fault(data: bytes) -> AssetError | None:
     return AssetError("SC410", what, "export it as GLB, or take the comment out")
 
 
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+
 _INVALID_FILE_NAME = re.compile(r"[\x00-\x1f\x7f]|%(?![0-9A-Fa-f]{2}.)|^\s|\s$")
 """What SAPIEN's reader keeps or decodes otherwise: controls, blanks at the ends, an escape with nothing behind it."""
 
@@ -223,13 +248,18 @@ def _collada_names(data: bytes) -> list[str]:
     for node in root.iter():
         if isinstance(node.tag, str):  # comments and instructions have functions
             node.tag = node.tag.rpartition("}")[2]
+    unit = root.find("asset/unit")
+    if unit is not None and not float(unit.get("meter", "1")) > 0:
+        raise ValueError(f"its unit is `{unit.get('meter'):.40}` metres")
+    for tag in ("geometry", "node", "visual_scene", "image"):
+        ids = [node.get("id") for node in root.iter(tag) if node.get("id")]
+        if len(set(ids)) < len(ids):
+            raise ValueError(f"two of its elements `{tag}` have the same id")
     newer = root.get("version", "").startswith("1.5")
     listed = root.findall("library_images/image")
     if sum(1 for _ in root.iter("image")) != len(listed):
         raise ValueError("an image is outside `library_images`")
     images = {image.get("id", ""): image for image in listed}
-    if len(images) < len(listed):
-        raise ValueError("two images have the same id")
     for effect in root.findall("library_effects/effect"):
         _check_textures(effect, images, newer=newer)
     return list(dict.fromkeys(_image_file(image, newer=newer) for image in listed))

@@ -20,11 +20,11 @@ from scenecc.plan.rendering import COLLISION_COLORS
 from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
-    from scenecc.assets.errors import AssetError
     from collections.abc import Callable, Iterable
 
     from numpy.typing import NDArray
 
+    from scenecc.assets.errors import AssetError
     from scenecc.diagnostics import Origin
     from scenecc.plan import BodyStructure, ScenePlan, VisualGeometry, VisualShape
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredMesh, MeasuredScene, MeasuredShape

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from fidelity.test_emit_python import assert_same
-from unit.checks.test_mesh_dae import DAE
+from unit.assets.test_mesh_dae import DAE
 
 import scenecc
 from scenecc import SceneError, compile_scene, load_scene

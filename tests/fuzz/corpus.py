@@ -136,7 +136,7 @@ def _gltf(points: np.ndarray, faces: np.ndarray, picture: bytes) -> bytes:
 
 
 def _meshes() -> Iterator[tuple[str, Files]]:
-    from unit.checks.test_mesh_dae import DAE  # the COLLADA that its checks are held to
+    from unit.assets.test_mesh_dae import DAE  # the COLLADA that its checks are held to
 
     points = POINTS * 10
     files: dict[str, str | bytes] = {

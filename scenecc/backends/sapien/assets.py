@@ -16,7 +16,6 @@ import inspect
 import json
 import logging
 import os
-import re
 import tempfile
 import time
 from dataclasses import asdict, astuple
@@ -28,6 +27,7 @@ from weakref import WeakSet
 
 import numpy as np
 
+from scenecc.assets.engine import engine_fault
 from scenecc.assets.errors import AssetError
 from scenecc.assets.measures import weld
 from scenecc.assets.meshes import checked_content, read_triangles
@@ -49,10 +49,11 @@ from scenecc.interrupt import ask_module
 from scenecc.plan import MeshGeometry
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
+    from scenecc.assets.engine import EngineUse
     from scenecc.diagnostics import Sink
     from scenecc.plan import CoacdParams, ScenePlan, Value
     from scenecc.plan.body import AssetFile, Texture, VisualMaterial
@@ -61,9 +62,6 @@ _LOGGER = logging.getLogger(__name__)
 
 Signature = tuple[State, ...]
 """Of a file and of those that it names."""
-
-_PLY_HEADER_LIMIT = 1 << 20
-"""Bytes in which the header of a PLY ends."""
 
 _START_MARGIN = 2_000_000_000
 """Nanoseconds by which the start of the process may be off: the kernel tells its boot time in whole seconds."""
@@ -150,19 +148,6 @@ def check_files_unchanged(files: Iterable[AssetFile]) -> None:
             if one.state is not None and one.path is not None and state_now(one.path) != one.state:
                 hint = "build it again, when all is written"
                 raise EngineFailure("SC422", f"'{one.path}' changed while the scene was built", hint=hint)
-
-
-def crashes_ply_reader(path: Path) -> bool:
-    """Whether it is a binary PLY on which SAPIEN's reader ends the whole process.
-
-    After the header the reader skips line breaks, also one that is the first byte of the data (one file
-    in 128), and then reads indices out of the middle of numbers.
-    """
-    if path.suffix.lower() != ".ply":
-        return False
-    with open_regular(path) as file:
-        head = file.read(_PLY_HEADER_LIMIT)
-    return re.match(rb"ply\s.*?\bformat binary_.*?\bend_header\r?\n[\r\n]", head, re.DOTALL) is not None
 
 
 def _latest_change(state: Signature) -> int:
@@ -507,41 +492,37 @@ class Resources:
             column.append(made[key])
         return column
 
-    def meshes(self, indices: NDArray[np.int64], code: str) -> Column:
-        """Path of a mesh a row.
-
-        Raises:
-            EngineFailure: with `code`, where there is no such file (SAPIEN's own words for it are no help).
-        """
-        files = self._plan.files
-        paths: dict[int, Path] = {i: files[i].path for i in set(map(int, indices))}
-        check_files_unchanged(files[i] for i in paths)
-        for path in paths.values():
-            if not path.is_file():
-                raise EngineFailure(code, f"there is no file '{path}'")
-            if crashes_ply_reader(path):
-                raise EngineFailure(
-                    code,
-                    f"SAPIEN's reader crashes on this PLY file, whose data begin like a line break: '{path}'",
-                    hint="write it as OBJ, or with its vertices in another order",
-                )
-        return [str(paths[i]) for i in indices.tolist()]
-
-    def collision_meshes(self, indices: NDArray[np.int64]) -> Column:
+    def collision_meshes(self, indices: NDArray[np.int64], use: EngineUse) -> Column:
         """Path of a mesh a row, as PhysX can read it. Raises EngineFailure."""
-        self.meshes(indices, "SC801")
-        paths = {i: str(collision_file(self._plan.files[i])) for i in set(map(int, indices))}
+        paths = {i: str(collision_file(file)) for i, file in self._readable(indices, use, "SC801")}
         return [paths[i] for i in indices.tolist()]
 
     def visual_meshes(self, indices: NDArray[np.int64]) -> Column:
         """Path of a mesh a row, as the renderer can read it. Raises EngineFailure."""
-        self.meshes(indices, "SC807")
-        paths = {i: str(visual_file(self._plan.files[i])) for i in set(map(int, indices))}
+        paths = {i: str(visual_file(file)) for i, file in self._readable(indices, "visual", "SC807")}
         return [paths[i] for i in indices.tolist()]
+
+    def _readable(self, indices: NDArray[np.int64], use: EngineUse, code: str) -> Iterator[tuple[int, AssetFile]]:
+        """Files that SAPIEN can read, by their index.
+
+        Raises:
+            EngineFailure: with `code`: there is no such file, or SAPIEN cannot read it.
+        """
+        for i in dict.fromkeys(map(int, indices)):
+            file = self._plan.files[i]
+            check_files_unchanged([file])
+            if not file.path.is_file():
+                raise EngineFailure(code, f"there is no file '{file.path}'")
+            # A COLLADA that collides becomes a PLY of ours.
+            fault = None if file.path.suffix.lower() == ".dae" and code == "SC801" else engine_fault(file, use)
+            if fault is not None:
+                hint = "export the mesh again, as GLB or OBJ"
+                raise EngineFailure(code, f"SAPIEN cannot read '{file.path}': {fault}", hint=hint)
+            yield i, file
 
     def parts(self, indices: NDArray[np.int64], params: CoacdParams | None) -> Column:
         """Path a row of a mesh whose connected parts are convex; CoACD has cut it where `params` are given."""
-        whole = self.collision_meshes(indices)
+        whole = self.collision_meshes(indices, "parts" if params is None else "triangles")
         if params is None:
             return whole
         order: list[int] = indices.tolist()

@@ -13,7 +13,7 @@ import pytest
 import trimesh
 from fidelity.hand import component
 from plugins.mesh_files import checked
-from unit.checks.test_assets import png
+from unit.assets.test_assets import png
 
 from scenecc.backends.sapien import assets, engine, instantiate
 from scenecc.backends.sapien.engine import EngineFailure, physx, sapien

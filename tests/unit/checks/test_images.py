@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from plugins.image_files import GL_RGBA16F, exr, exr_head, ktx, ktx2
-from unit.checks.test_assets import png
+from unit.assets.test_assets import png
 
 from scenecc import validate
 from scenecc.checks.images import image_size

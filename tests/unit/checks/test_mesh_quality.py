@@ -10,14 +10,13 @@ import pytest
 import trimesh
 
 from scenecc import check_scene, compile_scene, load_scene
-from scenecc.checks import mesh_measures
-from scenecc.checks.mesh_measures import measure_mesh
+from scenecc.assets.surface_measures import measure_surface
 
 
 @pytest.fixture(autouse=True)
 def _empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    measure_mesh.cache_clear()
+    measure_surface.cache_clear()
 
 
 def box(**changes: Any) -> trimesh.Trimesh:
@@ -153,19 +152,14 @@ def test_file_names_that_differ_in_case_are_found(tmp_path: Path) -> None:
     assert [(d.code, d.line) for d in check_scene(tmp_path / "scene.yaml", settle=0)] == [("SC443", 3)]
 
 
-def test_measures_are_kept_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_measures_of_a_box(tmp_path: Path) -> None:
     box().export(tmp_path / "mesh.ply")
     text = f"scenecc: 1\nentities:\n  thing: {{body_type: static, {HULL}}}\n"
     (tmp_path / "scene.yaml").write_text(text, encoding="utf-8")
     (file,) = compile_scene(tmp_path / "scene.yaml").files
-    first = measure_mesh(file)
-    assert first.volume == pytest.approx(0.008)
-    assert first.hull_volume == pytest.approx(0.008, rel=0.01)
-    measure_mesh.cache_clear()
-    with monkeypatch.context() as patched:
-        patched.setattr(mesh_measures, "_measure", None)
-        assert measure_mesh(file) == first
-    (kept,) = (tmp_path / "cache" / "scenecc" / "measures").iterdir()
-    kept.write_bytes(b"{}")
-    measure_mesh.cache_clear()
-    assert measure_mesh(file) == first
+    found = measure_surface(file)
+    assert found.volume == pytest.approx(0.008)
+    assert found.hull_volume == pytest.approx(0.008, rel=0.01)
+    assert found.is_watertight
+    assert found.consistent
+    assert (found.faces, found.degenerate, found.unused) == (12, 0, 0)

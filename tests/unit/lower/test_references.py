@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from plugins.structures import bodies_of, body_of
-from unit.checks.test_assets import png
+from unit.assets.test_assets import png
 from unit.lower.scenes import BALL, codes, compiled, entity, scene
 
 from scenecc import SceneError, ScenePlan, compile_scene, validate

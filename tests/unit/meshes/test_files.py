@@ -12,7 +12,7 @@ import trimesh
 from numpy.testing import assert_allclose
 from plugins.mesh_files import TETRA, checked, glb, gltf_document, ply, stl, write
 from plugins.plan_parts import ROOT
-from unit.checks.test_mesh_dae import DAE
+from unit.assets.test_mesh_dae import DAE
 
 from scenecc.extras import install_hint
 from scenecc.meshes import AssetError

@@ -11,12 +11,11 @@ import trimesh
 from numpy.testing import assert_allclose
 
 from scenecc import open_scene
-from scenecc.checks.mesh_data import AssetBudget, MeshReadContext
-from scenecc.checks.mesh_ply import read_ply
+from scenecc.assets.meshes import checked_content, read_triangles
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.geometry.surfaces import ellipsoid_surface
-from scenecc.plan import Heightfield, MeshGeometry
+from scenecc.plan import AssetFile, Heightfield, MeshGeometry
 from scenecc.plan.diff import diff_plans
 from scenecc.plan.json_codec import plan_to_json
 from scenecc.robots.description import (
@@ -86,9 +85,9 @@ def test_a_mesh_of_numbers_has_a_length_of_2_along_each_axis_and_its_size_as_sca
     assert_allclose(np.ptp(read.vertices, axis=0), 2, rtol=1e-6)
     assert_allclose(read.vertices * made.scale, vertices, atol=1e-8)
     assert_allclose(read.vertex_normals, vertices / made.scale / 1.0114291792, atol=2e-2)
-    (part,) = read_ply(made.path.read_bytes(), MeshReadContext(lambda _: b"", 1 << 20, AssetBudget(1 << 20))).parts
-    assert np.array_equal(part.vertices, read.vertices.astype(np.float32))
-    assert np.array_equal(part.faces, triangles)
+    ((vertices, faces),) = read_triangles(checked_content(AssetFile(made.uri, made.path)))
+    assert np.array_equal(vertices, read.vertices)
+    assert np.array_equal(faces, triangles)
 
 
 def test_a_flat_mesh_keeps_its_size_where_it_is_flat() -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from unit.checks.test_assets import png
+from unit.assets.test_assets import png
 
 import scenecc
 

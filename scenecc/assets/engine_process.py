@@ -1,0 +1,37 @@
+"""Meshes of strangers as SAPIEN reads and cooks them, in a process of its own: some broken files end the process."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from scenecc.worker_process import Answer, Message
+
+_UNSCALED = [1.0, 1.0, 1.0]
+
+
+def prepare() -> Answer:
+    """What answers a request."""
+    physx: Any = importlib.import_module("sapien.physx")
+    material = physx.get_default_material()
+
+    def answer(header: dict[str, Any], parts: list[bytes]) -> Message:
+        """Reads the file `path` for a `use`; a header with `error` says why SAPIEN refuses it."""
+        del parts
+        physx.clear_cache()
+        path = header["path"]
+        try:
+            match header["use"]:
+                case "hull":
+                    physx.PhysxCollisionShapeConvexMesh(path, _UNSCALED, material)
+                case "parts":
+                    physx.PhysxCollisionShapeConvexMesh.load_multiple(path, _UNSCALED, material)
+                case _:
+                    physx.PhysxCollisionShapeTriangleMesh(path, _UNSCALED, material)
+        except RuntimeError as error:
+            # What cannot be cooked may still be shown.
+            return {} if header["use"] == "visual" else {"error": str(error)}, []
+        return {}, []
+
+    return answer
