@@ -10,7 +10,7 @@ from hashlib import sha256
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Final, Literal
 
-from scenecc.files import cache_folder
+from scenecc.files import cache_folder, read_checked
 from scenecc.worker import Worker, WorkerError
 
 if TYPE_CHECKING:
@@ -39,9 +39,10 @@ def engine_fault(file: AssetFile, use: EngineUse) -> str | None:
 
     What it could read once is kept in the user's cache folder, by content and SAPIEN's version.
     """
-    if file.sha256 is None or file.uri.startswith(_TRUSTED):
+    if file.uri.startswith(_TRUSTED):
         return None
-    identity = (file.sha256, [(one.uri, one.sha256) for one in file.names], use, file.path.suffix, version("sapien"))
+    digest = file.sha256 or sha256(read_checked(file.path, None)).hexdigest()
+    identity = (digest, [(one.uri, one.sha256) for one in file.names], use, file.path.suffix, version("sapien"))
     key = sha256(repr(identity).encode()).hexdigest()
     kept = cache_folder("engine") / key
     if key in _read or kept.exists():

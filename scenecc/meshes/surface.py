@@ -13,7 +13,6 @@ import numpy as np
 from scenecc.assets.errors import AssetError
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.frozen import frozen
-from scenecc.extras import install_hint
 from scenecc.files import ChangedError, read_checked
 
 if TYPE_CHECKING:
@@ -217,10 +216,7 @@ def _open_image(path: Path, digest: str | None) -> tuple[bytes, Suffix, Pixels]:
     suffix = path.suffix.lower()
     if suffix not in _READABLE_SUFFIXES:
         raise AssetError("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
-    try:
-        pillow: Any = import_module("PIL.Image")
-    except ImportError as error:
-        raise AssetError("SC813", f"textures need Pillow: {error}", install_hint("export")) from error
+    pillow: Any = import_module("PIL.Image")
     try:
         data = read_checked(path, digest)
         pixels = pillow.open(BytesIO(data))
@@ -271,8 +267,6 @@ class MaterialCache:
         try:
             return self._images.file(file.path, file.sha256, texture.sampling())
         except AssetError as problem:
-            if problem.code == "SC813":
-                raise
             if problem.message not in self._left_out:
                 self._left_out.add(problem.message)
                 self._on_left_out(problem)

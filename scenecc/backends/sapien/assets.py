@@ -27,7 +27,6 @@ from weakref import WeakSet
 
 import numpy as np
 
-from scenecc.assets.engine import engine_fault
 from scenecc.assets.errors import AssetError
 from scenecc.assets.measures import weld
 from scenecc.assets.meshes import checked_content, read_triangles
@@ -53,7 +52,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.assets.engine import EngineUse
     from scenecc.diagnostics import Sink
     from scenecc.plan import CoacdParams, ScenePlan, Value
     from scenecc.plan.body import AssetFile, Texture, VisualMaterial
@@ -492,37 +490,32 @@ class Resources:
             column.append(made[key])
         return column
 
-    def collision_meshes(self, indices: NDArray[np.int64], use: EngineUse) -> Column:
+    def collision_meshes(self, indices: NDArray[np.int64]) -> Column:
         """Path of a mesh a row, as PhysX can read it. Raises EngineFailure."""
-        paths = {i: str(collision_file(file)) for i, file in self._readable(indices, use, "SC801")}
+        paths = {i: str(collision_file(file)) for i, file in self._files(indices, "SC801")}
         return [paths[i] for i in indices.tolist()]
 
     def visual_meshes(self, indices: NDArray[np.int64]) -> Column:
         """Path of a mesh a row, as the renderer can read it. Raises EngineFailure."""
-        paths = {i: str(visual_file(file)) for i, file in self._readable(indices, "visual", "SC807")}
+        paths = {i: str(visual_file(file)) for i, file in self._files(indices, "SC807")}
         return [paths[i] for i in indices.tolist()]
 
-    def _readable(self, indices: NDArray[np.int64], use: EngineUse, code: str) -> Iterator[tuple[int, AssetFile]]:
-        """Files that SAPIEN can read, by their index.
+    def _files(self, indices: NDArray[np.int64], code: str) -> Iterator[tuple[int, AssetFile]]:
+        """Files by their index.
 
         Raises:
-            EngineFailure: with `code`: there is no such file, or SAPIEN cannot read it.
+            EngineFailure: with `code`, where there is no such file (SAPIEN's own words for it are no help).
         """
         for i in dict.fromkeys(map(int, indices)):
             file = self._plan.files[i]
             check_files_unchanged([file])
             if not file.path.is_file():
                 raise EngineFailure(code, f"there is no file '{file.path}'")
-            # A COLLADA that collides becomes a PLY of ours.
-            fault = None if file.path.suffix.lower() == ".dae" and code == "SC801" else engine_fault(file, use)
-            if fault is not None:
-                hint = "export the mesh again, as GLB or OBJ"
-                raise EngineFailure(code, f"SAPIEN cannot read '{file.path}': {fault}", hint=hint)
             yield i, file
 
     def parts(self, indices: NDArray[np.int64], params: CoacdParams | None) -> Column:
         """Path a row of a mesh whose connected parts are convex; CoACD has cut it where `params` are given."""
-        whole = self.collision_meshes(indices, "parts" if params is None else "triangles")
+        whole = self.collision_meshes(indices)
         if params is None:
             return whole
         order: list[int] = indices.tolist()

@@ -25,8 +25,8 @@ from scenecc.backends.sapien.live_properties import (
     stored_rows,
 )
 from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, ComponentBatch, DrawnObjects
-from scenecc.backends.sapien.preparation import StructureRows, group_by_structure, rows_in_scenes
-from scenecc.backends.sapien.properties import JOINT_FRAMES
+from scenecc.backends.sapien.preparation import StructureRows, group_by_structure
+from scenecc.backends.sapien.properties import JOINT_FRAMES, rows_in_scenes
 from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
 from scenecc.backends.sapien.state import DrawnFieldState
 from scenecc.errors import SceneError

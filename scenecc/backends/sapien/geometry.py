@@ -108,12 +108,12 @@ def _hull_arguments(geometry: ConvexMesh | ConvexParts, build: ShapeContext) -> 
     if isinstance(geometry, ConvexParts):
         meshes = build.resources.parts(file, geometry.coacd)
     else:
-        meshes = build.resources.collision_meshes(file, "hull")
+        meshes = build.resources.collision_meshes(file)
     return mirror_meshes(meshes, scale, parts=isinstance(geometry, ConvexParts)), to_vectors(np.abs(scale))
 
 
 def _triangle_mesh(geometry: TriangleMesh, build: ShapeContext) -> Callable[[int], Any]:
-    file = build.resources.collision_meshes(select_rows(geometry.file, build.rows), "triangles")
+    file = build.resources.collision_meshes(select_rows(geometry.file, build.rows))
     scale = to_vectors(select_rows(geometry.scale, build.rows))
     return bind_columns(physx.PhysxCollisionShapeTriangleMesh, [file, scale, build.materials(), [geometry.sdf]])
 

@@ -12,7 +12,9 @@ from scenecc.backends.sapien.articulation_builder import BatchArticulationBuilde
 from scenecc.backends.sapien.assets import Resources, refresh_caches
 from scenecc.backends.sapien.builder import BatchActorBuilder
 from scenecc.backends.sapien.engine import EngineFailure, report_failure
+from scenecc.backends.sapien.mesh_reading import report_unreadable_meshes
 from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, DrawnObjects
+from scenecc.backends.sapien.properties import rows_in_scenes
 from scenecc.plan import ArticulationStructure, BodyStructure
 
 if TYPE_CHECKING:
@@ -185,15 +187,6 @@ def _prepare_articulation(
     return PreparedArticulation(entity, present, rows, parts, table), failures
 
 
-def rows_in_scenes(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[int, ...], NDArray[np.intp]]:
-    """Those of the scenes that have the entity, and their rows in the plan's values."""
-    if entity.scene_idxs == scene_idxs:
-        return scene_idxs, np.arange(len(scene_idxs))
-    row_of = {index: row for row, index in enumerate(entity.scene_idxs)}
-    present = tuple(index for index in scene_idxs if index in row_of)
-    return present, np.array([row_of[index] for index in present], dtype=np.intp)
-
-
 def group_by_structure(
     entity: Entity, rows: NDArray[np.intp]
 ) -> tuple[StructureRows[BodyStructure | ArticulationStructure], ...]:
@@ -279,6 +272,8 @@ def prepare_entities(
 
     All that fail are reported, not only the first. `drawn` takes what resets need that no entity holds.
     """
+    if report_unreadable_meshes(plan, scene_idxs, sink, rendered=rendered):
+        return None
     refresh_caches(plan, rendered=rendered)
     resources = Resources(plan, drawn)
     prepared_entities: list[PreparedEntity] = []

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.plan import (
-        Value,
-    )
+    from scenecc.plan import Entity, Value
 
 
 Column = list[Any]
@@ -35,6 +33,15 @@ Item = TypeVar("Item")
 def item_at(column: Sequence[Item], row: int) -> Item:
     """The item of a row."""
     return column[row if len(column) != 1 else 0]
+
+
+def rows_in_scenes(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[int, ...], NDArray[np.intp]]:
+    """Those of the scenes that have the entity, and their rows in the plan's values."""
+    if entity.scene_idxs == scene_idxs:
+        return scene_idxs, np.arange(len(scene_idxs))
+    row_of = {index: row for row, index in enumerate(entity.scene_idxs)}
+    present = tuple(index for index in scene_idxs if index in row_of)
+    return present, np.array([row_of[index] for index in present], dtype=np.intp)
 
 
 def select_rows(value: Value, rows: NDArray[np.intp]) -> NDArray[Any]:

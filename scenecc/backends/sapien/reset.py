@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects
-from scenecc.backends.sapien.preparation import StructureRows, group_by_structure, rows_in_scenes
-from scenecc.backends.sapien.properties import select_rows
+from scenecc.backends.sapien.preparation import StructureRows, group_by_structure
+from scenecc.backends.sapien.properties import rows_in_scenes, select_rows
 from scenecc.backends.sapien.state import AnyState, ArticulationState, bodies_at_rest
 from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure

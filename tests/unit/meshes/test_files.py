@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,6 @@ from plugins.mesh_files import TETRA, checked, glb, gltf_document, ply, stl, wri
 from plugins.plan_parts import ROOT
 from unit.assets.test_mesh_dae import DAE
 
-from scenecc.extras import install_hint
 from scenecc.meshes import AssetError
 from scenecc.meshes.files import MeshFiles
 from scenecc.plan.body import AssetFile
@@ -184,15 +182,6 @@ def test_a_file_that_cannot_be_read_is_told(name: str, data: str | bytes | None,
     with pytest.raises(AssetError, match=name.partition(".")[0]) as problem:
         MeshFiles().parts(AssetFile(name, path))
     assert problem.value.code == "SC747"
-
-
-def test_collada_asks_for_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write(tmp_path, "mesh.dae", DAE)
-    monkeypatch.setitem(sys.modules, "collada", None)
-    with pytest.raises(AssetError, match="pycollada") as problem:
-        MeshFiles().parts(checked(path, "seen"))
-    assert problem.value.code == "SC813"
-    assert problem.value.hint == install_hint("export")
 
 
 def test_roughness_and_metal_of_one_image_are_told_apart(tmp_path: Path) -> None:
