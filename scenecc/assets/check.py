@@ -9,6 +9,7 @@ import io
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,6 @@ import numpy as np
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.files import AssetFiles, MissingError, ResolveNamed, check_measures
 from scenecc.assets.images import IMAGE_SUFFIXES, check_image, image_size
-from scenecc.assets.measures import CONNECTED_SUFFIXES, Measures, hull_parts, measure
 from scenecc.assets.mesh_rules import AssetUse, check_mesh_use
 from scenecc.assets.meshes import DEFAULT_BYTES, MeshRecord
 from scenecc.assets.names import material_images
@@ -270,21 +270,14 @@ def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse,
         return {}
     _check_references(checker, asset, mesh, by_use, named)
     suffix = Path(asset.path).suffix.lower()
+    hulls = partial(checker.files.hulls, asset)
     reported: set[str] = set()
     for use, origin in by_use.items():
-        for fault in check_mesh_use(mesh, use, suffix, lambda: _hull_parts(checker, asset, mesh)):
+        for fault in check_mesh_use(mesh, use, suffix, hulls):
             if fault.code not in reported:
                 reported.add(fault.code)
                 _report(checker.sink, asset, origin, fault)
     return named
-
-
-def _hull_parts(checker: _AssetChecker, asset: AssetFile, mesh: MeshRecord) -> tuple[Measures, ...]:
-    """Measures of what SAPIEN cooks to one convex shape each."""
-    suffix = Path(asset.path).suffix.lower()
-    if suffix not in CONNECTED_SUFFIXES:
-        return mesh.parts
-    return tuple(measure(*part) for part in hull_parts(checker.files.triangles(asset), suffix))
 
 
 def _check_references(

@@ -13,7 +13,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from scenecc.assets.errors import AssetError, AssetReference
-from scenecc.assets.meshes import MESH_SUFFIXES, MeshContent, MeshRecord, read_mesh, read_triangles
+from scenecc.assets.meshes import MESH_SUFFIXES, MeshContent, MeshRecord, read_hulls, read_mesh, read_triangles
 from scenecc.files import open_regular, state_of
 from scenecc.geometry.rotations import MAX_COORDINATE
 
@@ -47,7 +47,7 @@ class AssetFiles:
         resolve_named: finds the files that an asset names, inside what the scene may read.
         max_bytes: the limit `asset_bytes`, of a file and of what it unpacks to.
         opened: hash and state of each file that was asked for, by its path.
-        held: content of the file that was hashed last, for whoever reads it next.
+        held: content of the file that was read last: a mesh that is not known yet is read for several measures.
     """
 
     resolve_named: ResolveNamed
@@ -65,15 +65,13 @@ class AssetFiles:
             if (path, state) in _digests and state[2] <= self.max_bytes:
                 self.opened[path] = _digests[path, state], state
             else:
-                data = self.content(path)
-                self.held.clear()
-                self.held[path] = data
+                self.content(path)
         return self.opened[path][0]
 
     def content(self, path: Path) -> bytes:
         """The content of a file. Raises AssetError."""
         if path in self.held:
-            return self.held.pop(path)
+            return self.held[path]
         try:
             with open_regular(path) as file:
                 state = state_of(os.fstat(file.fileno()))
@@ -90,6 +88,8 @@ class AssetFiles:
             del _digests[next(iter(_digests))]
         _digests[path, state] = digest = sha256(data).hexdigest()
         self.opened[path] = digest, state
+        self.held.clear()
+        self.held[path] = data
         return data
 
     def resolve(self, asset: AssetFile, reference: AssetReference) -> Path:
@@ -122,6 +122,10 @@ class AssetFiles:
         """Vertices (n, 3) [m] and faces (m, 3) of each part of a mesh. Raises AssetError."""
         check_measures(self.mesh(asset))
         return read_triangles(self._mesh_content(asset))
+
+    def hulls(self, asset: AssetFile, *, parts: bool) -> tuple[Measures, ...]:
+        """Measures of the convex hull of a mesh, or of its convex parts. Raises AssetError."""
+        return read_hulls(self._mesh_content(asset), parts=parts)
 
     def _mesh_content(self, asset: AssetFile) -> MeshContent:
         suffix = Path(asset.path).suffix.lower()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+
+from scenecc.geometry.hulls import hull_volume
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,6 +28,7 @@ class Measures:
         low, high: corners of the bounding box (3,) [m].
         thickness, length: extents along the principal axes, the smallest and the largest [m].
         degenerate: whether no triangle has an area in single precision.
+        hull_volume: of the convex hull [m³]; None: nobody asked for it.
     """
 
     vertices: int
@@ -35,6 +38,7 @@ class Measures:
     thickness: float
     length: float
     degenerate: bool
+    hull_volume: float | None = None
 
     @property
     def reach(self) -> float:
@@ -48,6 +52,12 @@ def measure(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measu
     low, high = vertices.min(axis=0).tolist(), vertices.max(axis=0).tolist()
     degenerate = _is_degenerate(vertices, faces)
     return Measures(len(vertices), len(faces), tuple(low), tuple(high), thickness, length, degenerate)
+
+
+def measure_hull(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:
+    """The same, with the volume of the convex hull if it has one."""
+    found = measure(vertices, faces)
+    return replace(found, hull_volume=hull_volume(vertices) if found.thickness > 0 and len(vertices) > 3 else 0.0)
 
 
 def _principal_extents(vertices: NDArray[np.floating]) -> tuple[float, float]:

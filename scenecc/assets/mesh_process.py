@@ -15,7 +15,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.assets.images import check_image
-from scenecc.assets.measures import measure
+from scenecc.assets.measures import hull_parts, measure, measure_hull
 from scenecc.assets.names import MeshNames, scan_names
 
 if TYPE_CHECKING:
@@ -43,13 +43,14 @@ def prepare() -> Answer:
 
         Args:
             header: `suffix` of the file in lower case; `buffers`, the names of further parts, or None where they are
-                not known yet; `max_bytes` of an image, and a third of the most that triangles may take; whether
-                `triangles` are wanted.
+                not known yet; `max_bytes` of an image, and a third of the most that triangles may take; `wanted`:
+                "record", "triangles", "hull" or "hulls".
             parts: content of the file and of its buffers.
 
         Returns:
             A header with `error` (code, message, hint), or with what `MeshRecord` holds; with `names` alone where it
-            needs buffers. If triangles are wanted, vertices (float64) and faces (int64) of each part follow.
+            needs buffers. If triangles are wanted, vertices (float64) and faces (int64) of each part follow; if a hull
+            is, or those of all convex parts, the header has their measures as `hulls`.
         """
         try:
             names = scan_names(parts[0], header["suffix"])
@@ -60,8 +61,14 @@ def prepare() -> Answer:
             loose: list[Vertices] = []
             libraries, most = (trimesh, collada), 3 * header["max_bytes"]
             read = list(_read(libraries, parts[0], header["suffix"], buffers, most, loose))
+            if header["wanted"] == "triangles":
+                return found, _arrays(read)
+            if header["wanted"] in {"hull", "hulls"}:
+                whole, suffix = header["wanted"] == "hull", header["suffix"]
+                hulls = [_cloud(read, loose, suffix)] if whole else hull_parts(read, suffix)
+                return found | {"hulls": [asdict(measure_hull(*hull)) for hull in hulls]}, []
             found |= {"parts": [asdict(measure(*part)) for part in read]} | _whole(read, loose)
-            return found | _looks(names, header["max_bytes"]), _arrays(read) if header["triangles"] else []
+            return found | _looks(names, header["max_bytes"]), []
         except AssetError as error:
             return {"error": [error.code, error.message, error.hint]}, []
 
@@ -164,9 +171,19 @@ def _whole(read: list[Triangles], loose: list[Vertices]) -> dict[str, Any]:
     """Measures of all parts together, and of the vertices that no triangle uses."""
     if not read:
         return {"whole": None, "unused": 0, "beyond": 0.0}
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in read)])
-    faces = np.concatenate([faces + start for (_, faces), start in zip(read, starts, strict=False)])
-    whole = measure(np.concatenate([vertices for vertices, _ in read]), faces)
+    whole = measure(*_joined(read))
     unused = np.concatenate(loose)
     beyond = float(np.maximum(whole.low - unused, unused - whole.high).max(initial=0.0))
     return {"whole": asdict(whole), "unused": len(unused), "beyond": beyond}
+
+
+def _cloud(read: list[Triangles], loose: list[Vertices], suffix: str) -> Triangles:
+    """All parts, of a PLY with the vertices that no triangle uses: SAPIEN puts its hull around them, too."""
+    vertices, faces = _joined(read)
+    return (np.concatenate([vertices, *loose]) if suffix == ".ply" else vertices), faces
+
+
+def _joined(read: list[Triangles]) -> Triangles:
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in read)])
+    faces = [faces + start for (_, faces), start in zip(read, starts, strict=False)]
+    return np.concatenate([vertices for vertices, _ in read]), np.concatenate(faces)

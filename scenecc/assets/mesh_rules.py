@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
@@ -28,19 +28,25 @@ _MIN_LENGTH = 0.01
 """Length of a mesh at which that may take a tenth of its volume and more [m]."""
 
 
-def check_mesh_use(
-    mesh: MeshRecord, use: AssetUse, suffix: str, parts: Callable[[], tuple[Measures, ...]]
-) -> Iterator[AssetError]:
+class ReadHulls(Protocol):
+    """Measures the convex hull of a mesh, or those of its convex parts."""
+
+    def __call__(self, *, parts: bool) -> tuple[Measures, ...]:
+        """The measures, without scale."""
+        ...
+
+
+def check_mesh_use(mesh: MeshRecord, use: AssetUse, suffix: str, hulls: ReadHulls) -> Iterator[AssetError]:
     """Faults of a mesh in one use, of parts only that of the first.
 
     Args:
         mesh: what was read.
         use: "hull", "parts", "triangles", "decomposed" or "seen".
         suffix: of the file, in lower case.
-        parts: measures what SAPIEN cooks to one convex shape each.
+        hulls: measures what SAPIEN cooks to one convex shape each.
     """
     try:
-        whole = check_measures(mesh)
+        check_measures(mesh)
     except AssetError as fault:
         yield fault
         return
@@ -55,9 +61,9 @@ def check_mesh_use(
     if use in {"triangles", "decomposed"} and all(part.degenerate for part in mesh.parts):
         yield AssetError("SC415", "all triangles of the mesh are degenerate", "export the mesh again")
     if use == "hull":
-        yield from _hull_faults((whole,), "")
+        yield from _hull_faults(hulls(parts=False), "")
     if use == "parts":
-        yield from _hull_faults(parts(), " of one of its parts")
+        yield from _hull_faults(hulls(parts=True), " of one of its parts")
 
 
 def _hull_faults(hulls: tuple[Measures, ...], whose: str) -> Iterator[AssetError]:

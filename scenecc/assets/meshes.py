@@ -143,14 +143,34 @@ def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDAr
     with suppress(OSError, ValueError, KeyError), file.open("rb") as stream:
         found = read_message(stream)
     if found is None:
-        buffers = {one.uri: content.open_buffer(one)[1]() for one in record.names if one.kind == "buffer"}
-        found = _ask(_request(content, list(buffers), triangles=True), [content.read(), *buffers.values()])
+        found = _ask_again(content, record, "triangles")
         _keep(file, *found)
     arrays = iter(found[1])
     return [
         (np.frombuffer(next(arrays)).reshape(-1, 3), np.frombuffer(next(arrays), np.int64).reshape(-1, 3))
         for _ in record.parts
     ]
+
+
+def read_hulls(content: MeshContent, *, parts: bool) -> tuple[Measures, ...]:
+    """Measures of the convex hull of a mesh file, or of all convex parts that SAPIEN makes of it. Raises AssetError."""
+    record = read_mesh(content)
+    wanted = "hulls" if parts else "hull"
+    key = f"{record.key}.{wanted}"
+    if record.whole is None:
+        return ()
+    header = _known(key)
+    if header is None:
+        header, _ = _ask_again(content, record, wanted)
+        _keep(cache_folder("meshes") / key, header)
+        _remember(key, header)
+    return tuple(map(_measures, header["hulls"]))
+
+
+def _ask_again(content: MeshContent, record: MeshRecord, wanted: str) -> Message:
+    """Reads the file of a record once more."""
+    buffers = {one.uri: content.open_buffer(one)[1]() for one in record.names if one.kind == "buffer"}
+    return _ask(_request(content, list(buffers), wanted), [content.read(), *buffers.values()])
 
 
 def _measures(fields: Mapping[str, Any]) -> Measures:
@@ -168,23 +188,32 @@ def _header(
     """The key and the header of the record, from memory, from the cache folder or from the file."""
     identity = (_versions(), content.digest, content.suffix, [(uri, each) for uri, (each, _) in buffers])
     key = sha256(repr(identity).encode()).hexdigest()
+    header = _known(key)
+    if header is None:
+        names = [uri for uri, _ in buffers]
+        header, _ = _ask(_request(content, names, "record"), [content.read(), *read()])
+        _keep(cache_folder("meshes") / key, header)
+        _remember(key, header)
+    return key, header
+
+
+def _known(key: str) -> Header | None:
+    """A header from memory or from the cache folder."""
     if key not in _headers:
-        file = cache_folder("meshes") / key
-        try:
-            header: Header = json.loads(file.read_bytes())
-        except (OSError, ValueError):
-            names = [uri for uri, _ in buffers]
-            header, _ = _ask(_request(content, names, triangles=False), [content.read(), *read()])
-            _keep(file, header)
-        if len(_headers) >= _MOST_KEPT:
-            del _headers[next(iter(_headers))]
-        _headers[key] = header
-    return key, _headers[key]
+        with suppress(OSError, ValueError):
+            _remember(key, json.loads((cache_folder("meshes") / key).read_bytes()))
+    return _headers.get(key)
 
 
-def _request(content: MeshContent, buffers: list[str], *, triangles: bool) -> Header:
+def _remember(key: str, header: Header) -> None:
+    if len(_headers) >= _MOST_KEPT:
+        del _headers[next(iter(_headers))]
+    _headers[key] = header
+
+
+def _request(content: MeshContent, buffers: list[str], wanted: str) -> Header:
     return {
-        "suffix": content.suffix, "max_bytes": content.max_bytes, "buffers": buffers or None, "triangles": triangles,
+        "suffix": content.suffix, "max_bytes": content.max_bytes, "buffers": buffers or None, "wanted": wanted,
     }  # fmt: skip
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,14 +20,12 @@ if TYPE_CHECKING:
 
 def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendered: bool) -> bool:
     """Whether SAPIEN cannot read a mesh of these scenes; each is reported at the first shape that uses it so."""
-    seen: set[tuple[int, str]] = set()
     failed = False
-    for index, use, origin in _uses(plan, scene_idxs, rendered=rendered):
-        if (index, use) in seen:
-            continue
-        seen.add((index, use))
+    for (index, use), origin in mesh_uses(plan, scene_idxs, rendered=rendered).items():
         file = plan.files[index]
-        fault = engine_fault(file, use) if file.path.is_file() else None  # a missing one is reported by the builder
+        if not file.path.is_file() or (use != "visual" and file.path.suffix.lower() == ".dae"):
+            continue  # the builder reports what is missing, and a COLLADA that collides becomes a PLY of ours
+        fault = engine_fault(file, use)
         if fault is not None:
             code = "SC807" if use == "visual" else "SC801"
             message = f"SAPIEN cannot read '{file.path}': {fault}"
@@ -38,22 +35,22 @@ def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink:
     return failed
 
 
-def _uses(
+def mesh_uses(
     plan: ScenePlan, scene_idxs: tuple[int, ...], *, rendered: bool
-) -> Iterator[tuple[int, EngineUse, Origin | None]]:
-    """Each file that the engine opens, by its index, with its use and place."""
+) -> dict[tuple[int, EngineUse], Origin | None]:
+    """Each file that the engine opens, by its index, with its use; and the first shape that uses it so."""
+    found: dict[tuple[int, EngineUse], Origin | None] = {}
     for entity in plan.entities:
         present, rows = rows_in_scenes(entity, scene_idxs)
         for body in entity.bodies if present else ():
             for shape in (*body.collisions, *(body.visuals if rendered else ())):
                 geometry = shape.geometry
-                if not isinstance(geometry, MeshGeometry):
+                use = _use(geometry) if isinstance(geometry, MeshGeometry) else None
+                if use is None or not isinstance(geometry, MeshGeometry):
                     continue
-                use = _use(geometry)
                 for index in np.unique(select_rows(geometry.file, rows)).tolist():
-                    # A COLLADA that collides becomes a PLY of ours.
-                    if use is not None and (use == "visual" or plan.files[index].path.suffix.lower() != ".dae"):
-                        yield index, use, shape.origin or body.origin
+                    found.setdefault((index, use), shape.origin or body.origin)
+    return found
 
 
 def _use(geometry: MeshGeometry) -> EngineUse | None:

@@ -11,6 +11,7 @@ import numpy as np
 from scenecc.backends.sapien.articulation_builder import BatchArticulationBuilder
 from scenecc.backends.sapien.assets import Resources, refresh_caches
 from scenecc.backends.sapien.builder import BatchActorBuilder
+from scenecc.backends.sapien.cooked_hulls import report_changed_hulls
 from scenecc.backends.sapien.engine import EngineFailure, report_failure
 from scenecc.backends.sapien.mesh_reading import report_unreadable_meshes
 from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, DrawnObjects
@@ -293,4 +294,6 @@ def prepare_entities(
     if crowded is not None and (failure := resources.crowded()):
         report_failure(failure, sink, crowded.origin)
         failed = True
+    if not failed:
+        failed = report_changed_hulls(plan, scene_idxs, sink)
     return None if failed else prepared_entities
