@@ -83,7 +83,7 @@ def mesh_reader(scope: AssetScope, limits: Limits, sink: Sink) -> MeshReader:
 
     def read(asset: AssetFile, origin: Origin) -> Any:
         """A `MeshReader`."""
-        from scenecc.assets.check import read_vertices
+        from scenecc.checks.assets import read_vertices
 
         if asset.path not in known:
             known[asset.path] = read_vertices(asset, origin, sink, asset_files(scope, limits))
@@ -105,7 +105,7 @@ def mesh_measurer(scope: AssetScope, limits: Limits, sink: Sink) -> MeshMeasurer
             sink.report(found.code, found.message, origin, hint=found.hint)
             return None
         scope.memory.note(found, document.shown, "mesh")
-        from scenecc.assets.check import read_bounds
+        from scenecc.checks.assets import read_bounds
 
         if found.path not in known:
             asset = AssetFile(found.uri, found.path)

@@ -539,7 +539,7 @@ def _check_plan(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Li
     file_origins, material_origins = origins
     check_physics(plan, material_origins, sink)
     if plan.files and not sink.failed:
-        from scenecc.assets.check import check_assets
+        from scenecc.checks.assets import check_assets
 
         files = check_assets(
             plan,

@@ -19,6 +19,11 @@ _CHUNK: Final = 2**18
 """How many triangles or points are measured at once: numbers in between take several times their size."""
 
 
+PLANE_TOLERANCE: Final = 0.0007
+"""`PxCookingParams::planeTolerance`: how far outside a hull PhysX drops a vertex [m], times half the sum of the sides
+of its bounding box where that is above 1 m."""
+
+
 @dataclass(frozen=True, slots=True)
 class Measures:
     """Measures of triangles, without scale.
@@ -44,6 +49,11 @@ class Measures:
     def reach(self) -> float:
         """The largest coordinate [m]; NaN or infinite where one is."""
         return float(np.abs([self.low, self.high]).max())
+
+    @property
+    def plane_tolerance(self) -> float:
+        """How far outside the hull PhysX drops a vertex [m]."""
+        return PLANE_TOLERANCE * max(1.0, float(np.subtract(self.high, self.low).sum()) / 2)
 
 
 def measure(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from scenecc.assets.check import check_assets
+from scenecc.checks.assets import check_assets
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.assets.errors import AssetError
-from scenecc.assets.mesh_rules import PLANE_TOLERANCE
+from scenecc.assets.measures import PLANE_TOLERANCE
 from scenecc.assets.meshes import checked_content, read_hulls
 from scenecc.backends.sapien.assets import collision_file
 from scenecc.backends.sapien.engine import physx

@@ -33,8 +33,8 @@ from plugins.nightly import assert_took
 from plugins.sample_plans import indices
 
 from scenecc.assets import files
-from scenecc.assets.check import check_assets
 from scenecc.assets.measures import hull_parts
+from scenecc.checks.assets import check_assets
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.diagnostic import Origin
@@ -449,7 +449,7 @@ def test_textures(tmp_path: Path, name: str) -> None:
 
 def test_nothing_heavy_is_imported() -> None:
     code = (
-        "import sys, scenecc.assets.check; print(sorted({'trimesh', 'sapien', 'yaml', 'pydantic'} & set(sys.modules)))"
+        "import sys, scenecc.checks.assets; print(sorted({'trimesh', 'sapien', 'yaml', 'pydantic'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "[]\n"
 

@@ -18,10 +18,10 @@ import numpy as np
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.files import AssetFiles, MissingError, ResolveNamed, check_measures
 from scenecc.assets.images import IMAGE_SUFFIXES, check_image, image_size
-from scenecc.assets.mesh_rules import AssetUse, check_mesh_use
 from scenecc.assets.meshes import DEFAULT_BYTES, MeshRecord
 from scenecc.assets.names import material_images
 from scenecc.assets.obj_materials import fallback_materials
+from scenecc.checks.mesh_rules import AssetUse, check_mesh_use
 from scenecc.checks.value_queries import indices, rows
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh

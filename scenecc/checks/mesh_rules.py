@@ -9,6 +9,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.assets.files import check_measures
+from scenecc.assets.measures import PLANE_TOLERANCE
 
 if TYPE_CHECKING:
     from scenecc.assets.measures import Measures
@@ -19,10 +20,6 @@ AssetUse = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"
 
 MIN_THICKNESS = 1e-5
 """Thickness below which a hull is refused [m]. PhysX cooks a thinner one to something else, or not at all."""
-
-PLANE_TOLERANCE = 0.0007
-"""`PxCookingParams::planeTolerance`: how far outside a hull PhysX drops a vertex [m], times half the sum of the sides
-of its bounding box where that is above 1 m."""
 
 _MIN_LENGTH = 0.01
 """Length of a mesh at which that may take a tenth of its volume and more [m]."""
@@ -73,7 +70,7 @@ def _hull_faults(hulls: tuple[Measures, ...], whose: str) -> Iterator[AssetError
         yield AssetError("SC415", f"the hull{whose} has no volume: it is {thin:.3g} m thick", hint)
         return
     for hull in hulls:
-        step, tolerance = float(np.spacing(np.float32(hull.reach))), plane_tolerance(hull)
+        step, tolerance = float(np.spacing(np.float32(hull.reach))), hull.plane_tolerance
         if step > tolerance:
             # Where rounding moves vertices farther than that, PhysX may cook for ever.
             yield AssetError(
@@ -91,8 +88,3 @@ def _hull_faults(hulls: tuple[Measures, ...], whose: str) -> Iterator[AssetError
             f"{PLANE_TOLERANCE} m",
             "store the mesh larger and give the shape a `scale`: vertices are dropped before it is scaled",
         )
-
-
-def plane_tolerance(hull: Measures) -> float:
-    """How far outside the hull PhysX drops a vertex [m]."""
-    return PLANE_TOLERANCE * max(1.0, float(np.subtract(hull.high, hull.low).sum()) / 2)
