@@ -5,7 +5,6 @@ Each file is read once, however many shapes use it. An error is reported at the 
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,7 +16,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from scenecc.checks.images import IMAGE_SUFFIXES, JpegBlockBudget, check_image, image_size
+from scenecc.assets.images import IMAGE_SUFFIXES, check_image, image_size
 from scenecc.checks.mesh_data import (
     AssetBudget,
     AssetBudgetError,
@@ -148,7 +147,6 @@ class _AssetChecker:
     """State of one check of all files.
 
     Attributes:
-        blocks: budget for reading JPEGs.
         read: hash and state of each file that was read, by its path.
         textures: the fault of each texture, if any, by its path: several meshes may share one.
         left_out: what is said, and where, of files that are left out, by who names the meshes, the kind of the file
@@ -159,7 +157,6 @@ class _AssetChecker:
     resolve_named: ResolveNamed
     max_bytes: int
     total: AssetBudget
-    blocks: JpegBlockBudget = field(default_factory=JpegBlockBudget)
     read: dict[Path, tuple[str, State]] = field(default_factory=dict["Path", "tuple[str, State]"])
     textures: dict[Path, AssetError | None] = field(default_factory=dict["Path", "AssetError | None"])
     left_out: dict[_LeftOut, list[tuple[str, Origin]]] = field(
@@ -372,7 +369,7 @@ def _check_references(
             named[reference.uri] = path
     for image in mesh.images if visual is not None else ():
         with _report_asset_errors(checker, asset, origin):
-            check_image(io.BytesIO(image), checker.max_bytes, blocks=checker.blocks)
+            check_image(image, checker.max_bytes)
 
 
 def _check_optional(
@@ -470,7 +467,7 @@ def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is no image format" if suffix else "a file without a suffix is no image"
         raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
-    check_image(io.BytesIO(_read_bytes(checker, path)), checker.max_bytes, path.suffix, checker.blocks)
+    check_image(_read_bytes(checker, path), checker.max_bytes, path.suffix)
 
 
 def _read_bytes(checker: _AssetChecker, path: Path) -> bytes:

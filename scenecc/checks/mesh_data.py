@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from scenecc.assets.errors import AssetError
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -26,14 +28,6 @@ _CHUNK_SIZE = 2**18
 """How many triangles or points are measured at once: numbers in between take several times their size."""
 
 _INDEX_PATTERN = re.compile(r"[-+]?[0-9]{1,12}")
-
-
-class AssetError(Exception):
-    """Why an asset cannot be used: a code of band 4 or 6, a message and what to do."""
-
-    def __init__(self, code: str, message: str, hint: str | None = None) -> None:
-        super().__init__(message)
-        self.code, self.message, self.hint = code, message, hint
 
 
 @dataclass(frozen=True, slots=True)
