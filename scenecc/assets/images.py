@@ -1,5 +1,335 @@
-"""Temporary: until images are read by Pillow."""
+"""Checks that images are whole, and reads their sizes. Pillow decodes PNG, JPEG, BMP and TGA.
 
-from scenecc.checks.images import IMAGE_SUFFIXES, check_image, image_size
+Pillow does not read HDR, EXR and KTX. They are checked as far as SAPIEN needs it: a truncated HDR hangs it, and a
+truncated KTX ends the process. A damaged EXR it reports itself.
+"""
 
-__all__ = ["IMAGE_SUFFIXES", "check_image", "image_size"]
+from __future__ import annotations
+
+import io
+import re
+import struct
+import warnings
+import zlib
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from scenecc.assets.errors import AssetError
+from scenecc.files import open_regular
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+    from pathlib import Path
+
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".hdr", ".exr", ".ktx")
+"""Image formats that SAPIEN's renderer loads."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImageSize:
+    """Size of an image, and bytes per pixel once it is decompressed.
+
+    Attributes:
+        sides: 6 for a cube map.
+        levels: number of mipmap levels in the file, the image itself included; 0: the format has none.
+    """
+
+    columns: int
+    rows: int
+    pixel_bytes: int = 4
+    sides: int = 1
+    levels: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.columns} × {self.rows} pixels of {self.pixel_bytes} bytes"
+
+    @property
+    def level_bytes(self) -> list[int]:
+        """Bytes of one side at each mipmap level, each with half the columns and rows of the one before."""
+        return [
+            max(1, self.columns >> level) * max(1, self.rows >> level) * self.pixel_bytes
+            for level in range(self.levels or 1)
+        ]
+
+    @property
+    def has_all_levels(self) -> bool:
+        """Whether its mipmap levels go down to a single pixel, if the format has any."""
+        return self.levels in {0, max(self.columns, self.rows).bit_length()}
+
+
+def image_size(path: Path) -> ImageSize:
+    """The size of an image that passed `check_image`."""
+    with open_regular(path) as file:
+        data = file.read()
+    with _reading():
+        return _read_size(data, _detect_format(data, path.suffix))
+
+
+def check_image(data: bytes, max_bytes: int, suffix: str = "") -> None:
+    """Checks a whole image.
+
+    Args:
+        data: the content of the file.
+        max_bytes: maximum size once it is decompressed [bytes]. No pixel of a larger image is decompressed.
+        suffix: of its name, by which SAPIEN recognizes EXR and KTX; "": it is embedded in another file.
+
+    Raises:
+        AssetError: it is damaged, truncated, too large, or of a format that SAPIEN does not load.
+    """
+    try:
+        with _reading():
+            kind = _detect_format(data, suffix)
+            size = _read_size(data, kind)
+            if size.columns < 1 or size.rows < 1:
+                raise ValueError(f"it has {size.columns} × {size.rows} pixels")  # noqa: TRY301 - as any other fault
+            small = sum(size.level_bytes) * size.sides <= max_bytes
+            if small:
+                _check_pixels(data, kind)
+    except ValueError as error:
+        raise AssetError("SC420", f"the image cannot be read: {error}", "save it again as PNG or JPEG") from error
+    if not small:
+        raise AssetError(
+            "SC607",
+            f"the image has {size.columns} × {size.rows} pixels, unpacked more than {max_bytes} bytes",
+            "make it smaller, or raise the limit with --limit asset_bytes=N",
+        )
+
+
+def read_heights(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]:
+    """The rows of a grey PNG from its top, 0 for black and 1 for white.
+
+    Args:
+        data: the content of the file.
+        max_pixels: maximum number of pixels. No pixel of a larger image is decompressed.
+
+    Raises:
+        ValueError: it is damaged, too large, or not a grey PNG.
+    """
+    import numpy as np  # noqa: PLC0415 - loaded where a scene has terrain from a file
+
+    with _reading():
+        picture = _open_with_pillow(data, "Png")
+        columns, rows = picture.size
+        if columns * rows > max_pixels:
+            raise ValueError(f"it has {columns} × {rows} pixels, and a heightfield at most {max_pixels}")
+        if picture.mode not in {"L", "I", "I;16"} or "transparency" in picture.info:
+            raise ValueError("it is not a grey PNG of 8 or 16 bits without alpha")
+        _check_pixels(data, "Png")
+        heights = np.asarray(picture) / (255 if picture.mode == "L" else 65535)
+    return tuple(map(tuple, heights.tolist()))
+
+
+_WORDED_ERRORS = (OSError, SyntaxError, ValueError)
+_OTHER_ERRORS = (ArithmeticError, AttributeError, EOFError, LookupError, TypeError, struct.error, zlib.error)
+"""What Pillow raises for a damaged file: with words for a user, and without."""
+
+_PLAIN_WORDS = {
+    "not identified by this driver": "it has no pixels, or its header is damaged",
+    "cannot load this image": "it has no pixels",
+    "": "it is truncated or damaged",
+}
+
+
+@contextmanager
+def _reading() -> Generator[None]:
+    """Turns whatever a reader raises into a ValueError with plain words, and keeps Pillow's warnings quiet."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except (*_WORDED_ERRORS, *_OTHER_ERRORS) as error:
+        # Pillow makes SyntaxErrors of others, and keeps the words.
+        worded = isinstance(error, _WORDED_ERRORS) and not isinstance(error.__cause__, _OTHER_ERRORS)
+        words = str(error) if worded else ""
+        raise ValueError(_PLAIN_WORDS.get(words, words)) from error
+
+
+_SIGNATURES = {
+    b"\x89PNG\r\n\x1a\n": "Png",
+    b"\xff\xd8": "Jpeg",
+    b"BM": "Bmp",
+    b"#?RADIANCE": "hdr",
+    b"#?RGBE": "hdr",
+    b"\x76\x2f\x31\x01": ".exr",
+    b"\xabKTX 11\xbb\r\n\x1a\n": ".ktx",
+    b"\xabKTX 20\xbb\r\n\x1a\n": ".ktx",
+}
+"""First bytes → format. A TGA has none. Pillow's module and class of a format have its name."""
+
+
+def _detect_format(data: bytes, suffix: str) -> str:
+    """The format of an image, which SAPIEN recognizes by its first bytes, and EXR and KTX by the suffix."""
+    found = next((kind for start, kind in _SIGNATURES.items() if data.startswith(start)), "Tga")
+    if suffix in {".exr", ".ktx"} and found != suffix:
+        raise ValueError(f"it is not an image of the format that its suffix `{suffix}` names")
+    if found.startswith(".") and found != suffix:
+        raise ValueError(f"SAPIEN reads this format only from a file with the suffix `{found}`")
+    return found
+
+
+def _read_size(data: bytes, kind: str) -> ImageSize:
+    if kind in _SIZES:
+        return _SIZES[kind](data)
+    columns, rows = _open_with_pillow(data, kind).size
+    return ImageSize(columns, rows, 8 if kind == "Png" and data[24] == 16 else 4)
+
+
+_MOST_SCANS = 128
+"""A scan of 50 bytes covers the whole JPEG, so that a small file could take hours. Usual ones have 1 to 10 scans."""
+
+
+def _check_pixels(data: bytes, kind: str) -> None:
+    """Checks what comes after the header. Raises what `_reading` catches."""
+    if kind == ".exr":
+        _check_exr_blocks(data)
+    elif kind == "hdr":
+        _check_hdr_rows(data)
+    elif kind != ".ktx":
+        if kind == "Png":
+            _open_with_pillow(data, kind).verify()  # the checksums of chunks, which `load` does not read
+        elif kind == "Jpeg" and data.count(b"\xff\xda") > _MOST_SCANS:
+            raise ValueError(f"it has more than {_MOST_SCANS} scans")
+        _open_with_pillow(data, kind).load()
+
+
+def _open_with_pillow(data: bytes, kind: str) -> Any:
+    """An image whose pixels are not decompressed yet.
+
+    `PIL.Image.open` has a limit of pixels of its own, for the whole process, and loads the readers of more formats.
+    """
+    try:
+        return getattr(import_module(f"PIL.{kind}ImagePlugin"), f"{kind}ImageFile")(io.BytesIO(data))
+    except SyntaxError:
+        if kind == "Tga":
+            raise ValueError("it is not a PNG, JPEG, BMP, TGA, HDR, EXR or KTX" if data else "it is empty") from None
+        raise
+
+
+_HDR_HEADER = re.compile(
+    rb"#\?(?:RADIANCE|RGBE)\n(?:[^\n]+\n)*?FORMAT=32-bit_rle_rgbe\n(?:[^\n]+\n)*\n-Y ([0-9]{1,8}) +\+X ([0-9]{1,8})\n"
+)
+
+
+def _parse_hdr_header(data: bytes) -> tuple[int, int, int]:
+    """Columns, rows, and where the pixels begin."""
+    match = _HDR_HEADER.match(data, 0, 1 << 16)
+    if match is None:
+        raise ValueError("its header is not `FORMAT=32-bit_rle_rgbe`, an empty line, and `-Y rows +X columns`")
+    return int(match[2]), int(match[1]), match.end()
+
+
+def _hdr_size(data: bytes) -> ImageSize:
+    columns, rows, _ = _parse_hdr_header(data)
+    return ImageSize(columns, rows, 16)
+
+
+def _check_hdr_rows(data: bytes) -> None:
+    columns, rows, at = _parse_hdr_header(data)
+    if not 8 <= columns < 32768 or data[at : at + 2] != b"\2\2":  # not compressed
+        at, rows = at + 4 * columns * rows, 0
+    for _ in range(rows):
+        if data[at : at + 4] != struct.pack(">BBH", 2, 2, columns):
+            raise ValueError("the length of a row differs from the header")
+        at += 4
+        for _ in range(4):  # red, green, blue and exponent, each as runs of one byte and as plain bytes
+            left = columns
+            while left:
+                count = data[at]
+                at += 2 if count > 128 else 1 + count
+                count -= 128 if count > 128 else 0
+                if not 1 <= count <= left:
+                    raise ValueError("its pixels are damaged")
+                left -= count
+    if at > len(data):
+        raise ValueError("it has fewer pixels than its header says")
+
+
+_EXR_TILED_OR_IN_PARTS, _EXR_LONG_NAMES = 0x1200, 0x400
+
+_EXR_BLOCK_ROWS = (1, 1, 1, 16, 32, 16, 32, 32, 32, 256)
+"""Rows per block, by compression method; SAPIEN knows no further methods."""
+
+
+_EXR_ATTRIBUTE = re.compile(rb"([^\0]{1,255})\0[^\0]{1,255}\0(.{4})", re.DOTALL)
+"""Name, type and length of an attribute, before its value."""
+
+
+def _parse_exr_header(data: bytes) -> tuple[dict[bytes, bytes], int, int]:
+    """The attributes, the flags, and where the header ends."""
+    (version,) = struct.unpack_from("<I", data, 4)
+    flags = version & ~0xFF
+    if version & 0xFF != 2 or flags & ~(_EXR_TILED_OR_IN_PARTS | _EXR_LONG_NAMES):
+        raise ValueError("it is a deep EXR, or not of version 2")
+    found: dict[bytes, bytes] = {}
+    at = 8
+    while data[at]:
+        match = _EXR_ATTRIBUTE.match(data, at)
+        if match is None:
+            raise ValueError("its header is damaged")
+        at = match.end() + int.from_bytes(match[2], "little")
+        found[match[1]] = data[match.end() : at]
+    return found, flags, at + 1
+
+
+def _exr_size(data: bytes) -> ImageSize:
+    """The size of an EXR; the renderer stores four half-floats per pixel."""
+    left, top, right, bottom = struct.unpack("<4i", _parse_exr_header(data)[0][b"dataWindow"])
+    return ImageSize(right - left + 1, bottom - top + 1, 8)
+
+
+def _check_exr_blocks(data: bytes) -> None:
+    """Checks that the blocks of rows lie within the file."""
+    found, flags, at = _parse_exr_header(data)
+    _, top, _, bottom = struct.unpack("<4i", found[b"dataWindow"])
+    starts = range(top, bottom + 1, _EXR_BLOCK_ROWS[found[b"compression"][0]])
+    if flags & _EXR_TILED_OR_IN_PARTS:
+        return
+    for start, offset in zip(starts, struct.unpack_from(f"<{len(starts)}Q", data, at), strict=True):
+        row, length = struct.unpack_from("<ii", data, offset)
+        if row != start or not 0 < length <= len(data) - offset - 8:
+            raise ValueError("it is truncated, or a block of its pixels is damaged")
+
+
+_KTX1_RGBA8 = (0x1401, 0x1908, 0x8058)
+"""GL_UNSIGNED_BYTE, GL_RGBA, GL_RGBA8."""
+
+_KTX2_RGBA8, _KTX2_COMPRESSIONS = 37, (0, 2, 3)
+"""None, Zstandard and zlib; the transcoded scheme has no format of its own."""
+
+
+def _ktx_size(data: bytes) -> ImageSize:
+    """The size of a KTX, all of whose mipmap levels must be there."""
+    order, at, scheme = "<", 0, 0
+    first = data.startswith(b"\xabKTX 11")
+    if first:
+        order = {b"\1\2\3\4": "<", b"\4\3\2\1": ">"}[data[12:16]]
+        kind, _, layout, internal, _, *numbers, pairs = struct.unpack_from(f"{order}12I", data, 16)
+        supported = (kind, layout, internal) == _KTX1_RGBA8
+        at = 64 + pairs
+    else:
+        kind, _, *numbers, scheme = struct.unpack_from("<9I", data, 12)
+        supported = kind == _KTX2_RGBA8 and scheme in _KTX2_COMPRESSIONS
+    if not supported:
+        raise ValueError("SAPIEN loads KTX of the format R8G8B8A8 (UNORM) only")
+    columns, rows, depth, elements, sides, levels = numbers
+    if depth or elements or sides not in {1, 6}:
+        raise ValueError("it is neither a single image nor a cube map")
+    if not 1 <= levels <= max(columns, rows).bit_length():
+        raise ValueError("its number of mipmap levels is invalid")
+    size = ImageSize(columns, rows, sides=sides, levels=levels)
+    for level, expected in enumerate(size.level_bytes):
+        if first:
+            (length,) = struct.unpack_from(f"{order}I", data, at)
+            at += 4 + length * sides
+            unpacked, end = length * sides, at
+        else:
+            start, length, unpacked = struct.unpack_from("<3Q", data, 80 + 24 * level)
+            unpacked, end = unpacked if scheme else length, start + length
+        if unpacked != expected * sides or end > len(data):
+            raise ValueError("it is truncated, or its mipmap levels have the wrong size")
+    return size
+
+
+_SIZES: dict[str, Callable[[bytes], ImageSize]] = {".exr": _exr_size, ".ktx": _ktx_size, "hdr": _hdr_size}

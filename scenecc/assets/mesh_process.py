@@ -80,7 +80,7 @@ def _looks(names: MeshNames, max_bytes: int) -> dict[str, Any]:
     faults = [] if names.visual_fault is None else [names.visual_fault]
     for image in names.images:
         try:
-            check_image(io.BytesIO(image), max_bytes)
+            check_image(image, max_bytes)
         except AssetError as error:  # noqa: PERF203 - each image has its own
             faults.append(error)
     return {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}

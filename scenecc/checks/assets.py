@@ -5,7 +5,6 @@ Each file is read once, however many shapes use it. An error is reported at the 
 
 from __future__ import annotations
 
-import io
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
@@ -391,7 +390,7 @@ def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is no image format" if suffix else "a file without a suffix is no image"
         raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
-    check_image(io.BytesIO(checker.files.content(path)), checker.files.max_bytes, path.suffix)
+    check_image(checker.files.content(path), checker.files.max_bytes, path.suffix)
 
 
 def _report(sink: Sink, asset: AssetFile, origin: Origin, fault: AssetError) -> None:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.assets.errors import AssetError
+from scenecc.assets.images import read_heights
 from scenecc.emit.output import format_obj
 from scenecc.files import open_regular
 from scenecc.lower.shapes import MAX_HEIGHTS
 from scenecc.meshes.primitives import sphere
 from scenecc.named_files import asset_files
 from scenecc.plan.body import AssetFile
-from scenecc.source.grey_png import read_grey_png
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -103,10 +103,10 @@ def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: boo
     return format_obj(vertices, faces[:, ::-1] if np.prod(scale) < 0 else faces)
 
 
-def read_heights(path: Path, context: ImportContext) -> None:
+def check_heights(path: Path, context: ImportContext) -> None:
     """Raises MeshError where a file is no terrain that a scene can hold."""
     try:
-        read_grey_png(_read(path, context.limits.asset_bytes), MAX_HEIGHTS)
+        read_heights(_read(path, context.limits.asset_bytes), MAX_HEIGHTS)
     except ValueError as error:
         raise MeshError(str(error)) from error
 

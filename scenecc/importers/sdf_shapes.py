@@ -6,17 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from scenecc.assets.images import IMAGE_SUFFIXES
 from scenecc.assets.meshes import MESH_SUFFIXES
-from scenecc.checks.images import IMAGE_SUFFIXES
 from scenecc.geometry.rotations import Pose7, compose, relative_pose
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.meshes import (
     MeshError,
+    check_heights,
     ellipsoid_obj,
     load_mesh,
     mesh_as_obj,
     polyline_obj,
-    read_heights,
 )
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
 from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find, find_file, text_of
@@ -330,7 +330,7 @@ def _heightmap(asked: _Request) -> Shape | str:
     if asked.place.moves:
         return "is a heightmap on a body that moves"
     try:
-        read_heights(found, asked.file.context)
+        check_heights(found, asked.file.context)
     except MeshError as error:
         return f"is a heightmap: {error}"
     size = asked.file.vector(asked.form, "size", default=(1, 1, 1))

@@ -284,7 +284,7 @@ def lower(
         return None
     plan = replace(
         plan,
-        files=tables.files.rows,
+        files=tuple(replace(file, origin=tables.file_origins.get(i)) for i, file in enumerate(tables.files.rows)),
         physical_materials=tables.physical_materials.rows,
         visual_materials=tables.visual_materials.rows,
     )

@@ -177,8 +177,8 @@ def count_heights(heights: tuple[tuple[float, ...], ...], tables: PlanTables) ->
 
 
 def _file_heights(uri: str, tables: PlanTables, origin: Origin, sink: Sink) -> tuple[tuple[float, ...], ...] | None:
-    from scenecc.files import open_regular  # noqa: PLC0415 - loaded where a heightfield has a file
-    from scenecc.source.grey_png import read_grey_png  # noqa: PLC0415 - likewise
+    from scenecc.assets.images import read_heights  # noqa: PLC0415 - loaded where a heightfield has a file
+    from scenecc.files import open_regular  # noqa: PLC0415
 
     found = tables.resolve(uri, origin)
     if found is None:
@@ -190,7 +190,7 @@ def _file_heights(uri: str, tables: PlanTables, origin: Origin, sink: Sink) -> t
             data = file.read(_MAX_PNG_BYTES + 1)
         if len(data) > _MAX_PNG_BYTES:
             raise ValueError(f"it has more than {_MAX_PNG_BYTES} bytes")  # noqa: TRY301 - told as what the reader tells
-        heights = tables.heights[found.path] = read_grey_png(data, MAX_HEIGHTS)
+        heights = tables.heights[found.path] = read_heights(data, MAX_HEIGHTS)
         return heights  # noqa: TRY300 - what may raise stands above
     except OSError as error:
         sink.report("SC407", f"{uri} may not be read: {error.strerror}", origin)

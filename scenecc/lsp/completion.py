@@ -7,8 +7,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from scenecc.assets.images import IMAGE_SUFFIXES
 from scenecc.assets.meshes import MESH_SUFFIXES
-from scenecc.checks.images import IMAGE_SUFFIXES
 from scenecc.expand.documents import PREFAB_FOLDER, SHIPPED_PREFIX, shipped_names
 from scenecc.expand.overrides import OVERRIDE_SECTIONS
 from scenecc.lsp.analysis import MAX_CHARACTERS, SceneText

@@ -47,6 +47,7 @@ class AssetFile:
         data: what it holds, where no file of the scene does: a PLY of `robots.mujoco.shapes`, which lies in the
             user's cache folder. None: the scene's own file holds it.
         read_by: the program that read it and its version, for a robot's file: "mujoco 4.0.0". None: scenecc itself.
+        origin: the first node that names it.
     """
 
     uri: str
@@ -57,6 +58,7 @@ class AssetFile:
     optional_names: bool = False
     data: bytes | None = field(default=None, repr=False)
     read_by: str | None = None
+    origin: Origin | None = field(default=None, compare=False)
 
 
 @frozen

@@ -473,7 +473,7 @@ class PlanDecoder:
     def _made(self, cls: type, read: dict[str, Any], path: Keys) -> object:
         if cls is AssetFile:
             found = self._file_path(read["uri"], read.get("data"), (*path, "uri"))
-            return INVALID if found is None else AssetFile(path=found, **read)
+            return INVALID if found is None else AssetFile(path=found, origin=self._origin(path), **read)
         if cls in _RULES and self._told(_RULES[cls](read), path):
             return INVALID
         if cls is Entity and not self._pick_holds(read, path):

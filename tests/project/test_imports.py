@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema")
+HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema", "PIL")
 """None of these is needed to check a scene without meshes: an engine, a mesh library, arrays."""
 
 _SECTIONS = {

@@ -539,14 +539,25 @@ class Resources:
         Raises:
             EngineFailure: the renderer cannot load the file.
         """
-        path, sampling = self.path(int(texture.file.row(row))), texture.sampling()
-        key = (path, *sampling.items())
+        index, sampling = int(texture.file.row(row)), texture.sampling()
+        key = (self.path(index), *sampling.items())
         if key not in self._textures:
-            try:
-                self._textures[key] = render.RenderTexture2D(path, **sampling)
-            except RuntimeError as error:
-                raise EngineFailure("SC807", f"the renderer cannot load the texture '{path}': {error}") from error
+            self._textures[key] = self.image(index, **sampling)
         return self._textures[key]
+
+    def image(self, index: int, **sampling: Any) -> Any:
+        """A new `RenderTexture2D` of the plan's file number `index`.
+
+        Raises:
+            EngineFailure: the renderer cannot load the file; at the node that names it.
+        """
+        path = self.path(index)
+        try:
+            return render.RenderTexture2D(path, **sampling)
+        except (RuntimeError, ValueError) as error:  # a ValueError if the renderer's message is not UTF-8
+            message = f"the renderer cannot load the image '{path}': {error}"
+            hint = "SAPIEN loads fewer kinds of images than other programs: save it again as PNG or JPEG"
+            raise EngineFailure("SC807", message, origin=self._plan.files[index].origin, hint=hint) from error
 
 
 def _is_drawn_anew(values: Iterable[Value]) -> bool:

@@ -123,10 +123,20 @@ def build_environment(environment: Environment, lookup: EntityLookup, resources:
             scene.render_system.ambient_light = environment.ambient_light.row(index)
         if environment.map is None:
             continue
-        paths = tuple(resources.path(file) for file in _cubemap_files(environment.map, index))
+        files = _cubemap_files(environment.map, index)
+        paths = tuple(resources.path(file) for file in files)
         if paths not in maps:
+            for file, path in zip(files, paths, strict=True):
+                if not path.endswith(_CHECKED_TO_THE_END):
+                    resources.image(file)
             maps[paths] = _make_cubemap(paths, environment)
         scene.render_system.cubemap = maps[paths]
+
+
+_CHECKED_TO_THE_END: Final = (".hdr", ".ktx")
+"""Suffixes of images that SAPIEN loads if scenecc takes them. Others are loaded once more, as a texture: a map is only
+read at the first picture.
+"""
 
 
 def _cubemap_files(surroundings: SkyMap | CubeMap, index: int) -> list[int]:

@@ -10,13 +10,14 @@ from plugins.image_files import GL_RGBA16F, exr, exr_head, ktx, ktx2
 from unit.assets.test_assets import png
 
 from scenecc import validate
-from scenecc.checks.images import image_size
+from scenecc.assets.images import image_size
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 GOOD: dict[str, bytes] = {
     "a.exr": exr(8, 4),
+    "window.exr": exr(8, 4).replace(b"displayWindow", b"displayWindew"),
     "a.ktx": ktx(8, 4),
     "levels.ktx": ktx(8, 4, levels=4),
     "cube.ktx": ktx(8, 8, sides=6),
@@ -44,13 +45,17 @@ UNREAD: dict[str, bytes] = {
     "deep.exr": exr_head(8, 4, version=2 | 0x800),
     "old.exr": exr_head(8, 4, version=1),
     "no_size.exr": exr_head(8, 4)[:60],
-    "window.exr": exr(8, 4).replace(b"displayWindow", b"displayWindew"),
     "nothing.exr": exr_head(0, 4),
     "order.ktx": ktx(8, 4)[:12] + bytes(100),
     "smaller.ktx": ktx(8, 4).replace(struct.pack("<2I", 8, 4), struct.pack("<2I", 4, 4)),
     "deep.ktx": ktx(8, 4).replace(struct.pack("<3I", 8, 4, 0), struct.pack("<3I", 8, 4, 2)),
     "supercompressed.ktx": ktx2(8, 4)[:44] + b"\1" + ktx2(8, 4)[45:],
 }
+UNBUILT: dict[str, bytes] = {
+    "line.exr": exr(8, 4).replace(struct.pack("<iI", 2, 48), struct.pack("<iI", 2, 44)),
+}
+"""What only SAPIEN refuses."""
+
 HUGE: dict[str, bytes] = {
     "stub.exr": exr_head(1 << 31, 1 << 30, left=-(1 << 31)),
     "wide.exr": exr_head(1 << 20, 1 << 16),
@@ -64,6 +69,11 @@ def told(folder: Path, name: str, data: bytes, **environment: Any) -> list[str]:
     materials = {"paint": {"visual": {"base_color_texture": str(path)}}}
     scene = {"scenecc": 1, "entities": {"ball": ball}, "materials": materials, **environment}
     return [found.code for found in validate(scene, asset_roots=[folder])]
+
+
+@pytest.mark.parametrize("name", UNBUILT)
+def test_what_the_build_refuses(tmp_path: Path, name: str) -> None:
+    assert told(tmp_path, name, UNBUILT[name]) == []
 
 
 @pytest.mark.parametrize("name", GOOD)
@@ -119,13 +129,13 @@ def test_sides_of_a_cube(tmp_path: Path, levels: int, codes: list[str]) -> None:
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("name", GOOD | BROKEN)
+@pytest.mark.parametrize("name", GOOD | BROKEN | UNBUILT)
 def test_sapiens_reader_says_the_same(tmp_path: Path, name: str) -> None:
     from sapien.render import RenderTexture2D
 
     path = tmp_path / name
-    path.write_bytes((GOOD | BROKEN)[name])
-    if name in BROKEN:
+    path.write_bytes((GOOD | BROKEN | UNBUILT)[name])
+    if name not in GOOD:
         with pytest.raises(RuntimeError):
             RenderTexture2D(str(path))
         return
