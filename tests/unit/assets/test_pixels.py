@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 from plugins.image_files import PICTURES, hdr, picture
-from unit.checks.test_assets import png
+from unit.assets.test_assets import png
 
 from scenecc import validate
 from scenecc.assets.errors import AssetError
