@@ -148,16 +148,12 @@ _INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
 _LATER_BANDS = frozenset("78")
 """First digits of codes that no compilation reports, only what exports or builds."""
 
-Backend = Literal["cpu", "cuda"]
-"""Where PhysX runs."""
-
 Audit = Literal["full", "fast", "off"]
 """How much is read back from the engine and compared with the plan."""
 
 BUILD_TYPES: Mapping[str, Any] = {
     "scene_idxs": Iterable[int] | None,
     "scenes": str | None,
-    "backend": Backend,
     "dry_run": bool,
     "render": bool | None,
     "audit": Audit,
@@ -565,7 +561,6 @@ def build_batch(
     plan: ScenePlan,
     sink: Sink,
     *,
-    backend: Backend,
     scene_idxs: Sequence[int] | None,
     render: bool | None,
     audit: Audit,
@@ -579,9 +574,7 @@ def build_batch(
     """
     from scenecc.backends.sapien import instantiate
 
-    batch = instantiate(
-        plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
-    )
+    batch = instantiate(plan, sink, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress)
     if batch is None:
         raise SceneError(sink.diagnostics())
     return batch
