@@ -6,14 +6,21 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from scenecc.placing.distances import Cores, distances
+from scenecc.placing.distances import Cores, are_apart, distances
+from scenecc.plan.body import groups_collide
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from scenecc.geometry.rotation_arrays import Floats, Indices
+    from scenecc.geometry.rotation_arrays import Flags, Floats, Indices
     from scenecc.placing.bodies import Part
 
+
+TOLERANCE: Final = 1e-7
+"""By how much less than asked for a distance may be [m]: positions are rounded."""
+
+LIFT: Final = 1e-6
+"""What touches does not overlap: how far above the surface something is held for the test [m]."""
 
 _LOT: Final = 500_000
 """How many pairs are looked at together, at most."""
@@ -94,6 +101,39 @@ def core_pairs(a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
     return pair[again], first, second
 
 
+def are_too_near(a: Part, b: Part, least: float, work: Callable[[int], None]) -> Flags:
+    """In which scenes (B,) two parts collide, and overlap or are nearer than a distance.
+
+    Args:
+        a: the one part, in the world.
+        b: the other part, in the world.
+        least: the distance [m]; 0: they may touch.
+        work: counts operations before they are done, and may raise.
+    """
+    near = a.there & b.there & groups_collide(a.groups.T, b.groups.T)
+    wanted = least - TOLERANCE if least else 0.0
+    if a.is_plane or b.is_plane:
+        plane, other = (a, b) if a.is_plane else (b, a)
+        return near & ~(_heights_above(plane, other) >= (wanted or -LIFT)) & (not other.is_plane)
+    between, reach = a.p - b.p, a.reach + b.reach + least
+    rows = np.flatnonzero(near & (np.einsum("ij,ij->i", between, between) < reach * reach))
+    # Where hulls are apart, triangles are.
+    rows = rows[~are_apart(a.cores(rows), b.cores(rows), np.full(len(rows), wanted))]
+    near = np.zeros(len(near), np.bool_)
+    for pair, first, second in core_pair_lots(a, rows, b, rows, wanted, work):
+        if not least:
+            first.p = first.p.copy()
+            first.p[:, 2] += np.where(first.p[:, 2] < second.p[:, 2], -LIFT, LIFT)
+        near[rows[pair[~are_apart(first, second, np.full(len(pair), wanted))]]] = True
+    return near
+
+
+def _heights_above(plane: Part, other: Part) -> Floats:
+    """How far above a plane the lowest point of another part is (B,) [m]."""
+    normal = plane.turn[:, :, 0]
+    return -other.extent(-normal) - np.einsum("ij,ij->i", normal, plane.p)
+
+
 def part_distances(a: Part, b: Part) -> Floats:
     """The distance of two parts in each scene (B,) [m]: 0 where they overlap, infinite where one is not there.
 
@@ -105,9 +145,7 @@ def part_distances(a: Part, b: Part) -> Floats:
         return found
     if a.is_plane or b.is_plane:
         plane, other = (a, b) if a.is_plane else (b, a)
-        normal = plane.turn[:, :, 0]
-        height = -other.extent(-normal) - np.einsum("ij,ij->i", normal, plane.p)
-        found[rows] = 0.0 if other.is_plane else np.maximum(height[rows], 0.0)
+        found[rows] = 0.0 if other.is_plane else np.maximum(_heights_above(plane, other)[rows], 0.0)
         return found
     near = _point_near(b, _point_near(a, b.p))
     within = float(np.linalg.norm(near - _point_near(a, near), axis=1)[rows].max()) + _SLACK

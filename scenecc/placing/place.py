@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -11,7 +13,7 @@ import numpy as np
 from scenecc.geometry import rotation_arrays
 from scenecc.placing.bodies import Part, entity_parts, link_pose, matrices, point_part, rows_in, rows_of
 from scenecc.placing.distances import Cores, are_apart, distances, joined
-from scenecc.placing.pairs import core_pair_lots
+from scenecc.placing.pairs import LIFT, TOLERANCE, are_too_near, core_pair_lots
 from scenecc.placing.regions import (
     about_z,
     drawn_units,
@@ -44,12 +46,6 @@ _FEW_ROWS: Final = 512
 
 _TRIES_TOGETHER: Final = 256
 """How many tries of one scene are looked at together, at most."""
-
-TOLERANCE: Final = 1e-7
-"""By how much less than asked for a distance may be [m]: positions are rounded."""
-
-_LIFT: Final = 1e-6
-"""What touches does not overlap: how far above the surface something is held for the test [m]."""
 
 _TRY_COST: Final = 4
 _OBSTACLE_COST: Final = 20
@@ -115,8 +111,8 @@ class Placer:
         batch: Batch,
         standing: Mapping[str, Floats],
         local: Mapping[str, Floats],
-        still: Container[str] = (),
-        drawn_anew: Container[str] = (),
+        still: Container[str],
+        drawn_anew: Container[str],
     ) -> None:
         self.plan = plan
         self.batch = batch
@@ -153,6 +149,11 @@ class Placer:
             turn = matrices(world[:, 3:])
             self.bodies[member] = [part.moved(turn, world[:, :3]) for part in self.own_parts(member)]
 
+    def take_work(self, name: str, operations: int) -> None:
+        """Counts what is done for one entity; too much is an error (limit `computed`)."""
+        if self.batch.work is not None:
+            self.batch.work.take(operations, Placed(name))
+
     def target_parts(self, mount: Mount) -> list[Part]:
         """The parts of what something stands on."""
         return [part for part in self.bodies[mount.entity] if mount.link is None or part.link == mount.link]
@@ -169,9 +170,8 @@ class Placer:
         key = (mount.entity, mount.link)
         if key not in self._surfaces:
             for part in self.target_parts(mount):
-                if part.triangles is not None and self.batch.work is not None:
-                    work = len(part.triangles) + _LEVEL_COST * len(level_triangles(part))
-                    self.batch.work.take(work, Placed(mount.entity))
+                if part.triangles is not None:
+                    self.take_work(mount.entity, len(part.triangles) + _LEVEL_COST * len(level_triangles(part)))
             self._surfaces[key] = [one for part in self.target_parts(mount) for one in upward_surfaces(part)]
         return self._surfaces[key]
 
@@ -184,6 +184,21 @@ class Placer:
             other = self.by_member.get(name)
             for part in parts:
                 yield name, part, 0.0 if name in carrying else self._distance(placement, other, name, part.link)
+
+    def drawn_overlap(self) -> str | None:
+        """Says which drawn pose is too near to a placed body that stays as it is built. None: none is."""
+        drawn = [name for name in self.bodies if name in self._drawn_anew and name not in self.by_member]
+        for placement in self.plan.placements:
+            for member in placement.entities if placement.name in self._still else ():
+                work = partial(self.take_work, member)
+                for name in drawn:
+                    near = np.zeros(len(self.batch.scenes), np.bool_)
+                    for own, part in product(self.bodies[member], self.bodies[name]):
+                        near |= are_too_near(own, part, placement.apart, work)
+                    if near.any():
+                        how = f"are less than {placement.apart:g} m apart" if placement.apart else "overlap"
+                        return f"in scene {self.batch.scenes[near.argmax()]} `{member}` and `{name}` {how}"
+        return None
 
     def _distance(self, placement: Placement, other: Placement | None, name: str, link: str | None) -> float:
         if name == placement.target.entity and placement.target.link in (None, link):
@@ -288,9 +303,7 @@ class _Trial:
         return found
 
     def _work(self, operations: int) -> None:
-        """Counts what is done; too much is an error (limit `computed`)."""
-        if self._batch.work is not None:
-            self._batch.work.take(operations, Placed(self._placement.name))
+        self._placer.take_work(self._placement.name, operations)
 
     def _value(self, value: Value, rows: Indices | None = None, batch: Batch | None = None) -> Floats:
         """A value of the placement in some rows of the batch; of all, as drawn, where none are given."""
@@ -399,7 +412,7 @@ class _Trial:
             if part.is_plane:
                 normal = part.turn[rows, :, 0]
                 height = -own.extent(-normal) - np.einsum("ij,ij->i", normal, part.p[rows])
-                self._refuse(free, np.flatnonzero(there[rows] & ~(height >= (wanted or -_LIFT))), name)
+                self._refuse(free, np.flatnonzero(there[rows] & ~(height >= (wanted or -LIFT))), name)
                 continue
             between = own.p - part.p[rows]
             reach = own.reach + part.reach[rows] + apart
@@ -420,7 +433,7 @@ class _Trial:
                 names.append(name)
                 if not apart:
                     # What touches does not overlap.
-                    mine[-1].p = mine[-1].p - _LIFT * _DOWN
+                    mine[-1].p = mine[-1].p - LIFT * _DOWN
         if whose:
             apart_ = are_apart(joined(mine), joined(others), np.concatenate(least))
             ends = np.cumsum([len(one) for one in whose])[:-1]
@@ -455,7 +468,7 @@ class _Trial:
             self._work(_PAIR_COST * len(pair))
             if not wanted:
                 # What touches does not overlap.
-                first.p = first.p - _LIFT * _DOWN
+                first.p = first.p - LIFT * _DOWN
             meet[pair[~are_apart(first, second, np.full(len(pair), wanted))]] = True
         return close[meet]
 
