@@ -424,7 +424,6 @@ def _lower(
     document: Document, scene: SceneFile, expansion: Expansion | None, options: Options, scope: AssetScope, sink: Sink
 ) -> Lowered | None:
     from scenecc.lower import lower
-    from scenecc.lower.scene import LoweringLimits
     from scenecc.spec.references import NameScopes
 
     limits = options.limits
@@ -437,9 +436,7 @@ def _lower(
         resolve=resolver(scope, sink, expansion),
         robots=_robots(scope, limits, sink, expansion),
         vertices=mesh_reader(scope, limits, sink),
-        bounds=LoweringLimits(
-            limits.scenes, limits.objects, limits.objects_times_scenes, limits.computed, limits.includes
-        ),
+        bounds=limits,
         sink=sink,
         names=NameScopes() if expansion is None else expansion.names,
         selections={} if expansion is None else expansion.selections,
@@ -504,7 +501,7 @@ def _decode_plan(found: Input, scope: AssetScope, limits: Limits, sink: Sink) ->
         sink=sink,
         resolve=path_of,
         file=found.document.name,
-        limits=PlanLimits(limits.text_bytes, limits.scenes, limits.objects_times_scenes),
+        limits=PlanLimits(limits.text_bytes, limits.scenes, limits.objects_in_all_scenes),
     )
 
 

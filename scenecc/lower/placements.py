@@ -536,7 +536,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
     except MeshError as error:
         sink.report(error.code, error.message, origin, hint=error.hint)
     except ComputeLimitError as error:
-        sink.report("SC609", error.message, origin, hint=COMPUTE_LIMIT_HINT)
+        sink.report("SC604", error.message, origin, hint=COMPUTE_LIMIT_HINT)
     except DrawError as error:
         sink.report("SC515", f"in scene {error.scene}: {error.message}", origin)
 

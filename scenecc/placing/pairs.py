@@ -10,7 +10,7 @@ from scenecc.placing.distances import Cores, are_apart, distances
 from scenecc.plan.body import groups_collide
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from scenecc.geometry.rotation_arrays import Flags, Floats, Indices
     from scenecc.placing.bodies import Part
@@ -28,12 +28,9 @@ _LOT: Final = 500_000
 _SLACK: Final = 1e-6
 """[m] Added to a bound, of which the rounding is far smaller."""
 
-_BOXES_PER_OPERATION: Final = 16
-"""How many boxes around triangles are looked at in the time of one operation."""
-
 
 def core_pair_lots(
-    a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float, work: Callable[[int], None]
+    a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
 ) -> Iterator[tuple[Indices, Cores, Cores]]:
     """The same as `core_pairs`, so few at a time that they need little memory.
 
@@ -43,25 +40,21 @@ def core_pair_lots(
         b: the other part; no plane.
         b_rows: its rows (n,).
         within: triangles that are farther away are left out [m].
-        work: counts operations before they are done, and may raise.
     """
     if a.triangles is None or b.triangles is None:
         size = max(len(one.triangles) if one.triangles is not None else 1 for one in (a, b))
         rows = max(1, _LOT // size)
         for start in range(0, len(a_rows), rows):
             some = slice(start, start + rows)
-            work(len(a_rows[some]) * size // _BOXES_PER_OPERATION)
             pair, first, second = core_pairs(a, a_rows[some], b, b_rows[some], within)
             yield pair + start, first, second
         return
     for index in range(len(a_rows)):
         row, other = a_rows[index : index + 1], b_rows[index : index + 1]
-        work(len(b.triangles) // _BOXES_PER_OPERATION)
         _, near = b.triangles_near(other, a.p[row], a.reach[row] + within)
         size = max(1, _LOT // len(a.triangles))
         for start in range(0, len(near), size):
             some = near[start : start + size]
-            work(len(some) * len(a.triangles) // _BOXES_PER_OPERATION)
             pair, first, second = _triangle_pairs(
                 a, np.repeat(row, len(some)), b.triangle_cores(np.repeat(other, len(some)), some), within
             )
@@ -101,14 +94,13 @@ def core_pairs(a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
     return pair[again], first, second
 
 
-def are_too_near(a: Part, b: Part, least: float, work: Callable[[int], None]) -> Flags:
+def are_too_near(a: Part, b: Part, least: float) -> Flags:
     """In which scenes (B,) two parts collide, and overlap or are nearer than a distance.
 
     Args:
         a: the one part, in the world.
         b: the other part, in the world.
         least: the distance [m]; 0: they may touch.
-        work: counts operations before they are done, and may raise.
     """
     near = a.there & b.there & groups_collide(a.groups.T, b.groups.T)
     wanted = least - TOLERANCE if least else 0.0
@@ -120,7 +112,7 @@ def are_too_near(a: Part, b: Part, least: float, work: Callable[[int], None]) ->
     # Where hulls are apart, triangles are.
     rows = rows[~are_apart(a.cores(rows), b.cores(rows), np.full(len(rows), wanted))]
     near = np.zeros(len(near), np.bool_)
-    for pair, first, second in core_pair_lots(a, rows, b, rows, wanted, work):
+    for pair, first, second in core_pair_lots(a, rows, b, rows, wanted):
         if not least:
             first.p = first.p.copy()
             first.p[:, 2] += np.where(first.p[:, 2] < second.p[:, 2], -LIFT, LIFT)
@@ -149,7 +141,7 @@ def part_distances(a: Part, b: Part) -> Floats:
         return found
     near = _point_near(b, _point_near(a, b.p))
     within = float(np.linalg.norm(near - _point_near(a, near), axis=1)[rows].max()) + _SLACK
-    for pair, first, second in core_pair_lots(a, rows, b, rows, within, lambda _: None):
+    for pair, first, second in core_pair_lots(a, rows, b, rows, within):
         np.minimum.at(found, rows[pair], distances(first, second))
     return found
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -23,10 +22,9 @@ from scenecc.placing.regions import (
     rectangle_of,
     turned,
 )
-from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, level_triangles, upward_surfaces
+from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, upward_surfaces
 from scenecc.plan.body import groups_collide
 from scenecc.variation.evaluation import Batch, to_field_rows
-from scenecc.variation.nodes import Placed
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Mapping, Sequence
@@ -46,13 +44,6 @@ _FEW_ROWS: Final = 512
 
 _TRIES_TOGETHER: Final = 256
 """How many tries of one scene are looked at together, at most."""
-
-_TRY_COST: Final = 4
-_OBSTACLE_COST: Final = 20
-_LEVEL_COST: Final = 200
-_SURFACE_COST: Final = 60
-_PAIR_COST: Final = 8
-"""How many operations these are: a try, a part in the way, a level triangle, a surface, and a pair of triangles."""
 
 _MANY_OBSTACLES: Final = 64
 """From how many on those that are far from every try are sorted out together."""
@@ -149,11 +140,6 @@ class Placer:
             turn = matrices(world[:, 3:])
             self.bodies[member] = [part.moved(turn, world[:, :3]) for part in self.own_parts(member)]
 
-    def take_work(self, name: str, operations: int) -> None:
-        """Counts what is done for one entity; too much is an error (limit `computed`)."""
-        if self.batch.work is not None:
-            self.batch.work.take(operations, Placed(name))
-
     def target_parts(self, mount: Mount) -> list[Part]:
         """The parts of what something stands on."""
         return [part for part in self.bodies[mount.entity] if mount.link is None or part.link == mount.link]
@@ -169,9 +155,6 @@ class Placer:
         """The upward surfaces of a body that has its place."""
         key = (mount.entity, mount.link)
         if key not in self._surfaces:
-            for part in self.target_parts(mount):
-                if part.triangles is not None:
-                    self.take_work(mount.entity, len(part.triangles) + _LEVEL_COST * len(level_triangles(part)))
             self._surfaces[key] = [one for part in self.target_parts(mount) for one in upward_surfaces(part)]
         return self._surfaces[key]
 
@@ -190,11 +173,10 @@ class Placer:
         drawn = [name for name in self.bodies if name in self._drawn_anew and name not in self.by_member]
         for placement in self.plan.placements:
             for member in placement.entities if placement.name in self._still else ():
-                work = partial(self.take_work, member)
                 for name in drawn:
                     near = np.zeros(len(self.batch.scenes), np.bool_)
                     for own, part in product(self.bodies[member], self.bodies[name]):
-                        near |= are_too_near(own, part, placement.apart, work)
+                        near |= are_too_near(own, part, placement.apart)
                     if near.any():
                         how = f"are less than {placement.apart:g} m apart" if placement.apart else "overlap"
                         return f"in scene {self.batch.scenes[near.argmax()]} `{member}` and `{name}` {how}"
@@ -253,7 +235,6 @@ class _Trial:
         frame = placer.pose_of(placement.target) if placement.frame is None else self._value(placement.frame)
         self._origin, self._heading = frame[:, :3], headings(frame[:, 3:])
         self._rectangle = self._whole_top() if placement.at is placement.low is placement.center is None else None
-        self._work(_OBSTACLE_COST * sum(map(len, placer.bodies.values())))
         self._obstacles = [
             # Only what it may stand on is often below it.
             _Obstacle(
@@ -302,9 +283,6 @@ class _Trial:
             left, done = left[~settled], done + count
         return found
 
-    def _work(self, operations: int) -> None:
-        self._placer.take_work(self._placement.name, operations)
-
     def _value(self, value: Value, rows: Indices | None = None, batch: Batch | None = None) -> Floats:
         """A value of the placement in some rows of the batch; of all, as drawn, where none are given."""
         if value.recipe is None:
@@ -336,7 +314,6 @@ class _Trial:
 
     def _tried(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
         """The poses (M, 7) of some tries, and which of them fit."""
-        self._work(_TRY_COST * len(rows))
         batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
         pose = self._upright(rows, batch)
         turn = matrices(pose[:, 3:])
@@ -380,8 +357,6 @@ class _Trial:
     def _heights(self, parts: list[Part], rows: Indices, batch: Batch) -> Floats:
         """How high the origin is (M,) [m]; not finite where it cannot be. `parts`: at height 0."""
         placement = self._placement
-        if len(self._surfaces) > _MANY_OBSTACLES:
-            self._work(_SURFACE_COST * len(self._surfaces))
         lowest = -extent(parts, along(_DOWN, rows))
         within = np.ones(len(rows), np.bool_)
         if self._outline is not None:
@@ -462,10 +437,9 @@ class _Trial:
     def _meeting(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
         """Those of `close`, rows of a part, in which its triangles or those of another meet or are too near."""
         meet = np.zeros(len(close), np.bool_)
-        for pair, first, second in core_pair_lots(own, close, part, rows, wanted, self._work):
+        for pair, first, second in core_pair_lots(own, close, part, rows, wanted):
             if meet[pair].all():
                 continue
-            self._work(_PAIR_COST * len(pair))
             if not wanted:
                 # What touches does not overlap.
                 first.p = first.p - LIFT * _DOWN
@@ -485,6 +459,6 @@ class _Trial:
             for own in parts:
                 there = np.flatnonzero(own.there & other.there[rows])
                 if there.size and not other.is_plane:
-                    for pair, first, second in core_pair_lots(own, there, other, rows[there], near.most, self._work):
+                    for pair, first, second in core_pair_lots(own, there, other, rows[there], near.most):
                         np.minimum.at(closest, there[pair], distances(first, second))
         return (closest >= near.least - TOLERANCE) & (closest <= near.most + TOLERANCE)

@@ -284,9 +284,6 @@ def test_a_long_chain_and_hopeless_tries_are_bounded() -> None:
     assert found["thing_29"][0, 2] == pytest.approx(0.42 + 30 * 0.001 + 59 * 0.015, abs=1e-5)
     huge = {"place": {"on": "table", "tries": 3}, "shapes": [{"type": "sphere", "radius": 1e6}]}
     assert code_of(scene(1, huge=huge)) == ["SC355", "SC354"]
-    with pytest.raises(SceneError) as caught:
-        compile_scene(scene(2, cube=thing(0, region=[[2, 2], [3, 3]])), limits={"computed": 1000})
-    assert [one.code for one in caught.value.diagnostics] == ["SC355", "SC609"]
 
 
 def test_corners_of_a_region_are_in_any_order() -> None:

@@ -79,7 +79,8 @@ class Backtracking:
         elif operation == "SUBPATTERN":
             yield from self.ends(list(argument[3]), at)
         elif operation == "MAX_REPEAT":
-            yield from self.repeated(*argument, at)
+            low, high, inner = argument
+            yield from self.repeated(low, high, inner, at)
         else:
             self.compared += 1
             if self.name[at : at + 1] == "a" and (operation, argument) in {("ANY", None), ("LITERAL", ord("a"))}:
