@@ -248,7 +248,7 @@ def _write_imports(source: SourceWriter, files: ScriptFiles, settings: ProcessSe
     source.line("import sapien")
     if files.reads_meshes:
         source.line("import trimesh")
-    if files.writes_meshes or files.computes:
+    if files.computes:
         source.line("from numpy.typing import NDArray")
     source.line("from sapien import physx")
 
