@@ -18,7 +18,7 @@ SCENES = (16, 256, 4_096)
 BODIES = 20
 BOUND = 1.5
 BY_HAND = "scenes by hand"
-_LIMITS = {"text_bytes": 2**30, "objects": 10**7, "objects_times_scenes": 10**9}
+_LIMITS = {"text_bytes": 2**30, "objects": 10**7}
 
 
 def run(repetitions: int) -> list[Row]:

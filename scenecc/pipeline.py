@@ -148,16 +148,12 @@ _INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
 _LATER_BANDS = frozenset("78")
 """First digits of codes that no compilation reports, only what exports or builds."""
 
-Backend = Literal["cpu", "cuda"]
-"""Where PhysX runs."""
-
 Audit = Literal["full", "fast", "off"]
 """How much is read back from the engine and compared with the plan."""
 
 BUILD_TYPES: Mapping[str, Any] = {
     "scene_idxs": Iterable[int] | None,
     "scenes": str | None,
-    "backend": Backend,
     "dry_run": bool,
     "render": bool | None,
     "audit": Audit,
@@ -428,7 +424,6 @@ def _lower(
     document: Document, scene: SceneFile, expansion: Expansion | None, options: Options, scope: AssetScope, sink: Sink
 ) -> Lowered | None:
     from scenecc.lower import lower
-    from scenecc.lower.scene import LoweringLimits
     from scenecc.spec.references import NameScopes
 
     limits = options.limits
@@ -441,9 +436,7 @@ def _lower(
         resolve=resolver(scope, sink, expansion),
         robots=_robots(scope, limits, sink, expansion),
         vertices=mesh_reader(scope, limits, sink),
-        bounds=LoweringLimits(
-            limits.scenes, limits.objects, limits.objects_times_scenes, limits.computed, limits.includes
-        ),
+        bounds=limits,
         sink=sink,
         names=NameScopes() if expansion is None else expansion.names,
         selections={} if expansion is None else expansion.selections,
@@ -508,7 +501,7 @@ def _decode_plan(found: Input, scope: AssetScope, limits: Limits, sink: Sink) ->
         sink=sink,
         resolve=path_of,
         file=found.document.name,
-        limits=PlanLimits(limits.text_bytes, limits.scenes, limits.objects_times_scenes),
+        limits=PlanLimits(limits.text_bytes, limits.scenes, limits.objects_in_all_scenes),
     )
 
 
@@ -564,7 +557,6 @@ def build_batch(
     plan: ScenePlan,
     sink: Sink,
     *,
-    backend: Backend,
     scene_idxs: Sequence[int] | None,
     render: bool | None,
     audit: Audit,
@@ -578,9 +570,7 @@ def build_batch(
     """
     from scenecc.backends.sapien import instantiate
 
-    batch = instantiate(
-        plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
-    )
+    batch = instantiate(plan, sink, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress)
     if batch is None:
         raise SceneError(sink.diagnostics())
     return batch

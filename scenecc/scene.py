@@ -21,7 +21,6 @@ from scenecc.options import CompileOptions, Options, check_keywords, check_types
 from scenecc.pipeline import (
     BUILD_TYPES,
     Audit,
-    Backend,
     CompiledSource,
     CompileResult,
     Source,
@@ -111,7 +110,6 @@ def load_scene(
     *,
     scene: None = None,
     scene_idxs: Iterable[int] | None = None,
-    backend: Backend = "cpu",
     render: bool | None = None,
     audit: Audit = "fast",
     **options: Unpack[CompileOptions],
@@ -132,7 +130,6 @@ def load_scene(
     *,
     scene: ManiSkillScene | None = None,
     scene_idxs: Iterable[int] | None = None,
-    backend: Backend = "cpu",
     render: bool | None = None,
     audit: Audit = "fast",
     **options: Unpack[CompileOptions],
@@ -144,7 +141,6 @@ def load_scene(
         scene: a ManiSkill environment's scene, to build into it in place of scenes of our own, one in each environment:
             `scenecc.maniskill.load_into`. Everything about the simulation is the environment's then.
         scene_idxs: which of the scenes to build, each as it is among all; every one by default.
-        backend: where PhysX runs.
         render: build what is seen too; None: where a render device exists.
         audit: how much is read back from the engine and compared with the plan. "fast": shape count, mass and
             pose of every body, every constraint, light and camera, and everything in the first scene of each structure;
@@ -158,19 +154,19 @@ def load_scene(
     """
     sink = Sink()
     if scene is not None:
-        given = (options.get("num_scenes"), scene_idxs, backend, render, audit)
-        if given != (None, None, "cpu", None, "fast"):
-            raise ValueError("num_scenes, scene_idxs, backend, render and audit are not taken with scene")
+        given = (options.get("num_scenes"), scene_idxs, render, audit)
+        if given != (None, None, None, "fast"):
+            raise ValueError("num_scenes, scene_idxs, render and audit are not taken with scene")
         check_environments(scene)
         options["num_scenes"] = scene.num_envs
     asked = Options.of_call(load_scene, options)
-    chosen = {"scene_idxs": scene_idxs, "backend": backend, "render": render, "audit": audit}
+    chosen = {"scene_idxs": scene_idxs, "render": render, "audit": audit}
     check_types(load_scene, chosen, BUILD_TYPES)
     scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
     found = compile_or_raise(source, asked, sink)
     if scene is not None:
         return _into(scene, found, sink)
-    batch = build_batch(found.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
+    batch = build_batch(found.plan, sink, scene_idxs=scene_idxs, render=render, audit=audit)
     batch.attach_provenance(found.provenance)
     return batch
 
@@ -217,7 +213,6 @@ def build_scene(
     source: Source,
     *,
     scenes: str | None = None,
-    backend: Backend = "cpu",
     dry_run: bool = False,
     render: bool | None = None,
     audit: Audit = "fast",
@@ -229,7 +224,6 @@ def build_scene(
     Args:
         source: as for `validate`.
         scenes: which to build, as `scene_idxs` of a file: `0:4`, `::2`, `0,2`; all by default.
-        backend: where PhysX runs.
         dry_run: compile only; no engine is started.
         render: as for `load_scene`.
         audit: as for `load_scene`.
@@ -243,7 +237,7 @@ def build_scene(
 
     sink = Sink()
     asked = Options.of_call(build_scene, options)
-    chosen = {"scenes": scenes, "backend": backend, "dry_run": dry_run, "render": render, "audit": audit}
+    chosen = {"scenes": scenes, "dry_run": dry_run, "render": render, "audit": audit}
     check_types(build_scene, {**chosen, "progress": progress}, BUILD_TYPES)
     found = compile_or_raise(source, asked, sink)
     scene_idxs = None if scenes is None else select_scenes(scenes, found.plan.num_scenes, sink)
@@ -253,9 +247,7 @@ def build_scene(
     batch = None
     if not dry_run:
         started = time.perf_counter()
-        batch = build_batch(
-            found.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
-        )
+        batch = build_batch(found.plan, sink, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress)
         batch.attach_provenance(found.provenance)
         timings["build"] = time.perf_counter() - started
     built = tuple(range(found.plan.num_scenes)) if scene_idxs is None else scene_idxs
@@ -485,16 +477,13 @@ class Scene:
         self,
         *,
         scene_idxs: Iterable[int] | None = None,
-        backend: Backend = "cpu",
         render: bool | None = None,
         audit: Audit = "fast",
     ) -> SceneBatch:
         """The live scenes. Arguments and errors are those of `load_scene`."""
-        chosen = {"scene_idxs": scene_idxs, "backend": backend, "render": render, "audit": audit}
+        chosen = {"scene_idxs": scene_idxs, "render": render, "audit": audit}
         check_types(Scene.build, chosen, BUILD_TYPES)
-        return load_scene(
-            self._compiled, scene_idxs=scene_idxs, backend=backend, render=render, audit=audit, **self._given
-        )
+        return load_scene(self._compiled, scene_idxs=scene_idxs, render=render, audit=audit, **self._given)
 
     def emit(self, target: str, *, base: Path | None = None, **choices: Unpack[EmitChoices]) -> Emitted:
         """The scene in another program's form, in memory.

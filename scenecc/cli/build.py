@@ -37,13 +37,6 @@ _STRIDE = 10
 """Steps between two reports of the progress."""
 
 
-class Backend(str, Enum):
-    """Where PhysX runs."""
-
-    cpu = "cpu"
-    cuda = "cuda"
-
-
 class Audit(str, Enum):
     """How much of the engine's state is compared with the plan."""
 
@@ -69,7 +62,6 @@ def build(
     scene: SceneArgument,
     *,
     scenes: Scenes = None,
-    backend: Annotated[Backend, typer.Option("--backend", help="Where PhysX runs.")] = Backend.cpu,
     steps: Steps = 0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Compile only, without starting the engine.")] = False,
     output: Output = None,
@@ -84,7 +76,8 @@ def build(
     """Build a scene as parallel SAPIEN scenes.
 
     Prints a table of the entities and their scenes, and the time of each stage. Of more than 30 entities, copies that
-    are the same share a row.
+    are the same share a row. The scenes are simulated on the CPU; thousands of scenes on a GPU run through
+    scenecc.maniskill.
 
     \b
     Examples:
@@ -101,7 +94,6 @@ def build(
             source,
             **options,
             scenes=scenes,
-            backend=backend.value,
             dry_run=dry_run,
             render=render,
             audit=audit.value,

@@ -513,8 +513,8 @@ class SceneSelections:
         self._left -= len(selection)
         if self._left < 0:
             message = f"the selections of all instances exceed {self._most} scenes in all"
-            hint = "raise the limit with --limit objects_times_scenes=N or limits={'objects_times_scenes': N}"
-            self._sink.report("SC606", message, place, hint=hint)
+            hint = "raise it with --limit objects=N or limits={'objects': N}"
+            self._sink.report("SC604", message, place, hint=hint)
             raise BudgetExhausted
         return selection
 
@@ -604,7 +604,7 @@ def expand(
     if given is None:
         return None
     top = top_document(document)
-    library = ModuleLibrary(load, limits.includes, sink)
+    library = ModuleLibrary(load, limits.depth, sink)
     library.add(top)
     sink.locate = library.locate
     module = library.module(top, None)
@@ -616,7 +616,7 @@ def expand(
     output = ExpansionWriter(top.name, sink)
     objects = ObjectBudget("SC604", "objects", "objects", limits.objects)
     instances = ObjectBudget("SC604", "instances", "objects", limits.objects)
-    scenes = SceneSelections(_scene_count(head, num_scenes, limits), limits.objects_times_scenes, sink)
+    scenes = SceneSelections(_scene_count(head, num_scenes, limits), limits.objects_in_all_scenes, sink)
     builder = ModuleExpander(output, PrefabLibrary(library, measure, sink), scenes, draws, objects, instances, sink)
     if not _expand_top(builder, compiled, arguments, top, objects, sink):
         return None

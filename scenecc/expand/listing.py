@@ -85,7 +85,7 @@ def list_params(document: Document, *, load: Load, limits: Limits, sink: Sink) -
         limits: on what it may ask for.
         sink: takes the diagnostics; its `locate` is set.
     """
-    library = ModuleLibrary(load, limits.includes, sink)
+    library = ModuleLibrary(load, limits.depth, sink)
     sink.locate = library.locate
     top = top_document(document)
     library.add(top)

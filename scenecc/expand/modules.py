@@ -131,9 +131,9 @@ class ModuleLibrary:
         """Whether a chain of documents is longer than the limit; that is reported."""
         if len(chain) <= self.deepest:
             return False
-        hint = f"raise it with --limit includes={self.deepest * 2} or limits={{'includes': {self.deepest * 2}}}"
+        hint = "use fewer levels, or raise the limit with --limit depth=N or limits={'depth': N}"
         message = f"more than {self.deepest} files use one another in a chain: {chain_text(chain)}"
-        self._sink.report("SC608", message, place, hint=hint)
+        self._sink.report("SC602", message, place, hint=hint)
         return True
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.emit.output import encode_obj
 from scenecc.geometry.surfaces import revolved_surface
 from scenecc.importers.meshes import MeshError
 from scenecc.meshes.primitives import box
@@ -74,33 +75,15 @@ class TriangleMesh:
 
     def to_obj(self) -> bytes:
         """The OBJ file. Points, normals and coordinates that no triangle uses are left out."""
-        points, faces = _used(self.points, self.faces)
-        columns, lines = [faces], [f"v {x} {y} {z}" for x, y, z in _texts(points)]
-        template = "{0}"
-        if self.uvs is not None and self.uv_faces is not None:
-            uvs, indices = _used(self.uvs, self.uv_faces)
-            lines += [f"vt {u} {v}" for u, v in _texts(uvs)]
-            columns.append(indices)
-            template = "{0}/{1}"
-        if self.normals is not None and self.normal_faces is not None:
-            normals, indices = _used(self.normals, self.normal_faces)
-            lines += [f"vn {x} {y} {z}" for x, y, z in _texts(normals)]
-            columns.append(indices)
-            template += "//{1}" if len(columns) == 2 else "/{2}"
-        for row in (np.stack(columns, axis=2) + 1).tolist():
-            lines.append("f " + " ".join(template.format(*corner) for corner in row))
-        return "\n".join([*lines, ""]).encode()
+        uvs = None if self.uvs is None or self.uv_faces is None else _used(self.uvs, self.uv_faces)
+        normals = None if self.normals is None or self.normal_faces is None else _used(self.normals, self.normal_faces)
+        return encode_obj(*_used(self.points, self.faces), uvs, normals)
 
 
-def _used(values: NDArray[Any], indices: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[np.int64]]:
-    """The values that are used, each once, in their order."""
+def _used(values: NDArray[Any], indices: NDArray[np.int64]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """The values that are used, each once, in their order, without negative zeros."""
     used, inverse = np.unique(indices, return_inverse=True)
-    return values[used], inverse.reshape(indices.shape)
-
-
-def _texts(values: NDArray[np.floating]) -> list[list[str]]:
-    """The shortest texts that single precision reads back as the same numbers."""
-    return (values.astype(np.float32) + np.float32(0)).astype(str).tolist()
+    return values[used].astype(np.float32) + np.float32(0), inverse.reshape(indices.shape)
 
 
 @dataclass(frozen=True, slots=True)

@@ -76,7 +76,7 @@ def report_draw_failure(
     """Reports what has no value in some scene, at the node that has none."""
     place = origins.get(id(error.node), (None, origin))[1]
     if isinstance(error, ComputeLimitError):
-        sink.report("SC609", error.message, place, hint=COMPUTE_LIMIT_HINT)
+        sink.report("SC604", error.message, place, hint=COMPUTE_LIMIT_HINT)
         return
     message, expression = f"in scene {error.scene}: {error.message}", error.expression
     if expression is None:

@@ -268,7 +268,7 @@ class SamplingContext:
     Attributes:
         seed, num_scenes: of the batch.
         sink: takes the diagnostics.
-        most: operations that its values may take (limit `computed`).
+        most: operations that its values may take.
         draws: the shared draws by their full names; filled before anything reads them.
         deferred: the values that the draw stage judges.
         arguments: what parameters are given that it judges.
@@ -323,7 +323,7 @@ class SamplingContext:
         within = not self.sampling_operations.exhausted
         self.sampling_operations.done += operations
         if within and self.sampling_operations.exhausted:
-            self.sink.report("SC609", self.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
+            self.sink.report("SC604", self.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
 
     def reader(self) -> BoundsAnalysis:
         """The analysis of bounds; that of each shared draw is done once."""

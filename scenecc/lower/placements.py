@@ -17,7 +17,6 @@ from scenecc.lower.poses import ROTATIONS, pose_item, warn_probable_degrees
 from scenecc.lower.rendering import MountLookup
 from scenecc.placing.bodies import Part, UnsupportedShapeError, entity_parts, matrices, rows_in, rows_of
 from scenecc.placing.place import Placer, PlacingError
-from scenecc.placing.proof import find_overlap
 from scenecc.placing.regions import headings, rectangle_of
 from scenecc.placing.surfaces import area_of, footprint, upward_surfaces
 from scenecc.plan import ArticulationStructure, BodyStructure, Mount, Nearness, Placement, Value, literal
@@ -520,7 +519,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
             placer.place(placement)
             # Whatever stands relative to it reads its place while the next is placed.
             sampling.placed.update(batch.placed)
-        overlap = find_overlap(plan, batch, placer.poses)
+        overlap = placer.drawn_overlap()
         if overlap is not None:
             sink.report("SC356", overlap, origin)
     except PlacingError as error:
@@ -537,7 +536,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
     except AssetError as error:
         sink.report(error.code, error.message, origin, hint=error.hint)
     except ComputeLimitError as error:
-        sink.report("SC609", error.message, origin, hint=COMPUTE_LIMIT_HINT)
+        sink.report("SC604", error.message, origin, hint=COMPUTE_LIMIT_HINT)
     except DrawError as error:
         sink.report("SC515", f"in scene {error.scene}: {error.message}", origin)
 

@@ -33,26 +33,16 @@ if TYPE_CHECKING:
     from scenecc.plan import Constraint, Entity, Placement
     from scenecc.plan.expect import Expectation
     from scenecc.robots.description import RobotDescription
+    from scenecc.source import Limits
     from scenecc.spec.document import SceneFile
     from scenecc.spec.physics import PhysicsSpec as PhysicsKeys
-
-
-@frozen
-class LoweringLimits:
-    """The most that there may be."""
-
-    scenes: int
-    objects: int
-    objects_times_scenes: int
-    computed: int
-    includes: int
 
 
 def check_limits(
     scene: SceneFile,
     num_scenes: int,
     selections: Mapping[str, tuple[int, ...]],
-    bounds: LoweringLimits,
+    bounds: Limits,
     origin: Origin,
     sink: Sink,
 ) -> bool:
@@ -60,7 +50,7 @@ def check_limits(
     if not _check_limit("SC605", "scenes", num_scenes, bounds.scenes, origin.child("num_scenes"), sink):
         return False
     if not all(
-        _check_parts(entity, bounds, origin.child("entities", name), sink)
+        _check_parts(entity, origin.child("entities", name), sink)
         for name, entity in scene.entities.items()
         if getattr(entity, "attach", None)
     ):
@@ -77,7 +67,7 @@ def check_limits(
     return _check_objects(sum(shapes.values()) + len(others), built, bounds, origin, sink)
 
 
-def check_built_limits(entities: Sequence[Entity], bounds: LoweringLimits, origin: Origin, sink: Sink) -> bool:
+def check_built_limits(entities: Sequence[Entity], bounds: Limits, origin: Origin, sink: Sink) -> bool:
     """Whether what was built is no more than it may be, with what robots' files hold; otherwise that is reported."""
     counts = [
         max(sum(1 + len(body.collisions) + len(body.visuals) for body in one.bodies) for one in entity.structures)
@@ -87,12 +77,16 @@ def check_built_limits(entities: Sequence[Entity], bounds: LoweringLimits, origi
     return _check_objects(sum(counts), built, bounds, origin, sink)
 
 
-def _check_objects(objects: int, built: int, bounds: LoweringLimits, origin: Origin, sink: Sink) -> bool:
+def _check_objects(objects: int, built: int, bounds: Limits, origin: Origin, sink: Sink) -> bool:
     """The same of so many objects, of which so many are built in all scenes together."""
     if not _check_limit("SC604", "objects", objects, bounds.objects, origin.child("entities"), sink):
         return False
-    place = origin.child("num_scenes")
-    return _check_limit("SC606", "objects times scenes", built, bounds.objects_times_scenes, place, sink)
+    most = bounds.objects_in_all_scenes
+    if built > most:
+        message = f"{built} objects in all scenes are more than {most}"
+        hint = f"build fewer scenes; --limit objects=N allows {most // bounds.objects} times N in all scenes"
+        sink.report("SC604", message, origin.child("num_scenes"), hint=hint)
+    return built <= most
 
 
 class LimitedRobotReader:
@@ -160,23 +154,18 @@ def _entity_size(entity: Any) -> int:
     return found
 
 
-def _check_parts(entity: Any, bounds: LoweringLimits, origin: Origin, sink: Sink) -> bool:
-    """Whether the parts of an articulation are no deeper, and no more, than may be; otherwise that is reported."""
+def _check_parts(entity: Any, origin: Origin, sink: Sink) -> bool:
+    """Whether the parts of an articulation are no more than may be; otherwise that is reported."""
     from scenecc.plan.articulation import MAX_LINKS  # noqa: PLC0415 - loaded where there are articulations
     from scenecc.spec.articulation import iterate_parts  # noqa: PLC0415 - likewise
 
-    waiting: list[tuple[Any, Origin, int]] = [(entity, origin, 0)]
-    for keys, place, depth in waiting:
-        if depth > bounds.includes:
-            message = f"parts are attached {depth} deep, more than the limit of {bounds.includes}"
-            hint = f"raise it with --limit includes={depth} or limits={{'includes': {depth}}}"
-            sink.report("SC608", message, place, at="key", hint=hint)
-            return False
+    waiting = [entity]
+    for keys in waiting:
         if len(waiting) > MAX_LINKS:
             message = f"at least {len(waiting)} parts are more than the {MAX_LINKS} links of an articulation"
             sink.report("SC519", message, origin, at="key", hint="join parts, or leave some out")
             return False
-        waiting += [(part, place.child("attach", name), depth + 1) for name, part in iterate_parts(keys)]
+        waiting += [part for _, part in iterate_parts(keys)]
     return True
 
 
@@ -197,8 +186,7 @@ def _shape_count(body: Any) -> int:
 def _check_limit(code: str, what: str, number: int, limit: int, place: Origin, sink: Sink) -> bool:
     if number <= limit:
         return True
-    name = what.replace(" ", "_")
-    hint = f"raise it with --limit {name}={number} or limits={{'{name}': {number}}}"
+    hint = f"raise it with --limit {what}={number} or limits={{'{what}': {number}}}"
     sink.report(code, f"{number} {what} are more than the limit of {limit}", place, hint=hint)
     return False
 
@@ -231,7 +219,7 @@ def lower(
     origin: Origin,
     resolve: FileResolver,
     robots: RobotReader,
-    bounds: LoweringLimits,
+    bounds: Limits,
     sink: Sink,
     vertices: MeshReader,
     names: NameScopes,
@@ -258,7 +246,7 @@ def lower(
     if not check_limits(scene, num_scenes, selections, bounds, origin, sink):
         return None
     _check_names(scene, origin, sink)
-    sampling = SamplingContext(seed, num_scenes, sink, bounds.computed)
+    sampling = SamplingContext(seed, num_scenes, sink, bounds.objects_in_all_scenes)
     lower_draws(scene.draws, draws, sampling, names, selections, origin.child("draws"))
     physics = _lower_physics(scene.physics, origin.child("physics"))
     tables = PlanTables(resolve)
@@ -294,7 +282,7 @@ def lower(
 def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool:
     """Whether the values that differ from scene to scene would take too long to compute, which is reported."""
     if sampling.sampling_operations.exhausted:
-        sink.report("SC609", sampling.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
+        sink.report("SC604", sampling.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
     return sampling.sampling_operations.exhausted
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.placing.place import Placer, PlacingError
-from scenecc.placing.proof import find_overlap
 from scenecc.variation.nodes import placements_read_by
 
 if TYPE_CHECKING:
@@ -62,8 +61,10 @@ def place_anew(plan: ScenePlan, batch: Batch, poses: Mapping[str, tuple[Sequence
             assert entity.pose.recipe is not None
             found[rows] = part.evaluate(entity.pose.recipe)
         local[entity.name] = found
-    placer = Placer(plan, batch, standing, local)
     placed = set(members.values())
+    still = {one.name for one in plan.placements} - placed
+    drawn = {one.name for one in plan.entities if one.pose.recipe is not None and one.name not in members}
+    placer = Placer(plan, batch, standing, local, still, drawn)
     try:
         for placement in plan.placements:
             if placement.name in placed:
@@ -71,6 +72,6 @@ def place_anew(plan: ScenePlan, batch: Batch, poses: Mapping[str, tuple[Sequence
     except PlacingError as error:
         shown = ", ".join(map(str, error.scenes[:10])) + (", …" if len(error.scenes) > 10 else "")
         raise ValueError(f"{error.message}, in scenes {shown}" + (f"; {error.why}" if error.why else "")) from None
-    overlap = find_overlap(plan, batch, placer.poses)
+    overlap = placer.drawn_overlap()
     if overlap is not None:
         raise ValueError(overlap)

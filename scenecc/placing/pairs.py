@@ -6,14 +6,21 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from scenecc.placing.distances import Cores, distances
+from scenecc.placing.distances import Cores, are_apart, distances
+from scenecc.plan.body import groups_collide
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
-    from scenecc.geometry.rotation_arrays import Floats, Indices
+    from scenecc.geometry.rotation_arrays import Flags, Floats, Indices
     from scenecc.placing.bodies import Part
 
+
+TOLERANCE: Final = 1e-7
+"""By how much less than asked for a distance may be [m]: positions are rounded."""
+
+LIFT: Final = 1e-6
+"""What touches does not overlap: how far above the surface something is held for the test [m]."""
 
 _LOT: Final = 500_000
 """How many pairs are looked at together, at most."""
@@ -21,12 +28,9 @@ _LOT: Final = 500_000
 _SLACK: Final = 1e-6
 """[m] Added to a bound, of which the rounding is far smaller."""
 
-_BOXES_PER_OPERATION: Final = 16
-"""How many boxes around triangles are looked at in the time of one operation."""
-
 
 def core_pair_lots(
-    a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float, work: Callable[[int], None]
+    a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
 ) -> Iterator[tuple[Indices, Cores, Cores]]:
     """The same as `core_pairs`, so few at a time that they need little memory.
 
@@ -36,25 +40,21 @@ def core_pair_lots(
         b: the other part; no plane.
         b_rows: its rows (n,).
         within: triangles that are farther away are left out [m].
-        work: counts operations before they are done, and may raise.
     """
     if a.triangles is None or b.triangles is None:
         size = max(len(one.triangles) if one.triangles is not None else 1 for one in (a, b))
         rows = max(1, _LOT // size)
         for start in range(0, len(a_rows), rows):
             some = slice(start, start + rows)
-            work(len(a_rows[some]) * size // _BOXES_PER_OPERATION)
             pair, first, second = core_pairs(a, a_rows[some], b, b_rows[some], within)
             yield pair + start, first, second
         return
     for index in range(len(a_rows)):
         row, other = a_rows[index : index + 1], b_rows[index : index + 1]
-        work(len(b.triangles) // _BOXES_PER_OPERATION)
         _, near = b.triangles_near(other, a.p[row], a.reach[row] + within)
         size = max(1, _LOT // len(a.triangles))
         for start in range(0, len(near), size):
             some = near[start : start + size]
-            work(len(some) * len(a.triangles) // _BOXES_PER_OPERATION)
             pair, first, second = _triangle_pairs(
                 a, np.repeat(row, len(some)), b.triangle_cores(np.repeat(other, len(some)), some), within
             )
@@ -94,6 +94,38 @@ def core_pairs(a: Part, a_rows: Indices, b: Part, b_rows: Indices, within: float
     return pair[again], first, second
 
 
+def are_too_near(a: Part, b: Part, least: float) -> Flags:
+    """In which scenes (B,) two parts collide, and overlap or are nearer than a distance.
+
+    Args:
+        a: the one part, in the world.
+        b: the other part, in the world.
+        least: the distance [m]; 0: they may touch.
+    """
+    near = a.there & b.there & groups_collide(a.groups.T, b.groups.T)
+    wanted = least - TOLERANCE if least else 0.0
+    if a.is_plane or b.is_plane:
+        plane, other = (a, b) if a.is_plane else (b, a)
+        return near & ~(_heights_above(plane, other) >= (wanted or -LIFT)) & (not other.is_plane)
+    between, reach = a.p - b.p, a.reach + b.reach + least
+    rows = np.flatnonzero(near & (np.einsum("ij,ij->i", between, between) < reach * reach))
+    # Where hulls are apart, triangles are.
+    rows = rows[~are_apart(a.cores(rows), b.cores(rows), np.full(len(rows), wanted))]
+    near = np.zeros(len(near), np.bool_)
+    for pair, first, second in core_pair_lots(a, rows, b, rows, wanted):
+        if not least:
+            first.p = first.p.copy()
+            first.p[:, 2] += np.where(first.p[:, 2] < second.p[:, 2], -LIFT, LIFT)
+        near[rows[pair[~are_apart(first, second, np.full(len(pair), wanted))]]] = True
+    return near
+
+
+def _heights_above(plane: Part, other: Part) -> Floats:
+    """How far above a plane the lowest point of another part is (B,) [m]."""
+    normal = plane.turn[:, :, 0]
+    return -other.extent(-normal) - np.einsum("ij,ij->i", normal, plane.p)
+
+
 def part_distances(a: Part, b: Part) -> Floats:
     """The distance of two parts in each scene (B,) [m]: 0 where they overlap, infinite where one is not there.
 
@@ -105,13 +137,11 @@ def part_distances(a: Part, b: Part) -> Floats:
         return found
     if a.is_plane or b.is_plane:
         plane, other = (a, b) if a.is_plane else (b, a)
-        normal = plane.turn[:, :, 0]
-        height = -other.extent(-normal) - np.einsum("ij,ij->i", normal, plane.p)
-        found[rows] = 0.0 if other.is_plane else np.maximum(height[rows], 0.0)
+        found[rows] = 0.0 if other.is_plane else np.maximum(_heights_above(plane, other)[rows], 0.0)
         return found
     near = _point_near(b, _point_near(a, b.p))
     within = float(np.linalg.norm(near - _point_near(a, near), axis=1)[rows].max()) + _SLACK
-    for pair, first, second in core_pair_lots(a, rows, b, rows, within, lambda _: None):
+    for pair, first, second in core_pair_lots(a, rows, b, rows, within):
         np.minimum.at(found, rows[pair], distances(first, second))
     return found
 

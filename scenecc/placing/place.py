@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from itertools import product
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from scenecc.geometry import rotation_arrays
 from scenecc.placing.bodies import Part, entity_parts, link_pose, matrices, point_part, rows_in, rows_of
 from scenecc.placing.distances import Cores, are_apart, distances, joined
-from scenecc.placing.pairs import core_pair_lots
+from scenecc.placing.pairs import LIFT, TOLERANCE, are_too_near, core_pair_lots
 from scenecc.placing.regions import (
     about_z,
     drawn_units,
@@ -21,10 +22,9 @@ from scenecc.placing.regions import (
     rectangle_of,
     turned,
 )
-from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, level_triangles, upward_surfaces
+from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, upward_surfaces
 from scenecc.plan.body import groups_collide
 from scenecc.variation.evaluation import Batch, to_field_rows
-from scenecc.variation.nodes import Placed
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Mapping, Sequence
@@ -44,19 +44,6 @@ _FEW_ROWS: Final = 512
 
 _TRIES_TOGETHER: Final = 256
 """How many tries of one scene are looked at together, at most."""
-
-TOLERANCE: Final = 1e-7
-"""By how much less than asked for a distance may be [m]: positions are rounded."""
-
-_LIFT: Final = 1e-6
-"""What touches does not overlap: how far above the surface something is held for the test [m]."""
-
-_TRY_COST: Final = 4
-_OBSTACLE_COST: Final = 20
-_LEVEL_COST: Final = 200
-_SURFACE_COST: Final = 60
-_PAIR_COST: Final = 8
-"""How many operations these are: a try, a part in the way, a level triangle, a surface, and a pair of triangles."""
 
 _MANY_OBSTACLES: Final = 64
 """From how many on those that are far from every try are sorted out together."""
@@ -115,8 +102,8 @@ class Placer:
         batch: Batch,
         standing: Mapping[str, Floats],
         local: Mapping[str, Floats],
-        still: Container[str] = (),
-        drawn_anew: Container[str] = (),
+        still: Container[str],
+        drawn_anew: Container[str],
     ) -> None:
         self.plan = plan
         self.batch = batch
@@ -168,10 +155,6 @@ class Placer:
         """The upward surfaces of a body that has its place."""
         key = (mount.entity, mount.link)
         if key not in self._surfaces:
-            for part in self.target_parts(mount):
-                if part.triangles is not None and self.batch.work is not None:
-                    work = len(part.triangles) + _LEVEL_COST * len(level_triangles(part))
-                    self.batch.work.take(work, Placed(mount.entity))
             self._surfaces[key] = [one for part in self.target_parts(mount) for one in upward_surfaces(part)]
         return self._surfaces[key]
 
@@ -184,6 +167,20 @@ class Placer:
             other = self.by_member.get(name)
             for part in parts:
                 yield name, part, 0.0 if name in carrying else self._distance(placement, other, name, part.link)
+
+    def drawn_overlap(self) -> str | None:
+        """Says which drawn pose is too near to a placed body that stays as it is built. None: none is."""
+        drawn = [name for name in self.bodies if name in self._drawn_anew and name not in self.by_member]
+        for placement in self.plan.placements:
+            for member in placement.entities if placement.name in self._still else ():
+                for name in drawn:
+                    near = np.zeros(len(self.batch.scenes), np.bool_)
+                    for own, part in product(self.bodies[member], self.bodies[name]):
+                        near |= are_too_near(own, part, placement.apart)
+                    if near.any():
+                        how = f"are less than {placement.apart:g} m apart" if placement.apart else "overlap"
+                        return f"in scene {self.batch.scenes[near.argmax()]} `{member}` and `{name}` {how}"
+        return None
 
     def _distance(self, placement: Placement, other: Placement | None, name: str, link: str | None) -> float:
         if name == placement.target.entity and placement.target.link in (None, link):
@@ -238,7 +235,6 @@ class _Trial:
         frame = placer.pose_of(placement.target) if placement.frame is None else self._value(placement.frame)
         self._origin, self._heading = frame[:, :3], headings(frame[:, 3:])
         self._rectangle = self._whole_top() if placement.at is placement.low is placement.center is None else None
-        self._work(_OBSTACLE_COST * sum(map(len, placer.bodies.values())))
         self._obstacles = [
             # Only what it may stand on is often below it.
             _Obstacle(
@@ -287,11 +283,6 @@ class _Trial:
             left, done = left[~settled], done + count
         return found
 
-    def _work(self, operations: int) -> None:
-        """Counts what is done; too much is an error (limit `computed`)."""
-        if self._batch.work is not None:
-            self._batch.work.take(operations, Placed(self._placement.name))
-
     def _value(self, value: Value, rows: Indices | None = None, batch: Batch | None = None) -> Floats:
         """A value of the placement in some rows of the batch; of all, as drawn, where none are given."""
         if value.recipe is None:
@@ -323,7 +314,6 @@ class _Trial:
 
     def _tried(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
         """The poses (M, 7) of some tries, and which of them fit."""
-        self._work(_TRY_COST * len(rows))
         batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
         pose = self._upright(rows, batch)
         turn = matrices(pose[:, 3:])
@@ -367,8 +357,6 @@ class _Trial:
     def _heights(self, parts: list[Part], rows: Indices, batch: Batch) -> Floats:
         """How high the origin is (M,) [m]; not finite where it cannot be. `parts`: at height 0."""
         placement = self._placement
-        if len(self._surfaces) > _MANY_OBSTACLES:
-            self._work(_SURFACE_COST * len(self._surfaces))
         lowest = -extent(parts, along(_DOWN, rows))
         within = np.ones(len(rows), np.bool_)
         if self._outline is not None:
@@ -399,7 +387,7 @@ class _Trial:
             if part.is_plane:
                 normal = part.turn[rows, :, 0]
                 height = -own.extent(-normal) - np.einsum("ij,ij->i", normal, part.p[rows])
-                self._refuse(free, np.flatnonzero(there[rows] & ~(height >= (wanted or -_LIFT))), name)
+                self._refuse(free, np.flatnonzero(there[rows] & ~(height >= (wanted or -LIFT))), name)
                 continue
             between = own.p - part.p[rows]
             reach = own.reach + part.reach[rows] + apart
@@ -420,7 +408,7 @@ class _Trial:
                 names.append(name)
                 if not apart:
                     # What touches does not overlap.
-                    mine[-1].p = mine[-1].p - _LIFT * _DOWN
+                    mine[-1].p = mine[-1].p - LIFT * _DOWN
         if whose:
             apart_ = are_apart(joined(mine), joined(others), np.concatenate(least))
             ends = np.cumsum([len(one) for one in whose])[:-1]
@@ -449,13 +437,12 @@ class _Trial:
     def _meeting(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
         """Those of `close`, rows of a part, in which its triangles or those of another meet or are too near."""
         meet = np.zeros(len(close), np.bool_)
-        for pair, first, second in core_pair_lots(own, close, part, rows, wanted, self._work):
+        for pair, first, second in core_pair_lots(own, close, part, rows, wanted):
             if meet[pair].all():
                 continue
-            self._work(_PAIR_COST * len(pair))
             if not wanted:
                 # What touches does not overlap.
-                first.p = first.p - _LIFT * _DOWN
+                first.p = first.p - LIFT * _DOWN
             meet[pair[~are_apart(first, second, np.full(len(pair), wanted))]] = True
         return close[meet]
 
@@ -472,6 +459,6 @@ class _Trial:
             for own in parts:
                 there = np.flatnonzero(own.there & other.there[rows])
                 if there.size and not other.is_plane:
-                    for pair, first, second in core_pair_lots(own, there, other, rows[there], near.most, self._work):
+                    for pair, first, second in core_pair_lots(own, there, other, rows[there], near.most):
                         np.minimum.at(closest, there[pair], distances(first, second))
         return (closest >= near.least - TOLERANCE) & (closest <= near.most + TOLERANCE)

@@ -630,7 +630,7 @@ class PlanLimits:
 
     characters: int = 512 * 2**20
     scenes: int = 65_536
-    objects: int = 10_000_000
+    objects: int = 13_000_000
 
 
 def plan_from_json(

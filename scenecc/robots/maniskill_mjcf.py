@@ -63,7 +63,7 @@ def read_mjcf(
         sink: takes what is wrong, at the file's own lines: codes SC401 to SC407 for files that it names, SC450 to SC453
             where it cannot be read, SC480 to SC486 for the rest.
         origin: the node of the scene that names the file, reported with each finding.
-        limits: `includes`: how many files include one another; `asset_bytes`: size of each.
+        limits: `depth`: how many files include one another; `asset_bytes`: size of each.
         name: the file's name as shown to people; None: its uri.
         budget: of all files of the scene; None: it is read alone.
     """

@@ -235,8 +235,8 @@ class MjcfFiles:
         if file.path in self._included:
             self.report.error("SC486", f"`{cut(name)}` is included twice", place, "MJCF takes each file once")
             return []
-        if chain >= self.limits.includes:
-            self.report.error("SC452", f"more than {self.limits.includes} files include one another", place)
+        if chain >= self.limits.depth:
+            self.report.error("SC452", f"more than {self.limits.depth} files include one another", place)
             return []
         root = self._read(file.path, file.uri, self._findings(file, place), chain + 1, depth)
         return [] if root is None else root.children

@@ -11,6 +11,9 @@ from scenecc.diagnostics.frozen import frozen
 MAX_DEPTH = 1000
 """The largest `Limits.depth`. libyaml 0.2.6, which PyYAML 6.0.4 brings, parses no deeper."""
 
+_SCENES_PER_OBJECT = 100
+"""In how many scenes each of the most objects may be: 130 000 objects in 65 536 scenes fit into no memory."""
+
 
 @frozen
 class Limits:
@@ -18,27 +21,27 @@ class Limits:
 
     Attributes:
         text_bytes: size of a scene file or stream, and of all that it includes and uses together [bytes of UTF-8].
-        depth: mappings and lists inside one another, the document itself counted, aliases followed.
+        depth: mappings and lists inside one another, the document itself counted, aliases followed; and files that
+            include or use one another in a chain.
         alias_nodes: nodes reached through aliases and merge keys, each use of an alias counted anew.
-        includes: files that include or use one another in a chain.
         objects: entities, each counted as often as it has shapes, and once for every eight values that it has.
         scenes: parallel scenes.
-        objects_times_scenes: objects summed over the scenes that they are in.
         asset_bytes: size of one mesh, texture or robot description [bytes].
         assets_bytes: sizes of all meshes and of what they name, with what they take in memory [bytes].
-        computed: operations for the values that differ from scene to scene, in all scenes.
     """
 
     text_bytes: int = 16 * 2**20
     depth: int = 100
     alias_nodes: int = 10_000
-    includes: int = 32
     objects: int = 130_000
     scenes: int = 65_536
-    objects_times_scenes: int = 10_000_000
     asset_bytes: int = 64 * 2**20
     assets_bytes: int = 512 * 2**20
-    computed: int = 20_000_000
+
+    @property
+    def objects_in_all_scenes(self) -> int:
+        """The most objects, each counted in every scene that it is in; the most values that differ by scene, too."""
+        return _SCENES_PER_OBJECT * self.objects
 
 
 def make_limits(changes: Mapping[str, object] | None = None) -> Limits:

@@ -43,8 +43,8 @@ else:
     InertialSpec = Annotated[Any, LazyType("scenecc.spec.physics", "InertialSpec")]
 
 _PATTERN_HINT = (
-    "letters, `.`, `[…]`, `|`, groups, `?`, `*`, `+` and `{m,n}`; what is repeated repeats nothing itself; "
-    "it matches whole names"
+    "letters, `.`, `[…]`, `|`, groups, `?`, `*`, `+` and `{m,n}`; `*` and `+` repeat letters, sets, and groups "
+    "without `|` or repetition; a pattern matches whole names"
 )
 
 

@@ -1,21 +1,21 @@
 """How a document refers to its parts: qualified names, `scene_idxs`, and patterns of names.
 
-Patterns are matched by an automaton of our own, in time that grows with the length of the name alone. Python's
-matcher backtracks, which takes hours for some pairs of pattern and name.
+Python's matcher of patterns backtracks, which takes hours for some pairs of pattern and name. So a pattern's choices
+are counted before it is matched.
 """
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib import import_module
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Iterable, Iterator
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
@@ -204,12 +204,12 @@ def _report_out_of_range(index: int, num_scenes: int, place: Origin, sink: Sink)
 MAX_PATTERN_LENGTH = 200
 """Characters of a pattern."""
 
-MAX_STATES = 2000
-"""States of an automaton: a counted repetition has as many as it counts."""
+MAX_STEPS = 100_000_000
+"""Steps that a pattern may take with a name of 64 letters, at most."""
 
 _PARSER: Any = import_module("re._parser" if sys.version_info >= (3, 11) else "sre_parse")
 
-_REPEATS = frozenset(("MAX_REPEAT", "MIN_REPEAT", "POSSESSIVE_REPEAT"))
+_REPEATS = frozenset(("MAX_REPEAT", "MIN_REPEAT"))
 
 _UNSUPPORTED_OPS = {
     "GROUPREF": "a back-reference",
@@ -220,159 +220,87 @@ _UNSUPPORTED_OPS = {
     "POSSESSIVE_REPEAT": "a possessive repetition",
 }
 
-_CATEGORIES = {
-    "CATEGORY_DIGIT": r"\d",
-    "CATEGORY_NOT_DIGIT": r"\D",
-    "CATEGORY_SPACE": r"\s",
-    "CATEGORY_NOT_SPACE": r"\S",
-    "CATEGORY_WORD": r"\w",
-    "CATEGORY_NOT_WORD": r"\W",
-}
-
-_ANCHORS: dict[str, Callable[[str, str], bool]] = {
-    "AT_BEGINNING": lambda before, _after: not before,
-    "AT_BEGINNING_STRING": lambda before, _after: not before,
-    "AT_END": lambda _before, after: not after,
-    "AT_END_STRING": lambda _before, after: not after,
-    "AT_BOUNDARY": lambda before, after: _is_word(before) is not _is_word(after),
-    "AT_NON_BOUNDARY": lambda before, after: _is_word(before) is _is_word(after),
-}
-"""What must be so between the letters before and after a place, "" at the ends of a name."""
-
 
 class PatternError(Exception):
-    """A pattern that is not taken; its text says why."""
+    """A pattern that is not supported; its text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Choices:
+    """What a backtracking matcher may try.
+
+    Attributes:
+        loops: repetitions without an upper bound.
+        ways: in which everything else can be chosen.
+        width: letters that are compared for one choice, at most.
+    """
+
+    loops: int = 0
+    ways: int = 1
+    width: int = 0
 
 
 class NamePattern:
-    """A pattern that was read.
-
-    Attributes:
-        text: as written.
-    """
+    """A regular expression that matches whole names."""
 
     def __init__(self, text: str) -> None:
         """Reads a pattern.
 
         Raises:
-            PatternError: it is no regular expression, or one that is not taken here.
+            PatternError: it is not a regular expression, or not a supported one.
         """
-        self.text = text
         if len(text) > MAX_PATTERN_LENGTH:
             raise PatternError(f"a pattern of {len(text)} characters is longer than {MAX_PATTERN_LENGTH}")
         try:
             tree = _PARSER.parse(text)
+            self._expression = re.compile(text)
         except (re.error, OverflowError, RecursionError) as error:
             raise PatternError(f"invalid regular expression: {error}") from error
         if tree.state.flags & ~re.UNICODE.value:
             raise PatternError("a pattern must not have flags")
-        self._tests: list[Any] = []
-        self._moves: list[tuple[int, ...]] = []
-        self._last = self._state(None)
-        self._first = self._sequence(tree, self._last, repeated=False)
+        self._choices = _choices_of_all(tree)
+        if self.steps(64) > MAX_STEPS:
+            raise PatternError("this pattern has too many repetitions and alternatives")
+
+    def steps(self, length: int) -> int:
+        """How many steps Python's matcher, which backtracks, takes at most with a name of so many letters."""
+        found = self._choices
+        return math.comb(length + found.loops, found.loops) * found.ways * (1 + found.width)
 
     def matches(self, name: str) -> bool:
         """Whether it matches the whole of a name."""
-        following = [self._first]
-        for before, letter in pairwise(("", *name)):
-            here = self._reached(following, before, letter)
-            following = [self._moves[state][0] for state in here if _accepts(self._tests[state], letter)]
-            if not following:
-                return False
-        return self._last in self._reached(following, name[-1:], "")
-
-    def _reached(self, states: list[int], before: str, after: str) -> set[int]:
-        """States with all that is reached from them without a letter, between two letters of a name."""
-        found: set[int] = set()
-        todo = states.copy()
-        while todo:
-            state = todo.pop()
-            if state not in found:
-                found.add(state)
-                test = self._tests[state]
-                if test is None or (test[0] == "AT" and _ANCHORS[test[1]](before, after)):
-                    todo += self._moves[state]
-        return found
-
-    def _state(self, test: Any, *moves: int) -> int:
-        """A new state: None tests nothing and leads on without a letter, as an edge does where it is one."""
-        if len(self._tests) >= MAX_STATES:
-            raise PatternError("this pattern repeats too much")
-        self._tests.append(test)
-        self._moves.append(moves)
-        return len(self._tests) - 1
-
-    def _sequence(self, items: Any, after: int, *, repeated: bool) -> int:
-        for operation, argument in reversed(list(items)):
-            after = self._one(str(operation), argument, after, repeated=repeated)
-        return after
-
-    def _one(self, operation: str, argument: Any, after: int, *, repeated: bool) -> int:
-        if operation in _UNSUPPORTED_OPS:
-            raise PatternError(f"{_UNSUPPORTED_OPS[operation]} is not supported in a pattern of names")
-        if operation in _REPEATS:
-            least, most, inner = argument
-            if (least, most) == (0, 1):
-                # What may be left out is not repeated.
-                return self._state(None, self._sequence(inner, after, repeated=repeated), after)
-            if repeated:
-                raise PatternError("a repetition inside a repetition is not supported in a pattern of names")
-            return self._repeat(least, most, inner, after)
-        if operation == "BRANCH":
-            return self._state(None, *(self._sequence(branch, after, repeated=repeated) for branch in argument[1]))
-        if operation == "SUBPATTERN":
-            _, added, removed, inner = argument
-            if added or removed:
-                raise PatternError("a pattern must not have flags")
-            return self._sequence(inner, after, repeated=repeated)
-        if operation == "AT":
-            return self._state((operation, str(argument)), after)
-        return self._state((operation, argument), after)
-
-    def _repeat(self, least: Any, most: Any, inner: Any, after: int) -> int:
-        low, high = int(least), None if str(most) == "MAXREPEAT" else int(most)
-        if high is None:
-            around = self._state(None)
-            self._moves[around] = (self._sequence(inner, around, repeated=True), after)
-            start = around
-        else:
-            start = after
-            for _ in range(high - low):
-                start = self._state(None, self._sequence(inner, start, repeated=True), after)
-        for _ in range(low):
-            start = self._sequence(inner, start, repeated=True)
-        return start
+        return self._expression.fullmatch(name) is not None
 
 
-def _accepts(test: Any, letter: str) -> bool:
-    if test is None:
-        return False
-    operation, argument = test
-    match operation:
-        case "AT":
-            return False
-        case "LITERAL":
-            return ord(letter) == argument
-        case "NOT_LITERAL":
-            return ord(letter) != argument
-        case "ANY":
-            return letter != "\n"
-        case _:
-            negated = bool(argument) and str(argument[0][0]) == "NEGATE"
-            return any(_matches_set_item(item, letter) for item in argument[negated:]) is not negated
+def _choices_of_all(items: Any) -> _Choices:
+    """The choices of a sequence: of each item, there are those of all others."""
+    found = [_choices(str(operation), argument) for operation, argument in items]
+    ways = math.prod(one.ways for one in found)
+    return _Choices(sum(one.loops for one in found), ways, sum(one.width for one in found))
 
 
-def _is_word(letter: str) -> bool:
-    return letter.isalnum() or letter == "_"
-
-
-def _matches_set_item(item: Any, letter: str) -> bool:
-    kind, argument = str(item[0]), item[1]
-    if kind == "LITERAL":
-        return ord(letter) == argument
-    if kind == "RANGE":
-        return argument[0] <= ord(letter) <= argument[1]
-    return re.match(_CATEGORIES[str(argument)], letter) is not None
+def _choices(operation: str, argument: Any) -> _Choices:
+    """The choices of one item of a pattern. Raises PatternError."""
+    if operation in _UNSUPPORTED_OPS:
+        raise PatternError(f"{_UNSUPPORTED_OPS[operation]} is not supported in a pattern of names")
+    if operation == "BRANCH":
+        found = [_choices_of_all(branch) for branch in argument[1]]
+        loops, width = max(one.loops for one in found), max(one.width for one in found)
+        return _Choices(loops, sum(one.ways for one in found), width)
+    if operation == "SUBPATTERN":
+        _, added, removed, inner = argument
+        if added or removed:
+            raise PatternError("a pattern must not have flags")
+        return _choices_of_all(inner)
+    if operation not in _REPEATS:
+        return _Choices(width=operation != "AT")
+    low, high, inner = argument
+    one = _choices_of_all(inner)
+    if str(high) != "MAXREPEAT" and (high == 1 or not one.loops):
+        return _Choices(one.loops, (high - low + 1) * one.ways ** min(high, MAX_PATTERN_LENGTH), one.width * high)
+    if one.loops or one.ways > 1:
+        raise PatternError("a repetition or a choice inside a repetition is not supported in a pattern of names")
+    return _Choices(1, 1, one.width)
 
 
 @lru_cache(maxsize=256)
@@ -380,6 +308,6 @@ def compile_name_pattern(text: str) -> NamePattern:
     """A pattern, read once.
 
     Raises:
-        PatternError: it is not taken.
+        PatternError: it is not supported.
     """
     return NamePattern(text)

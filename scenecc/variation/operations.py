@@ -52,9 +52,7 @@ class DrawError(Exception):
         self.expression = expression
 
 
-COMPUTE_LIMIT_HINT = (
-    "compute less, in fewer scenes, or raise the limit with --limit computed=N or limits={'computed': N}"
-)
+COMPUTE_LIMIT_HINT = "compute less, in fewer scenes, or raise the limit with --limit objects=N or limits={'objects': N}"
 
 NAME_LOOKUP_COST = 100
 """How many operations it takes to look up a file or a material that an expression names."""
@@ -78,7 +76,7 @@ class OperationCounter:
     """Counts operations before they are done. A few lines can ask for any number: 900 draws in 65 536 scenes.
 
     Attributes:
-        most: how many there may be (limit `computed`).
+        most: how many there may be.
         done: how many there were.
     """
 
@@ -93,7 +91,7 @@ class OperationCounter:
     @property
     def message(self) -> str:
         """What is said then."""
-        return f"the values of all scenes take more than {self.most} operations (limit computed)"
+        return f"the forms and expressions of all scenes count as more than {self.most} objects"
 
     def take(self, operations: int, node: object) -> None:
         """Counts so many.

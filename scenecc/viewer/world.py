@@ -70,7 +70,6 @@ class World:
         self._batch = build_batch(
             loaded.plan,
             loaded.sink.another(),
-            backend="cpu",
             scene_idxs=self.scene_idxs,
             render=False,
             audit="fast",

@@ -160,10 +160,11 @@ def test_a_device_that_is_full_is_told(run, scene: Path) -> None:
         assert subprocess.run(shell, capture_output=True, check=False, timeout=60).returncode == status
 
 
-def test_cuda_without_its_library_is_the_machines_fault(run, scene: Path) -> None:
-    done = run("build", scene, "--backend", "cuda")
-    assert done.returncode == 3
-    assert "SC8" in done.stderr
+def test_no_option_says_where_physx_runs(run, scene: Path) -> None:
+    done = run("build", scene, "--dry-run", "--backend", "cpu")
+    assert done.returncode == 2
+    assert "No such option: --backend" in done.stderr
+    assert "a GPU run through scenecc.maniskill" in " ".join(run("build", "--help").stdout.split())
 
 
 def test_a_scene_comes_by_standard_input(run) -> None:

@@ -44,7 +44,6 @@ def test_every_command_has_help_with_examples(run, name: str) -> None:
         (),
         ("frobnicate",),
         ("build",),
-        ("build", "x.yaml", "--backend", "tpu"),
         ("build", "x.yaml", "--num-scenes", "0"),
         ("build", "x.yaml", "--num-scenes", "many"),
         ("build", "x.yaml", "--steps", "-1"),

@@ -35,7 +35,7 @@ PASSPORT = "passport.json"
 IMPORTED = "source"
 """The name, without its suffix, of a file that is imported."""
 
-LIMITS = {"asset_bytes": 2**24, "objects": 1000, "scenes": 256, "objects_times_scenes": 4000}
+LIMITS = {"asset_bytes": 2**24, "objects": 200, "scenes": 256}
 """Small: a case that is within them takes no second."""
 
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.])")

@@ -138,11 +138,14 @@ def test_results_tell_what_the_scene_and_the_work_found(tmp_path: Path) -> None:
     assert scene.diagnostics == [unused]
 
 
-def test_an_engines_failure_is_told_at_its_line(file: Path) -> None:
+def test_an_engines_failure_is_a_scene_error(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenecc.backends.sapien import build
+
     scene = open_scene(file)
+    monkeypatch.setattr(build, "render_problem", lambda: "failed to find a rendering device")
     with pytest.raises(SceneError) as error:
-        scene.build(backend="cuda", render=False)
-    assert error.value.diagnostics[0].code.startswith("SC8")
+        scene.build(render=True)
+    assert error.value.diagnostics[0].code == "SC803"
     with pytest.raises(ValueError, match="scene_idxs"):
         scene.build(scene_idxs=[7], render=False)
 
@@ -152,8 +155,8 @@ def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
     assert scene._given.get("asset_roots") == (str(file.parent),)
     with pytest.raises(TypeError, match="as `open_scene` gives it, not with str"):
         scene.diff(str(file))  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ValueError, match="backend must be one of cpu, cuda, not 'gpu'"):
-        scene.build(backend="gpu")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="audit must be one of full, fast, off, not 'some'"):
+        scene.build(audit="some")  # pyright: ignore[reportArgumentType]
     for wrong in ({"limits": 3}, {"asset_roots": 3}, {"asset_roots": [3]}):
         with pytest.raises(TypeError, match=f"{next(iter(wrong))} must be .*, not"):
             open_scene(file, **wrong)  # pyright: ignore[reportArgumentType]
@@ -187,7 +190,7 @@ def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
         ("render", {"what": ["color"]}, "one of color, depth, segmentation, normal"),
         ("render", {"film": ["gif"]}, "one of gif, mp4"),
         ("render", {"path": 3}, "a string or a path"),
-        ("build", {"backend": ["cpu"]}, "one of cpu, cuda"),
+        ("build", {"audit": ["fast"]}, "one of full, fast, off"),
         ("build", {"audit": 1}, "one of full, fast, off"),
         ("build", {"render": "no"}, "True or False"),
         ("build", {"scene_idxs": 3}, "integers, as in [0, 2] or range(4)"),

@@ -46,7 +46,6 @@ def instantiate(
     plan: ScenePlan,
     sink: Sink,
     *,
-    backend: Literal["cpu", "cuda"] = "cpu",
     scene_idxs: Sequence[int] | None = None,
     render: bool | None = None,
     audit: Literal["full", "fast", "off"] = "fast",
@@ -57,7 +56,6 @@ def instantiate(
     Args:
         plan: what to build.
         sink: told everything that the engine or the machine cannot do, at the shape that asked.
-        backend: where PhysX runs; only "cpu" builds in this version; "cuda" is refused with the reason.
         scene_idxs: which of the plan's scenes to build, all by default; each is as it is among all.
         render: True builds visuals, False leaves them out, None builds them where a render device exists.
         audit: how much of what the engine then holds is compared with the plan: "fast" is shape count,
@@ -79,7 +77,7 @@ def instantiate(
         return None
     from scenecc.backends.sapien.build import build_batch
 
-    return build_batch(plan, sink, chosen, backend=backend, render=render, audit=audit, progress=progress)
+    return build_batch(plan, sink, chosen, render=render, audit=audit, progress=progress)
 
 
 def __getattr__(name: str) -> object:

@@ -12,7 +12,6 @@ from scenecc.backends.sapien.constraints import ConstraintSet
 from scenecc.backends.sapien.engine import (
     EngineFailure,
     engine_settings,
-    gpu_refusal,
     new_render_system,
     physx,
     render,
@@ -99,15 +98,12 @@ def build_batch(
     sink: Sink,
     scene_idxs: tuple[int, ...],
     *,
-    backend: Literal["cpu", "cuda"],
     render: bool | None,
     audit: Literal["full", "fast", "off"],
     progress: Callable[[int, int], None] | None,
 ) -> SceneBatch | None:
     """As `scenecc.backends.sapien.instantiate`; SAPIEN can be imported."""
     try:
-        if backend == "cuda":
-            raise gpu_refusal()
         rendered = _should_render(render=render)
     except EngineFailure as failure:
         report_failure(failure, sink, plan.origin)

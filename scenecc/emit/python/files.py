@@ -20,7 +20,7 @@ from scenecc.emit.python.source import (
     string,
 )
 from scenecc.files import read_checked
-from scenecc.geometry import surfaces
+from scenecc.geometry import ply, surfaces
 from scenecc.geometry.surfaces import heightfield_surface
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
 from scenecc.plan.properties import Quantity
@@ -67,22 +67,12 @@ def convex_parts(mesh: Path, **parameters: object) -> str:
 '''
 
 _PLY_FILE = '''\
-def ply_file(parts: list[tuple[NDArray[Any], NDArray[Any]]]) -> Path:
+def ply_file(parts: list[tuple[Any, Any]]) -> Path:
     """A PLY file of vertices and triangles; gone when the script ends."""
-    starts = np.cumsum([0, *(len(points) for points, _ in parts)])
-    # A byte of 0 before the numbers: SAPIEN's reader skips line breaks after the header.
-    vertices = np.zeros(starts[-1], [("none", "u1"), ("point", "<f4", 3)])
-    vertices["point"] = np.concatenate([points for points, _ in parts])
-    indices = np.concatenate([triangles + start for (_, triangles), start in zip(parts, starts)])
-    faces = np.full(len(indices), 3, [("count", "u1"), ("indices", "<i4", 3)])
-    faces["indices"] = indices
-    header = f"ply\\nformat binary_little_endian 1.0\\nelement vertex {len(vertices)}\\n"
-    header += "property uchar none\\nproperty float x\\nproperty float y\\nproperty float z\\n"
-    header += f"element face {len(faces)}\\nproperty list uchar int vertex_indices\\nend_header\\n"
     folder = tempfile.mkdtemp()
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     file = Path(folder) / "mesh.ply"
-    file.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
+    file.write_bytes(encode_parts(parts))
     return file
 '''
 
@@ -103,7 +93,7 @@ _COLLADA_MESH = '''\
 def collada_mesh(mesh: Path) -> Path:
     """A PLY of a COLLADA [m], which SAPIEN only shows. trimesh reads it, by pycollada."""
     scene = trimesh.load_scene(mesh, process=False, ignore_broken=False)
-    parts: list[tuple[NDArray[Any], NDArray[Any]]] = []
+    parts: list[tuple[Any, Any]] = []
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
         part = scene.geometry[name].copy()
@@ -282,6 +272,8 @@ class ScriptFiles:
         terrain, seen = ("heightfield_shape" in self._made, "heightfield_visual" in self._made)
         made = (
             (_CONVEX_PARTS, self._cut),
+            (getsource(ply.encode_ply), self.writes_meshes),
+            (getsource(ply.encode_parts), self.writes_meshes),
             (_PLY_FILE, self.writes_meshes),
             (_MIRRORED, self._mirrored),
             (_COLLADA_MESH, self._converted),

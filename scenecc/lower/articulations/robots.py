@@ -18,7 +18,7 @@ from scenecc.plan.geometry import SOLIDS, Solid
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.robots import description as robots
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.references import compile_name_pattern
+from scenecc.spec.references import NamePattern, compile_name_pattern
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -282,10 +282,14 @@ def _pose(pose: Pose7) -> Value | None:
 _SHOWN = 12
 """How many names a hint lists."""
 
-MOST_MATCHING = 5_000_000
-"""Patterns times characters of the names that they are matched with, in a whole document; what was matched once is
-remembered. Some seconds: a stranger's file could name ten thousand patterns, and a robot with names of any length.
+MOST_MATCHING = 1_000_000_000
+"""Steps that all patterns of a document may take, a few seconds; each pair of a pattern and a name counts once.
+
+A stranger's file could name ten thousand patterns, and a robot with names of any length.
 """
+
+_PAIR_STEPS = 5000
+"""Steps that take as long as everything else that is done for a pair."""
 
 
 class PatternMatcher:
@@ -293,6 +297,7 @@ class PatternMatcher:
 
     def __init__(self) -> None:
         self._found: dict[tuple[str, str], bool] = {}
+        self._patterns: dict[str, NamePattern] = {}
         self._left = MOST_MATCHING
 
     @property
@@ -304,8 +309,11 @@ class PatternMatcher:
         """Whether a pattern matches a whole name."""
         found = self._found.get((pattern, name))
         if found is None:
-            self._left -= len(name) + 1
-            found = self._found[pattern, name] = self._left >= 0 and compile_name_pattern(pattern).matches(name)
+            read = self._patterns.get(pattern)
+            if read is None:
+                read = self._patterns[pattern] = compile_name_pattern(pattern)
+            self._left -= _PAIR_STEPS + read.steps(len(name))
+            found = self._found[pattern, name] = self._left >= 0 and read.matches(name)
         return found
 
 
@@ -334,6 +342,8 @@ class PatternOverrides:
 
     def layers(self, section: str, name: str) -> tuple[Layer, ...]:
         """The overrides of a link or a joint; later ones take precedence."""
+        if self._matching.exhausted:
+            return ()
         matches = self._matching.matches
         return tuple(layer for pattern, layer in self._maps[section] if matches(pattern, name))
 
@@ -358,7 +368,7 @@ class PatternOverrides:
         return any(self._matching.matches(pattern, name) for name in names)
 
     def _too_many(self) -> None:
-        message = f"patterns times characters of the names they may match are more than {MOST_MATCHING} here"
+        message = f"matching the patterns with the names of links and joints takes more than {MOST_MATCHING} steps"
         self._sink.report("SC323", message, self._origin, at="key", hint="name several links or joints by one pattern")
 
     def _nothing(self, pattern: str, what: str, names: Sequence[str], *, still: bool, origin: Origin) -> None:

@@ -79,7 +79,7 @@ def read_model(
         origin: the node of the scene that names the file, reported with each finding.
         keyframe: the name of the keyframe that gives initial positions, and where the scene says it.
         visual_groups: the groups of geoms that are seen.
-        limits: `includes`: how many files include one another; `asset_bytes`: size of each.
+        limits: `depth`: how many files include one another; `asset_bytes`: size of each.
         budget: of all files of the scene; None: it is read alone.
     """
     report = MjcfReport(FileReport(sink, origin, budget=budget))

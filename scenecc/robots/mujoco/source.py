@@ -189,8 +189,8 @@ class SourceBuilder:
             self.report.error("SC486", f"`{cut(found.uri)}` attaches itself", place)
             return 0
         if found.path not in self._models:
-            if len(self._models) >= files.limits.includes:
-                self.report.error("SC452", f"more than {files.limits.includes} models are attached", place)
+            if len(self._models) >= files.limits.depth:
+                self.report.error("SC452", f"more than {files.limits.depth} models are attached", place)
                 return 0
             name = f"{MODEL_PREFIX}{len(self._models)}.xml"
             inner, root = files.attach(found, place)

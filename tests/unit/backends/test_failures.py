@@ -183,34 +183,6 @@ def test_no_render_device(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> N
     assert not batch.render
 
 
-def test_cuda_without_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("HOME", str(tmp_path))
-    (told,) = complaints(plan, backend="cuda")
-    assert told.code == "SC804"
-    assert str(tmp_path / ".sapien" / "physx") in told.message
-    assert "downloads nothing" in (told.hint or "")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_cuda_with_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from scenecc.backends.sapien import engine
-
-    monkeypatch.setenv("HOME", str(tmp_path))
-    engine.gpu_library_path().parent.mkdir(parents=True)
-    engine.gpu_library_path().write_bytes(b"")
-    monkeypatch.setattr(engine.ctypes, "CDLL", lambda name: None)
-    (told,) = complaints(plan, backend="cuda")
-    assert told.code == "SC804"
-    assert "does not run scenes on the GPU yet" in told.message
-
-    def no_driver(name: str) -> None:
-        raise OSError(name)
-
-    monkeypatch.setattr(engine.ctypes, "CDLL", no_driver)
-    (told,) = complaints(plan, backend="cuda")
-    assert "no CUDA driver" in told.message
-
-
 def test_sapien_is_missing(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     real = builtins.__import__
 

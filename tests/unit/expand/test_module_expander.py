@@ -270,11 +270,12 @@ def test_circles_print_the_chain(expanded: Expander) -> None:
 
 
 def test_chains_have_a_limit(expanded: Expander) -> None:
-    files = {f"p{i}.yaml": f"entities: {{x: {{use: p{i + 1}.yaml}}}}" for i in range(40)}
+    files = {f"p{i}.yaml": f"entities: {{x: {{use: p{i + 1}.yaml}}}}" for i in range(100)}
     found = expanded.one("entities: {x: {use: p0.yaml}}", files)
-    assert found.code == "SC608"
+    assert found.code == "SC602"
     assert "p0.yaml" in found.message
-    files["p30.yaml"] = "entities: {x: {mass: 1}}"
+    assert expanded.one("entities: {x: {use: p0.yaml}}", files, limits={"depth": 20}).code == "SC602"
+    files["p98.yaml"] = "entities: {x: {mass: 1}}"
     assert expanded("entities: {x: {use: p0.yaml}}", files) is not None
 
 
@@ -345,7 +346,7 @@ def test_a_chain_beyond_the_stack_is_told(link: str, tmp_path: Path) -> None:
     for i in range(1200):
         (tmp_path / f"p{i}.yaml").write_text(f"scenecc: 1\n{link.replace('FILE', f'p{i + 1}.yaml')}\n")
     (tmp_path / "p1200.yaml").write_text("scenecc: 1\nentities: {x: {shapes: [{type: sphere, radius: 1}]}}\n")
-    (found,) = validate(tmp_path / "p0.yaml", limits={"includes": 10_000})
+    (found,) = validate(tmp_path / "p0.yaml", limits={"depth": 1000})
     assert found.code == "SC602"
 
 

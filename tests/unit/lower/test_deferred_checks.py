@@ -447,4 +447,4 @@ def test_a_long_chain_of_poses_that_vary() -> None:
 def test_what_instances_select_is_bounded() -> None:
     inner = {"use": "scenecc:cube", "repeat": {"i": {"count": 3000}}, "scene_idxs": "${i}:"}
     document = {"scenecc": 1, "num_scenes": 60_000, "entities": {"a": inner}}
-    assert [code for code, _ in codes(document, limits={"objects_times_scenes": 200_000})] == ["SC606"]
+    assert [code for code, _ in codes(document, limits={"objects": 100_000})] == ["SC604"]

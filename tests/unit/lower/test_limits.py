@@ -9,6 +9,8 @@ import pytest
 from plugins.nightly import assert_took
 from unit.lower.scenes import BALL, codes, scene
 
+from scenecc.source import Limits
+
 
 @pytest.mark.parametrize(
     ("limits", "expected"),
@@ -17,8 +19,6 @@ from unit.lower.scenes import BALL, codes, scene
         ({"objects": 2}, [("SC604", "entities")]),
         ({"scenes": 5}, []),
         ({"scenes": 4}, [("SC605", "num_scenes")]),
-        ({"objects_times_scenes": 15}, []),
-        ({"objects_times_scenes": 14}, [("SC606", "num_scenes")]),
     ],
     ids=str,
 )
@@ -44,10 +44,10 @@ def test_many_scenes_are_refused_at_once(count: int) -> None:
 
 
 def test_few_bodies_in_many_scenes_are_refused_before_any_selection_is_made() -> None:
-    entities = {f"b{i}": {"shapes": BALL} for i in range(200)}
+    entities = {f"b{i}": {"shapes": BALL} for i in range(199)}
     started = time.process_time()
     document = {"scenecc": 1, "num_scenes": 65_536, "entities": entities}
-    assert codes(document) == [("SC606", "num_scenes")]
+    assert codes(document) == [("SC604", "num_scenes")]
     assert_took(time.process_time() - started, most=1)
 
 
@@ -76,11 +76,19 @@ def test_a_circle_of_thousands_is_one_short_diagnostic() -> None:
     [(None, 12), ("::3", 4), ("2:4", 2), ([0, 5], 2), ([0, "6:"], 7), ("-3:", 3), (["::-1"], 12)],
     ids=str,
 )
-def test_an_entity_counts_in_the_scenes_that_it_is_in(idxs: Any, counted: int) -> None:
+def test_an_entity_counts_in_the_scenes_that_it_is_in(idxs: Any, counted: int, monkeypatch: pytest.MonkeyPatch) -> None:
     keys = {"shapes": [*BALL, *BALL]} | ({} if idxs is None else {"scene_idxs": idxs})
     document = scene(keys, num_scenes=12)
-    assert codes(document, limits={"objects_times_scenes": 2 * counted}) == []
-    assert codes(document, limits={"objects_times_scenes": 2 * counted - 1}) == [("SC606", "num_scenes")]
+    monkeypatch.setattr(Limits, "objects_in_all_scenes", 2 * counted)
+    assert codes(document) == []
+    monkeypatch.setattr(Limits, "objects_in_all_scenes", 2 * counted - 1)
+    assert codes(document) == [("SC604", "num_scenes")]
+
+
+def test_objects_in_all_scenes_are_a_multiple_of_objects() -> None:
+    body = {"shapes": [*BALL, *BALL]}
+    assert codes(scene(body, num_scenes=100), limits={"objects": 2}) == []
+    assert codes(scene(body, num_scenes=101), limits={"objects": 2}) == [("SC604", "num_scenes")]
 
 
 def test_thousands_of_bodies_of_one_scene_each() -> None:

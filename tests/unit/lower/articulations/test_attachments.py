@@ -315,17 +315,6 @@ def test_draws_of_a_part_are_known_by_its_place() -> None:
         assert (arm.qpos[:, 1:] != before[:, 1:]).all()
 
 
-def nested(depth: int) -> dict[str, Any]:
-    part: dict[str, Any] = {"to": "base", "root": {"name": "base"}}
-    return part if depth == 1 else {**part, "attach": {"p": nested(depth - 1)}}
-
-
-def test_how_deep_parts_may_be() -> None:
-    document = scene(root=link("base"), attach={"p": nested(3)})
-    assert codes(document) == []
-    assert [one.code for one in validate(document, limits={"includes": 2})] == ["SC608"]
-
-
 @pytest.mark.parametrize(("count", "expected"), [(254, []), (255, ["SC519"]), (300, ["SC519"])])
 def test_how_many_links_there_may_be(count: int, expected: list[str]) -> None:
     parts = {f"p{i}": {"to": "base", "root": {"name": "base"}} for i in range(count)}
