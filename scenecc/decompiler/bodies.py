@@ -318,7 +318,6 @@ class BodyReader:
         return {"material": {"visual": found}}
 
 
-@cache
 def body_type(component: Any) -> str:
     """The language's type of a body, by its physical component or None."""
     if component is None:

@@ -278,3 +278,13 @@ def test_a_script_of_plain_sapien_comes_back_as_a_file() -> None:
     found = scenecc.decompile(scene)
     assert found.is_equal, (found.problems, found.differences)
     assert found.text == (Path(__file__).with_name("create_actors.yaml")).read_text("utf-8")
+
+
+def test_a_body_that_became_kinematic_is_read_again() -> None:
+    scene = physical_scene()
+    body = add_box(scene, "box", [0.1, 0.1, 0.1], sapien.Pose([0, 0, 1]))
+    assert "body_type" not in scenecc.decompile(scene).document["entities"]["box"]
+    body.find_component_by_type(physx.PhysxRigidDynamicComponent).kinematic = True
+    found = scenecc.decompile(scene)
+    assert found.document["entities"]["box"]["body_type"] == "kinematic"
+    assert found.is_equal, found.differences
