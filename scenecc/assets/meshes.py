@@ -97,7 +97,7 @@ DEFAULT_BYTES: Final = 64 * 2**20
 
 
 def checked_content(file: AssetFile) -> MeshContent:
-    """A mesh of a plan whose files were checked. Its content is read as it was then; OSError where it changed."""
+    """A mesh of a plan whose files were checked. AssetError (SC422) where it changed since."""
     buffers = {one.uri: one for one in file.names}
 
     def open_buffer(reference: AssetReference) -> tuple[str, Callable[[], bytes]]:
@@ -105,11 +105,19 @@ def checked_content(file: AssetFile) -> MeshContent:
         if one is None or one.path is None:
             raise AssetError("SC418", f"it names `{reference.uri[:60]}`, which was not checked")
         path, digest = one.path, one.sha256
-        return digest, lambda: read_checked(path, digest)
+        return digest, lambda: _read_again(path, digest)
 
-    digest = file.sha256 or sha256(read_checked(file.path, None)).hexdigest()
+    digest = file.sha256 or sha256(_read_again(file.path, None)).hexdigest()
     suffix = Path(file.path).suffix.lower()
-    return MeshContent(digest, suffix, lambda: read_checked(file.path, digest), DEFAULT_BYTES, open_buffer)
+    return MeshContent(digest, suffix, lambda: _read_again(file.path, digest), DEFAULT_BYTES, open_buffer)
+
+
+def _read_again(path: Path, digest: str | None) -> bytes:
+    """The content of a file that was checked. Raises AssetError where it changed since."""
+    try:
+        return read_checked(path, digest)
+    except OSError as error:
+        raise AssetError("SC422", f"'{path}' changed while the scene was built", "build it again") from error
 
 
 Header = dict[str, Any]

@@ -62,15 +62,14 @@ def check_meshes(plan: ScenePlan, sink: Sink) -> None:
     """
     _check_file_names(plan, sink)
     for body in scene_bodies(plan):
-        shapes = [*body.structure.collisions, *body.structure.visuals]
         try:
-            for shape in shapes:
+            for shape in (*body.structure.collisions, *body.structure.visuals):
                 if isinstance(shape.geometry, MeshGeometry):
                     _check_mesh(body, shape, plan, sink)
             _check_overlap(body, plan, sink)
             _check_least_moment(body, plan, sink)
-        except AssetError:
-            continue  # trimesh does not read what the engine reads
+        except AssetError as fault:  # the file changed since it was checked
+            sink.report(fault.code, fault.message, body.origin, hint=fault.hint)
 
 
 def _check_file_names(plan: ScenePlan, sink: Sink) -> None:
@@ -96,7 +95,10 @@ def _file_origin(plan: ScenePlan, index: int) -> Origin:
 
 
 def _check_mesh(body: Body, shape: CollisionShape | VisualShape, plan: ScenePlan, sink: Sink) -> None:
-    """One mesh in one use, with each file and scale that it has in a scene."""
+    """Checks one mesh in one use, with each file and scale that it has in a scene.
+
+    `unread`: takes files that trimesh does not read. They are reported once.
+    """
     geometry: Any = shape.geometry
     place = (shape.origin or body.origin).child("file")
     for index in np.unique(geometry.file.data):

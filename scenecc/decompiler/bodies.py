@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
@@ -318,7 +318,6 @@ class BodyReader:
         return {"material": {"visual": found}}
 
 
-@cache
 def body_type(component: Any) -> str:
     """The language's type of a body, by its physical component or None."""
     if component is None:
@@ -425,15 +424,14 @@ def _fresh_material() -> Node:
     return {name: plain_value(getattr(fresh, name)) for name in RENDER_MATERIAL_FIELDS}
 
 
-_FILE_LOOKS: dict[str, list[Node]] = {}
-
-
+@lru_cache(maxsize=256)
 def _looks_of_file(filename: str, files: Files) -> list[Node]:
-    """The materials that a file of a mesh brings, part by part."""
-    if filename not in _FILE_LOOKS:
-        mesh = render.RenderShapeTriangleMesh(filename, [1, 1, 1], None)
-        _FILE_LOOKS[filename] = [visual_material(part.material, files) for part in mesh.parts]
-    return _FILE_LOOKS[filename]
+    """The materials that the file of a mesh has, part by part.
+
+    The cache is of one `decompile`, which makes one `Files`: paths of textures depend on its base.
+    """
+    mesh = render.RenderShapeTriangleMesh(filename, [1, 1, 1], None)
+    return [visual_material(part.material, files) for part in mesh.parts]
 
 
 _OF_BOTH: Final = ("pose", "axis", "half_size", "radius", "half_length", "normal", "offset", "file", "scale")

@@ -83,11 +83,12 @@ def decompile(
     from scenecc.scene_file.simplify import simplify  # noqa: PLC0415
 
     live, folder = _live_scenes(source), Path(base)
+    files = Files(folder)
     problems: dict[str, None] = {}
     documents: list[dict[str, Any]] = []
     facts: list[Any] = []
     for index, scene in enumerate(live.scenes):
-        reader = SceneReader(recording, Files(folder), partial(live.rename, index), live.hidden)
+        reader = SceneReader(recording, files, partial(live.rename, index), live.hidden)
         documents.append(reader.document(scene))
         facts.append(read_scene(scene, reader.names.of))
         problems.update(dict.fromkeys(reader.problems))

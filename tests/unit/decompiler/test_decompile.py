@@ -278,3 +278,31 @@ def test_a_script_of_plain_sapien_comes_back_as_a_file() -> None:
     found = scenecc.decompile(scene)
     assert found.is_equal, (found.problems, found.differences)
     assert found.text == (Path(__file__).with_name("create_actors.yaml")).read_text("utf-8")
+
+
+def test_a_body_that_became_kinematic_is_read_again() -> None:
+    scene = physical_scene()
+    body = add_box(scene, "box", [0.1, 0.1, 0.1], sapien.Pose([0, 0, 1]))
+    assert "body_type" not in scenecc.decompile(scene).document["entities"]["box"]
+    body.find_component_by_type(physx.PhysxRigidDynamicComponent).kinematic = True
+    found = scenecc.decompile(scene)
+    assert found.document["entities"]["box"]["body_type"] == "kinematic"
+    assert found.is_equal, found.differences
+
+
+TRIANGLE = "mtllib cloth.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl cloth\nf 1/1 2/2 3/3\n"
+
+
+@pytest.mark.render
+def test_materials_of_a_mesh_are_those_of_its_file_for_any_base(tmp_path: Path) -> None:
+    (tmp_path / "textures").mkdir()
+    (tmp_path / "textures" / "checker.png").write_bytes((ASSETS / "checker.png").read_bytes())
+    (tmp_path / "cloth.obj").write_text(TRIANGLE)
+    (tmp_path / "cloth.mtl").write_text("newmtl cloth\nmap_Kd textures/checker.png\n")
+    scene: Any = sapien.Scene()
+    builder = scene.create_actor_builder()
+    builder.add_visual_from_file(str(tmp_path / "cloth.obj"))
+    builder.build_kinematic(name="cloth")
+    for base in (tmp_path, tmp_path / "textures"):  # the texture's path in the document depends on it
+        found = scenecc.decompile(scene, base=base, check=False)
+        assert "material" not in found.document["entities"]["cloth"]

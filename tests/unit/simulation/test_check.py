@@ -127,6 +127,19 @@ def test_the_links_of_a_robot_hold_it_not() -> None:
     assert check_scene(document, settle=0) == []
 
 
+@pytest.mark.parametrize("weightless", [[], ["base"], ["base", "arm"]])
+def test_a_robot_falls_whose_root_has_no_shape(weightless: list[str]) -> None:
+    inertial = {"mass": 1, "inertia": [0.1, 0.1, 0.1]}
+    arm: dict[str, Any] = {"name": "arm", "joint": {"type": "revolute", "limits": [-1, 1]}, **BOX}
+    root: dict[str, Any] = {"name": "base", "inertial": inertial, "children": [arm]}
+    for link in (root, arm):
+        link.update({"gravity": False} if link["name"] in weightless else {})
+    robot = {"root": root, "fix_root_link": False, "pose": [0, 0, 2]}
+    expected = ["SC852"] if len(weightless) < 2 else []
+    assert codes(check_scene({"scenecc": 1, "entities": {"robot": robot}}, settle=0)) == expected
+    assert found({"robot": robot}, settle=0) == []
+
+
 @pytest.mark.parametrize(
     ("constraint", "text"),
     [
@@ -168,3 +181,17 @@ def test_arguments_out_of_range_are_refused() -> None:
         check_scene(scene({}), settle=-1)
     with pytest.raises(ValueError, match="seed is not taken with seeds"):
         check_scene(scene({}), seed=1, seeds=[2])
+
+
+def test_progress_begins_with_none_and_ends_with_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.simulation.check.SCENES_AT_ONCE", 2)
+    calls: list[tuple[int, int]] = []
+    check_scene(
+        scene({}, num_scenes=3), settle=0, seeds=[0, 1], progress=lambda done, total: calls.append((done, total))
+    )
+    assert calls == [(0, 6), (2, 6), (3, 6), (5, 6), (6, 6)]
+
+
+def test_what_is_thrown_is_found_however_long_it_is_simulated() -> None:
+    file = Path(__file__).parents[2] / "scenes" / "check" / "settled" / "grip_too_hard.yaml"
+    assert all("SC856" in codes(check_scene(file, settle=settle)) for settle in (1, 10))
