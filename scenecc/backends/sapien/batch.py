@@ -35,7 +35,6 @@ from scenecc.backends.sapien.state import (
     restore_scene,
     validate_state,
 )
-from scenecc.backends.sapien.tensors import TensorView
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.errors import SceneError
 from scenecc.interrupt import interrupts_wait
@@ -474,17 +473,6 @@ class SceneBatch:
         of its `pose`. Forces between links of an articulation cancel out. Errors as of `contacts`.
         """
         return self._contact_reader.net_force(self._stepped(), name, self.timestep)
-
-    @property
-    def torch(self) -> TensorView:
-        """The batch with PyTorch's tensors in place of arrays: copies, on the CPU. They can be assigned, too.
-
-        Raises:
-            ImportError: PyTorch is not installed.
-            RuntimeError: the batch is closed.
-        """
-        self._check_open()
-        return TensorView(self)
 
     def remove(self, name: str) -> None:
         """Takes an entity out of every scene; `add` puts it back.
