@@ -151,16 +151,13 @@ _LATER_BANDS = frozenset("78")
 Backend = Literal["cpu", "cuda"]
 """Where PhysX runs."""
 
-Audit = Literal["full", "fast", "off"]
-"""How much is read back from the engine and compared with the plan."""
-
 BUILD_TYPES: Mapping[str, Any] = {
     "scene_idxs": Iterable[int] | None,
     "scenes": str | None,
     "backend": Backend,
     "dry_run": bool,
     "render": bool | None,
-    "audit": Audit,
+    "audit": bool,
     "progress": Callable[[int, int], None] | None,
 }
 """Types of the arguments of functions that build, which `check_types` takes."""
@@ -568,7 +565,7 @@ def build_batch(
     backend: Backend,
     scene_idxs: Sequence[int] | None,
     render: bool | None,
-    audit: Audit,
+    audit: bool,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBatch:
     """The live scenes of a plan; arguments as of `load_scene`.

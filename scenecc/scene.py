@@ -20,7 +20,6 @@ from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, check_keywords, check_types, indices, path_argument
 from scenecc.pipeline import (
     BUILD_TYPES,
-    Audit,
     Backend,
     CompiledSource,
     CompileResult,
@@ -113,7 +112,7 @@ def load_scene(
     scene_idxs: Iterable[int] | None = None,
     backend: Backend = "cpu",
     render: bool | None = None,
-    audit: Audit = "fast",
+    audit: bool = True,
     **options: Unpack[CompileOptions],
 ) -> SceneBatch: ...
 
@@ -123,6 +122,7 @@ def load_scene(
     source: Source,
     *,
     scene: ManiSkillScene,
+    audit: bool = True,
     **options: Unpack[CompileOptions],
 ) -> LoadedScene: ...
 
@@ -134,7 +134,7 @@ def load_scene(
     scene_idxs: Iterable[int] | None = None,
     backend: Backend = "cpu",
     render: bool | None = None,
-    audit: Audit = "fast",
+    audit: bool = True,
     **options: Unpack[CompileOptions],
 ) -> SceneBatch | LoadedScene:
     """Builds a scene as parallel, live SAPIEN scenes. Other arguments are those of `validate`.
@@ -146,9 +146,8 @@ def load_scene(
         scene_idxs: which of the scenes to build, each as it is among all; every one by default.
         backend: where PhysX runs.
         render: build what is seen too; None: where a render device exists.
-        audit: how much is read back from the engine and compared with the plan. "fast": shape count, mass and
-            pose of every body, every constraint, light and camera, and everything in the first scene of each structure;
-            "full": everything; "off". Nothing is read back of what is built in an environment's `scene`.
+        audit: compare what only the engine decides with the plan, and fail where it differs (SC802): counts and order
+            of everything that was built, poses, masses, and volumes and numbers of parts of cooked meshes.
         options: those of `CompileOptions`.
 
     Raises:
@@ -158,9 +157,8 @@ def load_scene(
     """
     sink = Sink()
     if scene is not None:
-        given = (options.get("num_scenes"), scene_idxs, backend, render, audit)
-        if given != (None, None, "cpu", None, "fast"):
-            raise ValueError("num_scenes, scene_idxs, backend, render and audit are not taken with scene")
+        if (options.get("num_scenes"), scene_idxs, backend, render) != (None, None, "cpu", None):
+            raise ValueError("num_scenes, scene_idxs, backend and render are not taken with scene")
         check_environments(scene)
         options["num_scenes"] = scene.num_envs
     asked = Options.of_call(load_scene, options)
@@ -169,16 +167,16 @@ def load_scene(
     scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
     found = compile_or_raise(source, asked, sink)
     if scene is not None:
-        return _into(scene, found, sink)
+        return _into(scene, found, sink, audit=audit)
     batch = build_batch(found.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
     batch.attach_provenance(found.provenance)
     return batch
 
 
-def _into(scene: ManiSkillScene, found: CompileResult, sink: Sink) -> LoadedScene:
+def _into(scene: ManiSkillScene, found: CompileResult, sink: Sink, *, audit: bool) -> LoadedScene:
     from scenecc.backends.maniskill import instantiate
 
-    if (loaded := instantiate(found.plan, scene, sink)) is None:
+    if (loaded := instantiate(found.plan, scene, sink, audit=audit)) is None:
         raise SceneError(sink.diagnostics())
     loaded.attach_provenance(found.provenance)
     return loaded
@@ -220,7 +218,7 @@ def build_scene(
     backend: Backend = "cpu",
     dry_run: bool = False,
     render: bool | None = None,
-    audit: Audit = "fast",
+    audit: bool = True,
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> Build:
@@ -487,7 +485,7 @@ class Scene:
         scene_idxs: Iterable[int] | None = None,
         backend: Backend = "cpu",
         render: bool | None = None,
-        audit: Audit = "fast",
+        audit: bool = True,
     ) -> SceneBatch:
         """The live scenes. Arguments and errors are those of `load_scene`."""
         chosen = {"scene_idxs": scene_idxs, "backend": backend, "render": render, "audit": audit}

@@ -44,14 +44,6 @@ class Backend(str, Enum):
     cuda = "cuda"
 
 
-class Audit(str, Enum):
-    """How much of the engine's state is compared with the plan."""
-
-    full = "full"
-    fast = "fast"
-    off = "off"
-
-
 Scenes = Annotated[
     str | None, typer.Option("--scenes", metavar="IDXS", help="Build only these scenes: 0:4 or 0,2 or ::2.")
 ]
@@ -75,8 +67,8 @@ def build(
     output: Output = None,
     render: Render = None,
     audit: Annotated[
-        Audit, typer.Option("--audit", help="How much of the engine's state to compare with the plan.")
-    ] = Audit.fast,
+        bool, typer.Option("--audit/--no-audit", help="Compare poses, masses and counts in the engine with the plan.")
+    ] = True,
     every: Annotated[bool, typer.Option("--all", help="Print all rows of long tables.")] = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
@@ -104,7 +96,7 @@ def build(
             backend=backend.value,
             dry_run=dry_run,
             render=render,
-            audit=audit.value,
+            audit=audit,
             progress=show,
         )
     _conclude(result, steps, output, form, whole=every)

@@ -150,7 +150,7 @@ def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
     with (
         _ray_tracing(setup),
         build_batch(
-            plan, sink, backend="cpu", scene_idxs=setup.scene_idxs, render=True, audit="fast", progress=progress
+            plan, sink, backend="cpu", scene_idxs=setup.scene_idxs, render=True, audit=True, progress=progress
         ) as batch,
     ):
         found.reset_replayed(batch, sink.another())

@@ -40,7 +40,7 @@ def check_start(loaded: Loaded, scene_idxs: Sequence[int]) -> CheckResult:
     sink = loaded.sink.another()
     check_plan(loaded.result, sink)
     with build_batch(
-        loaded.plan, sink.another(), backend="cpu", scene_idxs=scene_idxs, render=False, audit="fast"
+        loaded.plan, sink.another(), backend="cpu", scene_idxs=scene_idxs, render=False, audit=True
     ) as batch:
         found = [*batch_findings(batch, 0, set())]
     report_findings(found, origins_of(loaded.plan), None, sink, several_seeds=False)

@@ -532,7 +532,6 @@ class SceneBatch:
         Raises:
             ValueError: something is drawn that has no value or that the engine cannot hold (the entity, the field and
                 the scene are named), a draw cannot be changed, or an argument does not fit. Nothing is changed then.
-            SceneError: the engine does not hold what was set (SC802).
             KeyError: this batch has no such scene.
             RuntimeError: the batch is closed.
         """
@@ -549,7 +548,6 @@ class SceneBatch:
         self._place(chosen, states, exact=exact)
         for component, setter, arguments in again:
             getattr(component, setter)(*arguments)
-        self._drawn_fields.audit(drawn, self._sink.another())
         self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
 
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
@@ -597,7 +595,6 @@ class SceneBatch:
         drawn = self._drawn_fields.saved(state.drawn, chosen)
         self._drawn_fields.apply(drawn)
         self._place(chosen, states, exact=exact)
-        self._drawn_fields.audit(drawn, self._sink.another())
 
     def passport(self, scene: int) -> str:
         """A line of JSON from which `scenecc replay` builds a scene again as it was at its last start.

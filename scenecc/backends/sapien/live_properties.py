@@ -1,6 +1,6 @@
 """Fields that a reset draws anew, beside poses, velocities, joints and targets: how each is set and read back.
 
-One row a field of the plan. Resets, their audit and saved states work by this table; `Quantity.reset` says of the same
+One row a field of the plan. Resets and saved states work by this table; `Quantity.reset` says of the same
 fields what the language and the plan's JSON allow, and a test holds the two together.
 """
 
@@ -238,6 +238,9 @@ def live_property(holder: Any, field: str) -> LiveProperty | None:
     dependent = DEPENDENT_PROPERTIES.get(key)
     return LIVE_PROPERTIES.get(key) if dependent is None else dependent(holder)
 
+
+ROTATION_TOLERANCE = 5e-7
+"""Of the quaternion of a centre of mass: PhysX normalises it, which changes a few units in the last place."""
 
 ANGLE_TOLERANCE = 1e-6
 """Of an angle of view, relative: SAPIEN keeps the focal length that it makes of one."""
