@@ -25,7 +25,7 @@ _PLACE = {"on": "table", "yaw_deg": {"uniform": [0, 360]}, "apart": 0.01}
 
 def run(repetitions: int) -> list[Row]:
     """Text to plan, nearly all of which is placing, over the build of that plan."""
-    rounds = alternating([_placing, ours(_plan, "off"), ours(_plan, "fast")], max(3, repetitions // 3))
+    rounds = alternating([_placing, ours(_plan, audit=False), ours(_plan, audit=True)], max(3, repetitions // 3))
     what = f"{THINGS} things on a table in {SCENES} scenes, placed / built"
     note = f"{best(rounds, 0)} / {best(rounds, 1)}, with the default audit {best(rounds, 2)}"
     return [

@@ -45,8 +45,8 @@ def run(repetitions: int) -> list[Row]:
         plan = compile_scene(io.StringIO(text), asset_roots=[urdf.parent])
         sides = [
             timed(_ours(text, urdf.parent)),
-            timed(_from(plan, "fast")),
-            timed(_from(plan, "off")),
+            timed(_from(plan, audit=True)),
+            timed(_from(plan, audit=False)),
             timed(_loader(urdf)),
             timed(_builder(urdf)),
         ]
@@ -87,7 +87,7 @@ def _ours(text: str, folder: Path) -> Callable[[], object]:
     return lambda: load_scene(io.StringIO(text), render=False, asset_roots=[folder]).articulations
 
 
-def _from(plan: Any, audit: Any) -> Callable[[], object]:
+def _from(plan: Any, *, audit: bool) -> Callable[[], object]:
     from scenecc.backends.sapien import instantiate
     from scenecc.diagnostics import Sink
 

@@ -27,7 +27,7 @@ def run(repetitions: int) -> list[Row]:
     Compiling and the making of empty scenes are off the clock on both sides; drawing is on it. A third of the
     repetitions: one takes half a minute.
     """
-    sides = [ours(make, audit) for audit in ("off", "fast") for make in (varied, _plain)]
+    sides = [ours(make, audit=audit) for audit in (False, True) for make in (varied, _plain)]
     rounds = alternating(sides, max(3, repetitions // 3))
     what = f"{SCENES} × {BODIES} boxes, drawn poses, sizes and colours / none"
     note = f"{best(rounds, 0)} / {best(rounds, 1)}, with the default audit {best(rounds, 2)} / {best(rounds, 3)}"

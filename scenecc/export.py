@@ -231,7 +231,7 @@ def _one_scene(scene: int, plan: ScenePlan, sink: Sink) -> list[int]:
 def _measured(
     plan: ScenePlan, scene_idxs: list[int] | None, sink: Sink, progress: Callable[[int, int], None] | None
 ) -> EngineSnapshot:
-    batch = build_batch(plan, sink, scene_idxs=scene_idxs, render=False, audit="fast", progress=progress)
+    batch = build_batch(plan, sink, scene_idxs=scene_idxs, render=False, audit=True, progress=progress)
     from scenecc.backends.sapien.measure import measure  # with the engine, which is known to be there now
 
     with batch:

@@ -149,7 +149,7 @@ def build_replay(known: PassportContent, compiled: CompiledSource, *, render: bo
     """Builds what `open_passport` gave, and compares the state at the start. Errors are those of `replay`."""
     found, sink = compiled.result, compiled.sink.another()
     assert found is not None
-    batch = build_batch(found.plan, sink, scene_idxs=[known.scene], render=render, audit="fast")
+    batch = build_batch(found.plan, sink, scene_idxs=[known.scene], render=render, audit=True)
     batch.attach_provenance(found.provenance)
     good = False
     try:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from os import PathLike, fspath
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Literal, TypeGuard, Union
+from typing import IO, TYPE_CHECKING, Any, TypeGuard, Union
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES, is_of_check
@@ -148,15 +148,13 @@ _INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
 _LATER_BANDS = frozenset("78")
 """First digits of codes that no compilation reports, only what exports or builds."""
 
-Audit = Literal["full", "fast", "off"]
-"""How much is read back from the engine and compared with the plan."""
 
 BUILD_TYPES: Mapping[str, Any] = {
     "scene_idxs": Iterable[int] | None,
     "scenes": str | None,
     "dry_run": bool,
     "render": bool | None,
-    "audit": Audit,
+    "audit": bool,
     "progress": Callable[[int, int], None] | None,
 }
 """Types of the arguments of functions that build, which `check_types` takes."""
@@ -559,7 +557,7 @@ def build_batch(
     *,
     scene_idxs: Sequence[int] | None,
     render: bool | None,
-    audit: Audit,
+    audit: bool,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBatch:
     """The live scenes of a plan; arguments as of `load_scene`.

@@ -20,7 +20,6 @@ from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, check_keywords, check_types, indices, path_argument
 from scenecc.pipeline import (
     BUILD_TYPES,
-    Audit,
     CompiledSource,
     CompileResult,
     Source,
@@ -111,7 +110,7 @@ def load_scene(
     scene: None = None,
     scene_idxs: Iterable[int] | None = None,
     render: bool | None = None,
-    audit: Audit = "fast",
+    audit: bool = True,
     **options: Unpack[CompileOptions],
 ) -> SceneBatch: ...
 
@@ -121,6 +120,7 @@ def load_scene(
     source: Source,
     *,
     scene: ManiSkillScene,
+    audit: bool = True,
     **options: Unpack[CompileOptions],
 ) -> LoadedScene: ...
 
@@ -131,7 +131,7 @@ def load_scene(
     scene: ManiSkillScene | None = None,
     scene_idxs: Iterable[int] | None = None,
     render: bool | None = None,
-    audit: Audit = "fast",
+    audit: bool = True,
     **options: Unpack[CompileOptions],
 ) -> SceneBatch | LoadedScene:
     """Builds a scene as parallel, live SAPIEN scenes. Other arguments are those of `validate`.
@@ -142,9 +142,8 @@ def load_scene(
             `scenecc.maniskill.load_into`. Everything about the simulation is the environment's then.
         scene_idxs: which of the scenes to build, each as it is among all; every one by default.
         render: build what is seen too; None: where a render device exists.
-        audit: how much is read back from the engine and compared with the plan. "fast": shape count, mass and
-            pose of every body, every constraint, light and camera, and everything in the first scene of each structure;
-            "full": everything; "off". Nothing is read back of what is built in an environment's `scene`.
+        audit: compare what only the engine decides with the plan, and fail where it differs (SC802): counts and order
+            of everything that was built, poses, masses, and volumes and numbers of parts of cooked meshes.
         options: those of `CompileOptions`.
 
     Raises:
@@ -154,9 +153,8 @@ def load_scene(
     """
     sink = Sink()
     if scene is not None:
-        given = (options.get("num_scenes"), scene_idxs, render, audit)
-        if given != (None, None, None, "fast"):
-            raise ValueError("num_scenes, scene_idxs, render and audit are not taken with scene")
+        if (options.get("num_scenes"), scene_idxs, render) != (None, None, None):
+            raise ValueError("num_scenes, scene_idxs and render are not taken with scene")
         check_environments(scene)
         options["num_scenes"] = scene.num_envs
     asked = Options.of_call(load_scene, options)
@@ -165,16 +163,16 @@ def load_scene(
     scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
     found = compile_or_raise(source, asked, sink)
     if scene is not None:
-        return _into(scene, found, sink)
+        return _into(scene, found, sink, audit=audit)
     batch = build_batch(found.plan, sink, scene_idxs=scene_idxs, render=render, audit=audit)
     batch.attach_provenance(found.provenance)
     return batch
 
 
-def _into(scene: ManiSkillScene, found: CompileResult, sink: Sink) -> LoadedScene:
+def _into(scene: ManiSkillScene, found: CompileResult, sink: Sink, *, audit: bool) -> LoadedScene:
     from scenecc.backends.maniskill import instantiate
 
-    if (loaded := instantiate(found.plan, scene, sink)) is None:
+    if (loaded := instantiate(found.plan, scene, sink, audit=audit)) is None:
         raise SceneError(sink.diagnostics())
     loaded.attach_provenance(found.provenance)
     return loaded
@@ -215,7 +213,7 @@ def build_scene(
     scenes: str | None = None,
     dry_run: bool = False,
     render: bool | None = None,
-    audit: Audit = "fast",
+    audit: bool = True,
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> Build:
@@ -478,7 +476,7 @@ class Scene:
         *,
         scene_idxs: Iterable[int] | None = None,
         render: bool | None = None,
-        audit: Audit = "fast",
+        audit: bool = True,
     ) -> SceneBatch:
         """The live scenes. Arguments and errors are those of `load_scene`."""
         chosen = {"scene_idxs": scene_idxs, "render": render, "audit": audit}

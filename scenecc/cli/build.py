@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from enum import Enum
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
@@ -37,14 +36,6 @@ _STRIDE = 10
 """Steps between two reports of the progress."""
 
 
-class Audit(str, Enum):
-    """How much of the engine's state is compared with the plan."""
-
-    full = "full"
-    fast = "fast"
-    off = "off"
-
-
 Scenes = Annotated[
     str | None, typer.Option("--scenes", metavar="IDXS", help="Build only these scenes: 0:4 or 0,2 or ::2.")
 ]
@@ -52,8 +43,12 @@ Output = Annotated[
     str | None, typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan; - is standard output.")
 ]
 AuditOption = Annotated[
-    Audit | None,
-    typer.Option("--audit", help="How much of the engine's state to compare with the plan.", show_default="fast"),
+    bool | None,
+    typer.Option(
+        "--audit/--no-audit",
+        help="Compare poses, masses and counts in the engine with the plan.",
+        show_default="audit",
+    ),
 ]
 Render = Annotated[
     bool | None,
@@ -91,7 +86,7 @@ def build(
     import scenecc
 
     if dry_run:
-        for option, is_given in (("--steps", steps), ("--audit", audit), ("--render", render is not None)):
+        for option, is_given in (("--steps", steps), ("--audit", audit is not None), ("--render", render is not None)):
             if is_given:
                 message = "it needs the engine, which --dry-run does not start"
                 raise typer.BadParameter(message, param_hint=f"'{option}'")
@@ -103,7 +98,7 @@ def build(
             scenes=scenes,
             dry_run=dry_run,
             render=render,
-            audit=(audit or Audit.fast).value,
+            audit=audit is not False,
             progress=show,
         )
     _conclude(result, steps, output, form, whole=every)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.reference import PHYSICAL_MATERIAL_FIELDS, RENDER_MATERIAL_FIELDS
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES
 from scenecc.backends.sapien.properties import BODY_PROPERTIES, COLLISION_GROUPS, LINK_FIELDS, RENDER_PROPERTIES
@@ -26,6 +25,7 @@ from scenecc.decompiler.values import (
     to_numbers,
 )
 from scenecc.geometry.rotations import shortest_from_x
+from scenecc.plan.body import PhysicalMaterial, VisualMaterial
 from scenecc.plan.geometry import Box, Capsule, Cylinder, Sphere
 from scenecc.plan.properties import DEFAULT_DENSITY, properties_of
 from scenecc.plan.schema import type_name
@@ -105,14 +105,19 @@ def is_equal(first: Any, second: Any) -> bool:
     return plain_value(first) == plain_value(second)
 
 
+_FRICTION_FIELDS = tuple(field.name for field in fields(PhysicalMaterial))
+
+_LOOK_FIELDS = tuple(field.name for field in fields(VisualMaterial) if not field.name.endswith("_texture"))
+
+
 def friction_of(material: Any) -> tuple[float, ...]:
     """The numbers of a `PhysxMaterial`."""
-    return tuple(getattr(material, name) for name in PHYSICAL_MATERIAL_FIELDS)
+    return tuple(getattr(material, name) for name in _FRICTION_FIELDS)
 
 
 def physical_material(friction: Iterable[float]) -> Node:
     """A material of the numbers that `friction_of` gives."""
-    return {"physical": dict(zip(PHYSICAL_MATERIAL_FIELDS, to_numbers(friction), strict=True))}
+    return {"physical": dict(zip(_FRICTION_FIELDS, to_numbers(friction), strict=True))}
 
 
 class BodyReader:
@@ -399,7 +404,7 @@ def visual_material(material: Any, files: Files) -> Node:
     """What differs of a `RenderMaterial` from one that nothing has touched."""
     fresh = _fresh_material()
     found: Node = {}
-    for name in RENDER_MATERIAL_FIELDS:
+    for name in _LOOK_FIELDS:
         value = plain_value(getattr(material, name))
         if value != fresh[name]:
             found[name] = color_value(value) if isinstance(value, list) else value
@@ -421,7 +426,7 @@ def _texture(texture: Any, files: Files) -> Any:
 @cache
 def _fresh_material() -> Node:
     fresh = render.RenderMaterial()
-    return {name: plain_value(getattr(fresh, name)) for name in RENDER_MATERIAL_FIELDS}
+    return {name: plain_value(getattr(fresh, name)) for name in _LOOK_FIELDS}
 
 
 @lru_cache(maxsize=256)

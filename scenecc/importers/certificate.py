@@ -74,7 +74,7 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
     """Builds the scene file as written and compares it. Raises SceneError where it does not build."""
     sink = Sink()
     plan = compile_or_raise(target, replace(options, allow_outside_assets=False), sink).plan
-    with build_batch(plan, sink, scene_idxs=None, render=False, audit="full") as batch:
+    with build_batch(plan, sink, scene_idxs=None, render=False, audit=True) as batch:
         from scenecc.backends.sapien.measure import measure  # noqa: PLC0415 - with the engine
 
         built = _bodies(measure(batch))

@@ -371,7 +371,7 @@ def _made(
 
     first = {one.name: one.scene_idxs[0] if scene is None else scene for one in entities}
     idxs = sorted({*first.values()})
-    with build_batch(plan, sink, scene_idxs=idxs, render=False, audit="off", progress=progress) as batch:
+    with build_batch(plan, sink, scene_idxs=idxs, render=False, audit=False, progress=progress) as batch:
         measured = measure(batch)
     return {
         one.entity.name: (at.index, one)

@@ -27,6 +27,7 @@ def load_into(
     scene: ManiSkillScene,
     source: Source,
     *,
+    audit: bool = True,
     seed: int | None = None,
     params: Mapping[str, Any] | None = None,
     draws: Mapping[str, Any] | None = None,
@@ -43,6 +44,7 @@ def load_into(
     Args:
         scene: of the environment, `self.scene`.
         source: as for `scenecc.validate`; its `num_scenes` gives way to the number of environments.
+        audit: as for `scenecc.load_scene`.
         seed: of all draws, in place of the file's.
         params: values of the file's parameters.
         draws: values of its shared draws, a row an environment.
@@ -58,6 +60,7 @@ def load_into(
     return load_scene(
         source,
         scene=scene,
+        audit=audit,
         seed=seed,
         params=params,
         draws=draws,

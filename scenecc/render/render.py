@@ -149,7 +149,7 @@ def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
     timings, started, progress = dict(found.timings), time.perf_counter(), choices.get("progress")
     with (
         _ray_tracing(setup),
-        build_batch(plan, sink, scene_idxs=setup.scene_idxs, render=True, audit="fast", progress=progress) as batch,
+        build_batch(plan, sink, scene_idxs=setup.scene_idxs, render=True, audit=True, progress=progress) as batch,
     ):
         found.reset_replayed(batch, sink.another())
         timings["build"], started = time.perf_counter() - started, time.perf_counter()

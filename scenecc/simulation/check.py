@@ -175,7 +175,7 @@ class _Check:
         for first in range(0, plan.num_scenes, SCENES_AT_ONCE):
             scene_idxs = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes))
             try:
-                with build_batch(plan, sink.another(), scene_idxs=scene_idxs, render=False, audit="fast") as batch:
+                with build_batch(plan, sink.another(), scene_idxs=scene_idxs, render=False, audit=True) as batch:
                     found = batch_findings(batch, self._settle, self._excused)
                     self._findings += (replace(finding, seed=plan.seed) for finding in found)
             except SceneError as error:

@@ -240,7 +240,7 @@ class _Doing:
         if {"check", "state"}.isdisjoint(self._work.do):
             return {index: ([], None) for index in scenes}
         try:
-            with build_batch(result.plan, sink, scene_idxs=scenes, render=False, audit="fast") as batch:
+            with build_batch(result.plan, sink, scene_idxs=scenes, render=False, audit=True) as batch:
                 if "state" in self._work.do:
                     poses = _poses(batch)
                 if "check" in self._work.do:

@@ -39,7 +39,7 @@ def check_start(loaded: Loaded, scene_idxs: Sequence[int]) -> CheckResult:
     """
     sink = loaded.sink.another()
     check_plan(loaded.result, sink)
-    with build_batch(loaded.plan, sink.another(), scene_idxs=scene_idxs, render=False, audit="fast") as batch:
+    with build_batch(loaded.plan, sink.another(), scene_idxs=scene_idxs, render=False, audit=True) as batch:
         found = [*batch_findings(batch, 0, set())]
     report_findings(found, origins_of(loaded.plan), None, sink, several_seeds=False)
     overlapping = {(one.scene, name) for one in found if one.code in _OVERLAPS for name in one.names}

@@ -72,7 +72,7 @@ class World:
             loaded.sink.another(),
             scene_idxs=self.scene_idxs,
             render=False,
-            audit="fast",
+            audit=True,
             progress=progress,
         )
         # With the engine, which is known to be there now.

@@ -120,7 +120,7 @@ def _scene(case: Case, index: int, *, rendered: bool) -> Any:
 def built(plan: ScenePlan, **options: Any) -> SceneBatch:
     """The plan's scenes; every complaint fails the test."""
     sink = Sink()
-    batch = instantiate(plan, sink, **{"render": False, "audit": "full", **options})
+    batch = instantiate(plan, sink, **{"render": False, **options})
     assert not sink.diagnostics(), "\n".join(str(d) for d in sink.diagnostics())
     assert batch is not None
     return batch

@@ -113,7 +113,7 @@ entities:
 def test_the_stack_that_ships_is_what_hand_written_code_builds() -> None:
     file = SCENES / "stack.yaml"
     plan = compile_scene(file)
-    batch = load_scene(file, render=False, audit="full")
+    batch = load_scene(file, render=False)
     hand: list[Any] = []
     for number in range(plan.num_scenes):
         scene = sapien.Scene([physx.PhysxCpuSystem()])

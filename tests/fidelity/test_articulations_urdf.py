@@ -90,7 +90,7 @@ def of_file(entity: dict[str, Any]) -> list[Any]:
         "num_scenes": SCENES,
         "entities": {"robot": {"pose": {"p": POSE[:3], "q": POSE[3:]}, **entity}},
     }
-    return load_scene(document, render=False, audit="full").scenes
+    return load_scene(document, render=False).scenes
 
 
 def assert_same(ours: list[Any], theirs: list[Any]) -> None:
@@ -117,7 +117,7 @@ def test_a_robot(tmp_path: Path, fixed: bool, scale: float) -> None:
         "num_scenes": SCENES,
         "entities": {"robot": {"pose": {"p": POSE[:3], "q": POSE[3:]}, **entity}},
     }
-    ours = load_scene(document, render=False, audit="full", allow_outside_assets=True).scenes
+    ours = load_scene(document, render=False, allow_outside_assets=True).scenes
     assert_same(ours, loaded)
 
 

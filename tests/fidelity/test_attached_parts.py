@@ -99,7 +99,7 @@ def test_an_arm_with_a_gripper_and_a_camera() -> None:
     starts = arm.links[1].joint.qpos.data.tolist()
     qpos = {"elbow": 0.8, "gripper/left_slide": 0.02, "gripper/right_slide": 0.03}
     hand = [arm_with_gripper({**qpos, "shoulder": start}) for start in starts]
-    with load_scene(path, render=False, audit="full") as batch:
+    with load_scene(path, render=False) as batch:
         assert batch.articulations["arm"].active_joint_names == (
             "shoulder",
             "elbow",
@@ -157,7 +157,7 @@ def test_the_panda_with_a_second_gripper() -> None:
         "drives": {"panda_.*": {"stiffness": 1000, "damping": 100, "force_limit": 100}},
         "attach": {"second": part},
     }
-    with load_scene({"scenecc": 1, "entities": {"arm": entity}}, render=False, audit="full") as batch:
+    with load_scene({"scenecc": 1, "entities": {"arm": entity}}, render=False) as batch:
         assert_same_scene(batch.scenes[0], scene)
         assert_same_trajectory(batch.scenes, [scene])
 
@@ -197,7 +197,7 @@ def test_the_shipped_panda_with_a_claw_and_a_camera() -> None:
         return scene
 
     hand = [by_hand(start) for start in first.data.tolist()]
-    with load_scene(path, render=False, audit="full") as batch:
+    with load_scene(path, render=False) as batch:
         for ours, theirs in zip(batch.scenes, hand, strict=True):
             assert_same_scene(ours, theirs)
         assert_same_trajectory(batch.scenes, hand)

@@ -47,5 +47,5 @@ def by_hand(drawers: int, *, handles: bool) -> Any:
 @pytest.mark.parametrize(("drawers", "handles"), [(4, True), (1, False), (7, True)])
 def test_cabinet(drawers: int, *, handles: bool) -> None:
     params = {"drawers": drawers, "handles": handles}
-    with load_scene(CABINET, params=params, num_scenes=2, render=False, audit="full") as batch:
+    with load_scene(CABINET, params=params, num_scenes=2, render=False) as batch:
         assert_same(batch, [by_hand(drawers, handles=handles) for _ in range(2)])

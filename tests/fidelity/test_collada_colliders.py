@@ -57,7 +57,7 @@ def dynamic(batch: Any, name: str) -> list[Any]:
 
 
 def test_it_weighs_what_its_triangles_enclose(tmp_path: Path) -> None:
-    with load_scene(write(tmp_path), num_scenes=2, render=False, audit="full") as batch:
+    with load_scene(write(tmp_path), num_scenes=2, render=False) as batch:
         hull = dynamic(batch, "hull")[0]
         assert hull.mass == pytest.approx(trimesh.Trimesh(POINTS, FACES).volume * 1000, rel=1e-5)
         found = sorted(hull.collision_shapes[0].vertices.tolist())
@@ -78,7 +78,7 @@ def test_its_triangles_are_kept_until_the_file_changes(tmp_path: Path) -> None:
     load_scene(scene, render=False).close()
     assert len(list(folder.iterdir())) == 2
     (tmp_path / "wedge.dae").write_text(DAE.replace("0 0 30", "0 0 60"), encoding="utf-8")
-    with load_scene(scene, render=False, audit="full") as batch:
+    with load_scene(scene, render=False) as batch:
         hull = dynamic(batch, "hull")[0]
         assert hull.mass == pytest.approx(2 * trimesh.Trimesh(POINTS, FACES).volume * 1000, rel=1e-5)
     assert len(list(folder.iterdir())) == 3
@@ -87,7 +87,7 @@ def test_its_triangles_are_kept_until_the_file_changes(tmp_path: Path) -> None:
 def test_coacd_cuts_it_in_metres(tmp_path: Path) -> None:
     pytest.importorskip("coacd")
     cut = "scenecc: 1\nentities: {cut: {shapes: [{type: convex_parts, file: two.DAE, decomposition: coacd}]}}"
-    with load_scene(write(tmp_path, cut), render=False, audit="full") as batch:
+    with load_scene(write(tmp_path, cut), render=False) as batch:
         body = dynamic(batch, "cut")[0]
         assert body.mass == pytest.approx(2 * trimesh.Trimesh(POINTS, FACES).volume * 1000, rel=0.2)
 

@@ -432,7 +432,7 @@ def test_what_is_not_enabled_does_nothing_until_it_is(name: str) -> None:
     hand = by_hand(case)
     for number in (0, 2):
         hand[number][1].disable()
-    with load_scene(file_of(off), render=False, audit="full") as batch:
+    with load_scene(file_of(off), render=False) as batch:
         tie = batch.constraints["tie"]
         assert tie.enabled.tolist() == [False, True, False]
         scenes = [scene for scene, _ in hand]
@@ -540,5 +540,5 @@ def bridge_by_hand(planks: int, *, rope: bool) -> sapien.Scene:
 @pytest.mark.parametrize("planks", [2, 12])
 def test_the_rope_bridge_that_ships_is_what_hand_written_code_builds(planks: int) -> None:
     hand = [bridge_by_hand(planks, rope=scene != 2) for scene in range(4)]
-    with load_scene(BRIDGE, params={"planks": planks}, render=False, audit="full") as batch:
+    with load_scene(BRIDGE, params={"planks": planks}, render=False) as batch:
         assert_same_trajectory(batch.scenes, hand)

@@ -42,7 +42,7 @@ def test_what_is_drawn_alike_everywhere_is_built_as_drawn(num_scenes: int) -> No
     place = Posed(Drawn("uniform", ((-1, -1, 1), (1, 1, 2)), (3,), Key("entities", "box", "p")), (1.0, 0.0, 0.0, 0.0))
     shape = CollisionShape(Box(size), pose=value(place, every, 3, 0), density=constant(200))
     box = Entity("box", every, value(place, every, 3, 0), (BodyStructure("dynamic", (shape,)),))
-    batch = built(ScenePlan("alike", num_scenes, (box,), Physics()), audit="full")
+    batch = built(ScenePlan("alike", num_scenes, (box,), Physics()))
     assert (batch.entities["box"].pose == box.pose.data.astype(np.float32)).all()
     component: Any = batch.entities["box"].objs[0].components[0]
     assert np.allclose(component.collision_shapes[0].half_size, [0.4, 0.5, 0.6])
@@ -78,7 +78,7 @@ def frictions(num_scenes: int) -> ScenePlan:
 @pytest.mark.parametrize("chosen", [None, [4, 1]])
 def test_drawn_materials(chosen: list[int] | None) -> None:
     plan = frictions(SCENES)
-    batch = built(plan, scene_idxs=chosen, audit="full")
+    batch = built(plan, scene_idxs=chosen)
     for name, entity in batch.entities.items():
         body = next(each for each in plan.entities if each.name == name)
         for index, obj in zip(entity.scene_idxs, entity.objs, strict=True):

@@ -142,7 +142,7 @@ def document(case: str) -> str:
 
 
 def loaded(text: str, seed: int = 0, **options: Any) -> SceneBatch:
-    return scenecc.load_scene(io.StringIO(text), num_scenes=SCENES, seed=seed, render=False, audit="full", **options)
+    return scenecc.load_scene(io.StringIO(text), num_scenes=SCENES, seed=seed, render=False, **options)
 
 
 def components(batch: SceneBatch, name: str) -> list[Any]:

@@ -81,7 +81,7 @@ CAMERAS = ("eye", "matrix", "flat", "wrist", "beside")
 
 
 def loaded(seed: int, text: str = TEXT) -> SceneBatch:
-    return scenecc.load_scene(io.StringIO(text), num_scenes=2, seed=seed, render=True, audit="full")
+    return scenecc.load_scene(io.StringIO(text), num_scenes=2, seed=seed, render=True)
 
 
 def assert_same(found: dict[str, Any], wanted: dict[str, Any], *, exact: bool) -> None:

@@ -23,7 +23,7 @@ UP = [0.7071068, 0, -0.7071068, 0]
 
 
 def loaded(text: str, **options: Any) -> SceneBatch:
-    given: dict[str, Any] = {"num_scenes": SCENES, "render": True, "audit": "full", **options}
+    given: dict[str, Any] = {"num_scenes": SCENES, "render": True, **options}
     return load_scene(io.StringIO(text), **given)
 
 

@@ -44,7 +44,7 @@ def test_a_script_and_a_plan_build_the_same(file: Path, seed: int) -> None:
     module: dict[str, Any] = {"__name__": "scenes", "__file__": str(file.with_name("scenes.py"))}
     exec(compile(emit_scene(plan, "python"), "scenes.py", "exec"), module)
     scripted = module["build_scenes"](render=False)
-    with load_scene(file, seed=seed, render=False, audit="full") as batch:
+    with load_scene(file, seed=seed, render=False) as batch:
         for ours, theirs in zip(batch.scenes, scripted, strict=True):
             assert_same_scene(ours, theirs)
         assert_same_trajectory(batch.scenes, scripted)

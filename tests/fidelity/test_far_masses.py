@@ -29,7 +29,7 @@ def test_a_centre_of_mass_a_kilometre_away_is_built(tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text(URDF.format(com=1234.567))
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities: {r: {urdf: r.urdf, pose: {p: [1, 2, 3], rpy: [0.3, 0.2, 0.7]}}}\n")
-    with load_scene(scene, render=False, audit="full") as batch:
+    with load_scene(scene, render=False) as batch:
         base, arm = batch.scenes[0].get_all_articulations()[0].links
         assert base.cmass_local_pose.p == pytest.approx([1234.567, 1234.567, 0])
         assert base.entity_pose.p == pytest.approx([1, 2, 3], abs=5e-3)
@@ -55,7 +55,7 @@ def test_so_is_a_mesh_that_is_too_large(scale: str, tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities: {r: {urdf: r.urdf, pose: {p: [1, 2, 3], rpy: [0.3, 0.2, 0.7]}}}\n")
     with pytest.raises(SceneError) as caught:
-        load_scene(scene, render=False, audit="full")
+        load_scene(scene, render=False)
     assert {told.code for told in caught.value.diagnostics} == {"SC512"}
 
 
@@ -65,5 +65,5 @@ def test_a_mesh_of_a_kilometre_is_built(tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text(URDF.format(com=0).replace('<box size="1 1 1"/>', '<mesh filename="wedge.obj"/>'))
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities: {r: {urdf: r.urdf, pose: {p: [1, 2, 3], rpy: [0.3, 0.2, 0.7]}}}\n")
-    with load_scene(scene, render=False, audit="full") as batch:
+    with load_scene(scene, render=False) as batch:
         assert batch.scenes[0].get_all_articulations()[0].links[1].mass == pytest.approx(1e12 / 6, rel=1e-3)

@@ -108,7 +108,7 @@ def test_one_scene_is_the_first_of_several(name: str, meshes: dict[str, Path], t
     one, several = (compile_scene(given, num_scenes=count, seed=3, allow_outside_assets=True) for count in (1, MANY))
     assert first(one) == first(several)
     assert compile_scene_again(one) == one
-    with load_scene(one, render=False, audit="full") as alone, load_scene(several, render=False) as batch:
+    with load_scene(one, render=False) as alone, load_scene(several, render=False) as batch:
         assert_same_scene(alone.scenes[0], batch.scenes[0])
         assert [entry.mass for entry in summarize(one, alone)] == [entry.mass for entry in summarize(several, batch)]
         assert len(summarize(one, None)) == len(one.entities)

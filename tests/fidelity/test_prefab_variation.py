@@ -43,7 +43,7 @@ def used(name: str, given: dict[str, Any], *, num_scenes: int = 2) -> Any:
     """Live scenes of one prefab."""
     thing = {"use": f"scenecc:{name}", "with": ALIKE.get(name, {}) | given, "pose": [0.1, 0.2, 0.3]}
     scene = {"scenecc": 1, "num_scenes": num_scenes, "entities": {"floor": FLOOR, "thing": thing}}
-    return load_scene(scene, render=False, audit="full")
+    return load_scene(scene, render=False)
 
 
 def facts(batch: Any, scene: int) -> tuple[Any, Any]:

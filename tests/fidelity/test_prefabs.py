@@ -102,7 +102,7 @@ def test_a_prefab_is_what_a_person_builds(name: str, given: dict[str, Any]) -> N
 @pytest.mark.parametrize(("name", "given"), CASES, ids=label)
 def test_a_prefab_looks_like_what_a_person_builds(name: str, given: dict[str, Any]) -> None:
     scene, _ = by_hand(name, given, render=True)
-    with load_scene(io.StringIO(document(name, given)), render=True, audit="full") as batch:
+    with load_scene(io.StringIO(document(name, given)), render=True) as batch:
         assert_same_scene(batch.scenes[0], scene)
 
 

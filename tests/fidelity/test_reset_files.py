@@ -47,7 +47,7 @@ entities:
 
 
 def loaded(text: str, seed: int = 0, **options: Any) -> SceneBatch:
-    return scenecc.load_scene(io.StringIO(text), num_scenes=SCENES, seed=seed, render=False, audit="full", **options)
+    return scenecc.load_scene(io.StringIO(text), num_scenes=SCENES, seed=seed, render=False, **options)
 
 
 @pytest.mark.parametrize("chosen", [None, [3, 1]])

@@ -38,7 +38,7 @@ entities:
 
 
 def loaded(seed: int) -> SceneBatch:
-    return scenecc.load_scene(io.StringIO(TEXT), num_scenes=SCENES, seed=seed, render=True, audit="full")
+    return scenecc.load_scene(io.StringIO(TEXT), num_scenes=SCENES, seed=seed, render=True)
 
 
 @pytest.mark.parametrize("exact", [False, True], ids=["in place", "exact"])

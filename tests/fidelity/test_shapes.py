@@ -358,7 +358,7 @@ def test_signed_distance_field_on_a_box() -> None:
           floor: {{body_type: static, shapes: [{{type: box, half_size: [2, 2, 0.1]}}]}},
           falls: {{pose: [0, 0, 0.5], shapes: [{{type: triangle_mesh, file: {TETRA}, scale: 0.3, sdf: true}}]}}}}}}
     """
-    with load_scene(io.StringIO(text), render=False, audit="full", allow_outside_assets=True) as batch:
+    with load_scene(io.StringIO(text), render=False, allow_outside_assets=True) as batch:
         assert_same_scene(batch.scenes[0], scene)
         assert_same_trajectory(batch.scenes, [scene])
         assert batch.entities["falls"].pose[0, 2] > 0

@@ -72,7 +72,7 @@ def by_hand() -> Any:
 
 @pytest.mark.maniskill
 def test_the_table_scene_with_overrides() -> None:
-    with load_scene(FILE, num_scenes=2, render=False, audit="full") as batch:
+    with load_scene(FILE, num_scenes=2, render=False) as batch:
         assert_same(batch, [by_hand() for _ in range(2)])
 
 

@@ -39,7 +39,7 @@ def add_tray(scene: Any, name: str, mesh: Path, gap: float, place: Pose) -> None
 
 @pytest.mark.parametrize("mesh", ["mug.obj", "bowl.obj"])
 def test_trays(mesh: str) -> None:
-    with load_scene(SCENES / "trays.yaml", params={"mesh": f"assets/{mesh}"}, render=False, audit="full") as batch:
+    with load_scene(SCENES / "trays.yaml", params={"mesh": f"assets/{mesh}"}, render=False) as batch:
         ours = [batch.entities["first/tray"].objs[number].pose for number in range(2)]
         scenes: list[Any] = []
         for pose in ours:

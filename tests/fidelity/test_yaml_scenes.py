@@ -120,17 +120,17 @@ def obstacle(index: int) -> Any:
 
 
 def test_tutorial() -> None:
-    with load_scene(SCENES / "tutorial.yaml", num_scenes=2, render=False, audit="full") as batch:
+    with load_scene(SCENES / "tutorial.yaml", num_scenes=2, render=False) as batch:
         assert_same(batch, [tutorial(), tutorial()])
 
 
 def test_tabletop() -> None:
-    with load_scene(SCENES / "tabletop.yaml", num_scenes=4, render=False, audit="full") as batch:
+    with load_scene(SCENES / "tabletop.yaml", num_scenes=4, render=False) as batch:
         assert_same(batch, [tabletop() for _ in range(4)])
 
 
 def test_obstacle() -> None:
-    with load_scene(SCENES / "obstacle.yaml", render=False, audit="full") as batch:
+    with load_scene(SCENES / "obstacle.yaml", render=False) as batch:
         assert batch.entities["obstacle"].scene_idxs == (0, 2)
         assert_same(batch, [obstacle(i) for i in range(4)])
 

@@ -26,7 +26,7 @@ def nothing(_: Any) -> None:
 
 def load(text: str, **options: Any) -> SceneBatch:
     """The live scenes of a document; its files are relative to the current folder."""
-    return load_scene(io.StringIO(text), render=False, audit="full", **options)
+    return load_scene(io.StringIO(text), render=False, **options)
 
 
 def document(body: str, rest: str = "") -> str:

@@ -177,7 +177,7 @@ def outcome(folder: Path, mass: float | None) -> str:
     import scenecc
 
     try:
-        with scenecc.load_scene(folder / "scene.yaml", render=False, audit="full") as batch:
+        with scenecc.load_scene(folder / "scene.yaml", render=False) as batch:
             scene: Any = batch.scenes[0]
             bodies = [*scene.physx_system.rigid_dynamic_components, *scene.physx_system.articulation_link_components]
             found = [float(body.mass) for body in bodies if body.name in {"a", "l", "b"}]

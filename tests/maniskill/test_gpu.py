@@ -91,3 +91,25 @@ def test_planes_that_differ_are_refused() -> None:
     plane = {"body_type": "static", "shapes": [{"type": "plane"}], "pose": [0, 0, {"uniform": [-0.1, 0]}]}
     with pytest.raises(SceneError, match="differs between environments"):
         make(2, {"scenecc": 1, "entities": {"ground": plane}})
+
+
+def test_what_is_built_is_compared_with_the_plan(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Masses and places of actors, before there are buffers; links are not where they belong until then."""
+    from scenecc import SceneError
+    from scenecc.backends.maniskill import build
+    from scenecc.plan import Mount
+
+    build_constraints = build.ConstraintSet
+
+    def lightened(plan: Any, lookup: Any) -> Any:
+        lookup.component(Mount("cube"), 2).mass = 0.5
+        lookup.component(Mount("panda", "panda_hand"), 1).mass = 0.25
+        return build_constraints(plan, lookup)
+
+    monkeypatch.setattr(build, "ConstraintSet", lightened)
+    with pytest.raises(SceneError) as caught:
+        make(4)
+    messages = [d.message for d in caught.value.diagnostics if d.code == "SC802"]
+    assert len(messages) == 2
+    assert messages[0].startswith("'cube' in scene 2: the engine holds mass = 0.5")
+    assert messages[1].startswith("link 'panda_hand' of 'panda' in scene 1: the engine holds mass = 0.25")

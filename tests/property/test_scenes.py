@@ -137,7 +137,7 @@ def quick(scene: dict[str, Any]) -> dict[str, Any]:
 @given(documents().map(quick))
 @settings(slow_to_draw, max_examples=examples(40))
 def test_a_valid_scene_is_built_as_it_is_written(scene: dict[str, Any]) -> None:
-    with load_scene(scene, render=False, audit="full") as batch:
+    with load_scene(scene, render=False) as batch:
         for section, found in (
             ("entities", [*batch.entities, *batch.articulations]),
             ("constraints", batch.constraints),
@@ -162,7 +162,7 @@ def assert_script_builds_the_same(scene: dict[str, Any], *, render: bool = False
     from fidelity import compare
 
     scripted = built_by_script(scene, render=render)
-    with load_scene(scene, render=render, audit="full") as batch:
+    with load_scene(scene, render=render) as batch:
         for ours, theirs in zip(batch.scenes, scripted, strict=True):
             compare.assert_same_scene(ours, theirs)
         compare.assert_same_trajectory(batch.scenes, scripted, steps=3)

@@ -109,13 +109,13 @@ def test_a_file_that_changes_between_check_and_engine_is_not_built(
 def test_a_file_that_changes_after_the_engine_read_it_ends_the_build(
     scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = build.audit_batch
+    real = build.audit_scenes
 
     def late(*args: object, **options: object) -> object:
         write(scene.parent, "thing.mtl", "newmtl b\n")
         return real(*args, **options)  # pyright: ignore[reportArgumentType]
 
-    monkeypatch.setattr(build, "audit_batch", late)
+    monkeypatch.setattr(build, "audit_scenes", late)
     with pytest.raises(SceneError) as error:
         load_scene(scene, render=False)
     assert [one.code for one in error.value.diagnostics] == ["SC422"]

@@ -31,13 +31,14 @@ class ManiSkillScene(Protocol):
         ...
 
 
-def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink) -> LoadedScene | None:
+def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink, *, audit: bool = True) -> LoadedScene | None:
     """Builds the plan in a `ManiSkillScene`, a row of the plan in each of its sub-scenes.
 
     Args:
         plan: of as many scenes as `scene` has environments.
         scene: a `mani_skill.envs.scene.ManiSkillScene` before its simulation is set up, as in `_load_scene`.
         sink: told what cannot be built, at the node that asked.
+        audit: whether counts, order, poses and masses are then compared with the plan.
 
     Returns:
         What was built, or None after a failure.
@@ -46,7 +47,7 @@ def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink) -> LoadedSce
         return None
     from scenecc.backends.maniskill.build import build_plan
 
-    return build_plan(plan, scene, sink)
+    return build_plan(plan, scene, sink, audit=audit)
 
 
 def sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> Any:

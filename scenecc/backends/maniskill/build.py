@@ -11,6 +11,7 @@ from scenecc.backends.maniskill.builders import build_actor, build_articulation,
 from scenecc.backends.maniskill.compat import UNSUPPORTED_CODE, SimConfig
 from scenecc.backends.maniskill.loaded_scene import LoadedScene, ManiSkillEntityLookup
 from scenecc.backends.sapien.assets import report_changed_files
+from scenecc.backends.sapien.audit.scenes import BuiltScenes, audit_scenes
 from scenecc.backends.sapien.constraints import ConstraintSet
 from scenecc.backends.sapien.engine import EngineFailure, engine_settings, physx, report_failure
 from scenecc.backends.sapien.objects import DrawnObjects
@@ -23,6 +24,7 @@ from scenecc.plan.scene import GpuMemory, Physics, process_wide_settings
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from scenecc.backends.sapien.preparation import EntityLookup
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
     from scenecc.plan.body import Friction
@@ -150,7 +152,7 @@ _AGENT_HINT = (
 )
 
 
-def build_plan(plan: ScenePlan, scene: Any, sink: Sink) -> LoadedScene | None:
+def build_plan(plan: ScenePlan, scene: Any, sink: Sink, *, audit: bool) -> LoadedScene | None:
     """`scenecc.backends.maniskill.instantiate` once ManiSkill is known to be there."""
     if not _check_environment(plan, scene, sink):
         return None
@@ -163,12 +165,20 @@ def build_plan(plan: ScenePlan, scene: Any, sink: Sink) -> LoadedScene | None:
     with engine_settings(Physics(sdf=plan.physics.sdf)), collector_paused():
         drawn, every_scene = DrawnObjects(), tuple(range(plan.num_scenes))
         prepared_entities = prepare_entities(built, every_scene, sink, drawn, rendered=scene.can_render())
-        loaded = None if prepared_entities is None else _fill_scene(plan, prepared_entities, drawn, scene, sink)
+        if prepared_entities is None:
+            return None
+        loaded = _fill_scene(plan, prepared_entities, drawn, scene, sink, audit=audit)
     return loaded if loaded is not None and report_changed_files(plan, sink) else None
 
 
 def _fill_scene(
-    plan: ScenePlan, prepared_entities: list[PreparedEntity], drawn: DrawnObjects, scene: Any, sink: Sink
+    plan: ScenePlan,
+    prepared_entities: list[PreparedEntity],
+    drawn: DrawnObjects,
+    scene: Any,
+    sink: Sink,
+    *,
+    audit: bool,
 ) -> LoadedScene | None:
     actors: dict[str, Any] = {}
     articulations: dict[str, Any] = {}
@@ -191,8 +201,34 @@ def _fill_scene(
     except EngineFailure as failure:
         report_failure(failure, sink, place)
         return None
+    if audit and not audit_scenes(_built_scenes(plan, prepared_entities, lookup, constraints, lights, scene), sink):
+        return None
     held = {prepared.entity.name: prepared.held() for prepared in prepared_entities}
     return LoadedScene(plan, scene, actors, articulations, held, drawn, constraints, lights)
+
+
+def _built_scenes(
+    plan: ScenePlan,
+    prepared_entities: list[PreparedEntity],
+    lookup: EntityLookup,
+    constraints: ConstraintSet,
+    lights: LightSet | None,
+    scene: Any,
+) -> BuiltScenes:
+    """What is compared with the plan while the environment loads its scene, before its simulation is set up."""
+    return BuiltScenes(
+        plan,
+        prepared_entities,
+        lookup,
+        [(one, constraints.batches[one.name]) for one in plan.constraints],
+        [] if lights is None else [(light, lights.lights[light.name]) for light in plan.lights],
+        rendered=lights is not None,
+        shared=True,
+        # Environments that are shown together are moved apart.
+        poses=not scene.parallel_in_single_scene,
+        # On a GPU the positions of joints are in buffers that are not there yet: links are not where they belong.
+        link_poses=not scene.gpu_sim_enabled,
+    )
 
 
 def _refuse_world_constraints(plan: ScenePlan, scene: Any) -> None:

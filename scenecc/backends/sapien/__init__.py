@@ -48,7 +48,7 @@ def instantiate(
     *,
     scene_idxs: Sequence[int] | None = None,
     render: bool | None = None,
-    audit: Literal["full", "fast", "off"] = "fast",
+    audit: bool = True,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBatch | None:
     """Builds the plan's scenes, each with a PhysX system of its own.
@@ -58,9 +58,7 @@ def instantiate(
         sink: told everything that the engine or the machine cannot do, at the shape that asked.
         scene_idxs: which of the plan's scenes to build, all by default; each is as it is among all.
         render: True builds visuals, False leaves them out, None builds them where a render device exists.
-        audit: how much of what the engine then holds is compared with the plan: "fast" is shape count,
-            mass and pose of every body, every constraint, light and camera, and everything in the first
-            scene of each structure, "full" everything everywhere.
+        audit: whether the engine's counts, order, poses, masses and cooked meshes are then compared with the plan.
         progress: called with (scenes done, scenes in all).
 
     Returns:

@@ -35,7 +35,6 @@ from scenecc.backends.sapien.state import (
     restore_scene,
     validate_state,
 )
-from scenecc.backends.sapien.tensors import TensorView
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.errors import SceneError
 from scenecc.interrupt import interrupts_wait
@@ -475,17 +474,6 @@ class SceneBatch:
         """
         return self._contact_reader.net_force(self._stepped(), name, self.timestep)
 
-    @property
-    def torch(self) -> TensorView:
-        """The batch with PyTorch's tensors in place of arrays: copies, on the CPU. They can be assigned, too.
-
-        Raises:
-            ImportError: PyTorch is not installed.
-            RuntimeError: the batch is closed.
-        """
-        self._check_open()
-        return TensorView(self)
-
     def remove(self, name: str) -> None:
         """Takes an entity out of every scene; `add` puts it back.
 
@@ -544,7 +532,6 @@ class SceneBatch:
         Raises:
             ValueError: something is drawn that has no value or that the engine cannot hold (the entity, the field and
                 the scene are named), a draw cannot be changed, or an argument does not fit. Nothing is changed then.
-            SceneError: the engine does not hold what was set (SC802).
             KeyError: this batch has no such scene.
             RuntimeError: the batch is closed.
         """
@@ -561,7 +548,6 @@ class SceneBatch:
         self._place(chosen, states, exact=exact)
         for component, setter, arguments in again:
             getattr(component, setter)(*arguments)
-        self._drawn_fields.audit(drawn, self._sink.another())
         self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
 
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
@@ -609,7 +595,6 @@ class SceneBatch:
         drawn = self._drawn_fields.saved(state.drawn, chosen)
         self._drawn_fields.apply(drawn)
         self._place(chosen, states, exact=exact)
-        self._drawn_fields.audit(drawn, self._sink.another())
 
     def passport(self, scene: int) -> str:
         """A line of JSON from which `scenecc replay` builds a scene again as it was at its last start.

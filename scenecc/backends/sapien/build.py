@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.assets import report_changed_files
-from scenecc.backends.sapien.audit.batch import audit_batch, audit_rendering
-from scenecc.backends.sapien.audit.reference import read_defaults
+from scenecc.backends.sapien.audit.scenes import BuiltScenes, audit_scenes
 from scenecc.backends.sapien.batch import SceneBatch
 from scenecc.backends.sapien.constraints import ConstraintSet
 from scenecc.backends.sapien.engine import (
@@ -29,8 +28,10 @@ from scenecc.interrupt import interrupts_wait
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from scenecc.backends.sapien.objects import ComponentBatch
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
+    from scenecc.plan.rendering import Camera, Light
 
 
 def build_scenes(
@@ -99,7 +100,7 @@ def build_batch(
     scene_idxs: tuple[int, ...],
     *,
     render: bool | None,
-    audit: Literal["full", "fast", "off"],
+    audit: bool,
     progress: Callable[[int, int], None] | None,
 ) -> SceneBatch | None:
     """As `scenecc.backends.sapien.instantiate`; SAPIEN can be imported."""
@@ -110,7 +111,6 @@ def build_batch(
         return None
     # Without a system that holds it, SAPIEN's renderer is started and ended again for every single material.
     renderer = new_render_system() if rendered else None
-    present = read_defaults(rendered=rendered)
     with engine_settings(plan.physics), collector_paused():
         built = build_scenes(plan, scene_idxs, sink, rendered=rendered, progress=progress)
         if built is None:
@@ -119,11 +119,8 @@ def build_batch(
         batch, prepared_entities = built
         good = False
         try:
-            # Before anything else is built: the audit of bodies finds nothing but them in the scenes.
-            good = (
-                (audit == "off" or audit_batch(batch, prepared_entities, present, sink, audit))
-                and _add_constraints_and_cameras(batch, prepared_entities, sink, audited=audit != "off")
-                and report_changed_files(plan, sink)
+            good = _add_constraints_and_cameras(batch, prepared_entities, sink, audit=audit) and report_changed_files(
+                plan, sink
             )
         finally:
             # Also after an error of ours and after Ctrl-C.
@@ -133,22 +130,26 @@ def build_batch(
 
 
 def _add_constraints_and_cameras(
-    batch: SceneBatch, prepared_entities: list[PreparedEntity], sink: Sink, *, audited: bool
+    batch: SceneBatch, prepared_entities: list[PreparedEntity], sink: Sink, *, audit: bool
 ) -> bool:
-    """Builds constraints, lights and cameras and, if `audited`, compares them with the plan. False after an error."""
+    """Builds constraints, lights and cameras and, if `audit`, runs the audit. False after an error."""
     plan, lookup = batch.plan, EntityLookup(batch.scene_idxs, batch.scenes, prepared_entities)
     try:
         if plan.constraints:
-            constraints = ConstraintSet(plan, lookup)
-            batch.attach_constraints(constraints)
-            if audited and not constraints.audit(sink):
-                return False
+            batch.attach_constraints(ConstraintSet(plan, lookup))
         rendering = LightsAndCameras(plan, lookup, rendered=batch.render)
     except EngineFailure as failure:
         report_failure(failure, sink, plan.origin)
         return False
     batch.attach_rendering(rendering)
-    return not (audited and batch.render) or audit_rendering(plan, rendering, lookup, sink)
+    if not audit:
+        return True
+    constraints = [(one, batch.constraints[one.name]) for one in plan.constraints if one.name in batch.constraints]
+    seen: list[tuple[Light | Camera, ComponentBatch]] = []
+    if batch.render:
+        seen += [(light, rendering.lights[light.name]) for light in plan.lights]
+        seen += [(camera, rendering.cameras[camera.name]) for camera in plan.cameras]
+    return audit_scenes(BuiltScenes(plan, prepared_entities, lookup, constraints, seen, rendered=batch.render), sink)
 
 
 def _should_render(*, render: bool | None) -> bool:

@@ -1,18 +1,14 @@
-"""Constraints in live scenes: SAPIEN's components and their setters, their batches, their targets at a reset, and
-their audit.
-"""
+"""Constraints in live scenes: SAPIEN's components and their setters, their batches, and their targets at a reset."""
 
 from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import isinf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.comparison import DifferenceGroups
-from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.backends.sapien.engine import physx
 from scenecc.backends.sapien.live_properties import set_enabled
 from scenecc.backends.sapien.objects import ComponentBatch, is_dynamic
 from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to_scalars, to_vectors, zip_columns
@@ -28,7 +24,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.preparation import EntityLookup
-    from scenecc.diagnostics import Sink
     from scenecc.plan import Constraint, ScenePlan, Value
     from scenecc.variation.evaluation import Batch
     from scenecc.variation.nodes import Node
@@ -54,12 +49,10 @@ class SetterCall:
 
     Attributes:
         set: its name.
-        get: name of the getter that gives the same back; None: the engine gives it nobody.
         rows: its arguments, one tuple in all or one a scene.
     """
 
     set: str
-    get: str | None
     rows: list[tuple[Any, ...]]
 
     def arguments(self, number: int) -> tuple[Any, ...]:
@@ -117,17 +110,17 @@ def _joint_calls(constraint: Constraint, rows: NDArray[np.intp]) -> Iterator[Set
     match constraint.joint:
         case Weld():
             for axis in ("x", "y", "z", "twist"):
-                yield SetterCall(f"set_limit_{axis}", f"get_limit_{axis}", [(0.0, 0.0, 0.0, 0.0)])
+                yield SetterCall(f"set_limit_{axis}", [(0.0, 0.0, 0.0, 0.0)])
             swing = (*WELD_SWING, FLOAT32_MAX, "acceleration")
-            yield SetterCall("set_drive_property_swing", "get_drive_property_swing", [swing])
+            yield SetterCall("set_drive_property_swing", [swing])
         case Connection():
-            yield SetterCall("set_limit", None, [(0.0, 0.0)])
+            yield SetterCall("set_limit", [(0.0, 0.0)])
         case Distance(limits, stiffness, damping):
-            yield SetterCall("set_limit", None, _limit_columns(limits, stiffness, damping, rows))
+            yield SetterCall("set_limit", _limit_columns(limits, stiffness, damping, rows))
         case Gear(ratio, enable_hinges):
-            yield SetterCall("set_gear_ratio", "get_gear_ratio", zip_columns([_scalar_column(ratio, rows)]))
+            yield SetterCall("set_gear_ratio", zip_columns([_scalar_column(ratio, rows)]))
             if enable_hinges:
-                yield SetterCall("enable_hinges", None, [()])
+                yield SetterCall("enable_hinges", [()])
         case Drive() as drive:
             yield from _drive_calls(drive, rows)
 
@@ -135,17 +128,16 @@ def _joint_calls(constraint: Constraint, rows: NDArray[np.intp]) -> Iterator[Set
 def _drive_calls(drive: Drive, rows: NDArray[np.intp]) -> Iterator[SetterCall]:
     for limit in drive.limits:
         arguments = _limit_columns(limit.limits, limit.stiffness, limit.damping, rows)
-        yield SetterCall(f"set_limit_{limit.axis}", f"get_limit_{limit.axis}", arguments)
+        yield SetterCall(f"set_limit_{limit.axis}", arguments)
     for each in drive.drives:
         values = (each.stiffness, each.damping, each.force_limit or _UNLIMITED)
         columns: list[Column] = [*(_scalar_column(value, rows) for value in values), [each.mode or "force"]]
-        name = f"drive_property_{each.axis}"
-        yield SetterCall(f"set_{name}", f"get_{name}", zip_columns(columns))
+        yield SetterCall(f"set_drive_property_{each.axis}", zip_columns(columns))
     yield from _target_calls(drive, lambda field: _target_rows(drive, field, rows))
     for name in ("inv_mass_scales", "inv_inertia_scales"):
         value: Value | None = getattr(drive, name)
         if value is not None:
-            yield SetterCall(f"set_{name}", None, list(map(tuple, select_rows(value, rows).tolist())))
+            yield SetterCall(f"set_{name}", list(map(tuple, select_rows(value, rows).tolist())))
 
 
 _TARGET_DEFAULTS: dict[str, Value] = {
@@ -163,10 +155,10 @@ def _target_rows(drive: Drive, field: str, rows: NDArray[np.intp]) -> NDArray[An
 def _target_calls(drive: Drive, read: Callable[[str], NDArray[Any]], *, every: bool = False) -> Iterator[SetterCall]:
     """What a drive is driven to. `read`: a field to its rows; `every`: also what the plan does not say."""
     if every or drive.target is not None:
-        yield SetterCall("set_drive_target", "get_drive_target", zip_columns([to_poses(read("target"))]))
+        yield SetterCall("set_drive_target", zip_columns([to_poses(read("target"))]))
     if every or drive.linear_velocity_target is not None or drive.angular_velocity_target is not None:
         velocities = [to_vectors(read(f"{kind}_velocity_target")) for kind in ("linear", "angular")]
-        yield SetterCall("set_drive_velocity_target", "get_drive_velocity_target", zip_columns(velocities))
+        yield SetterCall("set_drive_velocity_target", zip_columns(velocities))
 
 
 def _scalar_column(value: Value, rows: NDArray[np.intp]) -> Column:
@@ -181,23 +173,8 @@ def _limit_columns(
     return zip_columns([to_scalars(pairs[:, 0]), to_scalars(pairs[:, 1]), *spring])
 
 
-def flatten_values(found: Any) -> list[Any]:
-    """What a getter of the engine gives, or a setter takes, as single numbers and words."""
-    if isinstance(found, str):
-        return [found]
-    if isinstance(found, sapien.Pose):
-        return [*found.p.tolist(), *found.q.tolist()]
-    if isinstance(found, tuple | list):
-        parts: list[Any] = [*found]  # pyright: ignore[reportUnknownArgumentType]
-        return [number for part in parts for number in flatten_values(part)]
-    return np.asarray(found, np.float32).ravel().tolist()
-
-
 TargetCalls = list[tuple[Any, str, tuple[Any, ...]]]
 """Components, what is set on them, and the arguments."""
-
-_ROTATION_TOLERANCE = 1e-6
-"""How far a component of a rotation may be from what was set: PhysX normalises what frames it takes."""
 
 
 class ConstraintBatch(ComponentBatch):
@@ -263,19 +240,6 @@ class ConstraintSet:
             )
             for prepared in self._prepared
         }
-
-    def audit(self, sink: Sink) -> bool:
-        """Compares what the engine holds with what was set, reports differences, and says whether there is none.
-
-        The limits of a distance and the scales of a drive SAPIEN gives nobody.
-        """
-        groups = DifferenceGroups(sink)
-        for prepared in self._prepared:
-            who, place = f"constraint '{prepared.constraint.name}'", prepared.constraint.origin
-            for number, component in enumerate(self.batches[prepared.constraint.name].objs):
-                for words in _constraint_differences(prepared, component, number):
-                    groups.add(who, words, prepared.scene_idxs[number], place)
-        return groups.report()
 
     @property
     def pulls(self) -> bool:
@@ -358,38 +322,3 @@ def _sample_target(prepared: PreparedConstraint, what: str, recipe: Node, batch:
     found = sample_value(batch, recipe, prepared.constraint.name, what)
     check_finite(found, batch, prepared.constraint.name, what)
     return found
-
-
-def _constraint_differences(prepared: PreparedConstraint, component: Any, number: int) -> Iterator[str]:
-    frames = (("pose_in_child", prepared.in_child), ("pose_in_parent", prepared.in_parent))
-    for name, column in frames:
-        found, wanted = flatten_values(getattr(component, name)), flatten_values(column[number % len(column)])
-        if found[:3] != wanted[:3] or not np.allclose(found[3:], wanted[3:], rtol=0, atol=_ROTATION_TOLERANCE):
-            yield f"{name} = {found}, and the plan asks for {wanted}"
-    if component.is_enabled != (wanted := prepared.enabled[number % len(prepared.enabled)]):
-        yield f"is_enabled = {component.is_enabled}, and the plan asks for {wanted}"
-    if (component.get_parent() is None) != (prepared.constraint.parent is None):
-        yield "another parent than the plan asks for"
-    for call in prepared.calls:
-        if call.set == "enable_hinges" and not component.is_hinges_enabled:
-            yield "no hinges, and the plan asks for them"
-        if call.get is None:
-            continue
-        found, wanted = flatten_values(getattr(component, call.get)()), flatten_values(call.arguments(number))
-        if not _is_close(found, wanted) and not _is_locked(call, wanted):
-            yield f"{call.get.removeprefix('get_')} = {found}, and the plan asks for {wanted}"
-
-
-def _is_locked(call: SetterCall, wanted: list[Any]) -> bool:
-    """Whether an axis is locked or free: then PhysX has no limits of it to give back."""
-    return call.set.startswith("set_limit") and (wanted[0] == wanted[1] or all(map(isinf, wanted[:2])))
-
-
-def _is_close(found: list[Any], wanted: list[Any]) -> bool:
-    if len(found) != len(wanted):
-        return False
-    exact = len(found) != 7  # a target is a frame too
-    return all(
-        one == other or (not exact and not isinstance(one, str) and abs(one - float(other)) <= _ROTATION_TOLERANCE)
-        for one, other in zip(found, wanted, strict=True)
-    )

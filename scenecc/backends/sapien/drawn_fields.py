@@ -1,7 +1,7 @@
 """What a reset draws anew beside poses, velocities, joints and targets: masses, gains, materials, lights, cameras.
 
 Every field of a plan that has a recipe is looked up once, with its objects. A reset draws all of them before it sets
-any, and reads back what it has set.
+any.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.comparison import ROTATION_TOLERANCE, DifferenceGroups
 from scenecc.backends.sapien.live_properties import (
     ANGLE_TOLERANCE,
     ENTITY_POSE,
     LOCAL_POSE,
     MASS_AND_INERTIA,
+    ROTATION_TOLERANCE,
     LiveProperty,
     live_property,
     read_all,
@@ -29,7 +29,6 @@ from scenecc.backends.sapien.preparation import StructureRows, group_by_structur
 from scenecc.backends.sapien.properties import JOINT_FRAMES, rows_in_scenes
 from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
 from scenecc.backends.sapien.state import DrawnFieldState
-from scenecc.errors import SceneError
 from scenecc.plan import ArticulationStructure, Value
 from scenecc.plan.articulation import Joint
 from scenecc.plan.body import BodyStructure, Inertial, PhysicalMaterial, VisualMaterial
@@ -43,7 +42,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.geometry.rotation_arrays import Floats
     from scenecc.plan import Entity, ScenePlan
@@ -230,22 +228,6 @@ class DrawnFieldSet:
             else:
                 whole = self._given[number] = self._given[number].copy()
                 whole[np.searchsorted(self._scenes[number], write.scenes)] = write.rows
-
-    @staticmethod
-    def audit(writes: Sequence[FieldWrite], sink: Sink) -> None:
-        """Reads back what was set.
-
-        Raises:
-            SceneError: the engine holds something else (SC802).
-        """
-        groups = DifferenceGroups(sink)
-        for write in writes:
-            for scene, wanted, found in write.differing():
-                one = write.field
-                words = f"{one.name} = {found.tolist()}, and the reset has set {wanted.tolist()}"
-                groups.add(f"'{one.holder.who}'", words, scene, one.holder.origin, key=one.name)
-        if not groups.report():
-            raise SceneError(sink.diagnostics())
 
     def state(self, scene_idxs: Sequence[int]) -> dict[str, DrawnFieldState]:
         """What all of them are in some scenes, by what a saved state calls them."""

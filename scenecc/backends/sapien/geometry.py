@@ -1,6 +1,4 @@
-"""Geometry types in SAPIEN, one row per type: how a collision or render shape is made, and which sizes are read back
-from it.
-"""
+"""Geometry types in SAPIEN, one row per type: how a collision or render shape is made."""
 
 from __future__ import annotations
 
@@ -11,7 +9,7 @@ import numpy as np
 
 from scenecc.backends.sapien.assets import Resources, mirror_meshes
 from scenecc.backends.sapien.engine import physx, render
-from scenecc.backends.sapien.properties import Column, bind_columns, row_value, select_rows, size_column, to_vectors
+from scenecc.backends.sapien.properties import Column, bind_columns, select_rows, size_column, to_vectors
 from scenecc.geometry.surfaces import Profile, cached_parts
 from scenecc.plan import (
     Box,
@@ -56,27 +54,20 @@ class ShapeContext:
         return [render.RenderMaterial()] if self.material is None else self.material
 
 
-Sizes = dict[str, Any]
-
-
 class ShapeType(NamedTuple):
     """A geometry in SAPIEN, as it collides or as it is seen.
 
     Attributes:
         engine: SAPIEN's class.
         make: from the geometry to a function from a row to a new shape (`ConvexParts`: to a list of shapes).
-        expected: the properties that the shape of an entity's row must have.
         sizes: names of the numbers that `engine` takes, in their order; none of a mesh.
         many: whether a collision shape of the plan is several of the engine.
-        surface: `vertices`, and `uvs` where they matter, of a row of a render shape whose triangles no file has.
     """
 
     engine: Any
     make: Callable[[Any, ShapeContext], Callable[[int], Any]]
-    expected: Callable[[Any, int], Sizes]
     sizes: tuple[str, ...] = ()
     many: bool = False
-    surface: Callable[[Any, int], dict[str, NDArray[np.float64]]] | None = None
 
 
 def _sized_shape(engine: Any, *sizes: str) -> ShapeType:
@@ -86,10 +77,7 @@ def _sized_shape(engine: Any, *sizes: str) -> ShapeType:
         columns = [size_column(getattr(geometry, name), build.rows) for name in sizes]
         return bind_columns(engine, [*columns, build.materials()])
 
-    def expected(geometry: Any, row: int) -> Sizes:
-        return {name: row_value(getattr(geometry, name), row) for name in sizes}
-
-    return ShapeType(engine, make, expected, sizes)
+    return ShapeType(engine, make, sizes)
 
 
 def _convex_mesh(geometry: ConvexMesh, build: ShapeContext) -> Callable[[int], Any]:
@@ -124,20 +112,6 @@ def _heightfield(geometry: Heightfield, build: ShapeContext) -> Callable[[int], 
     return bind_columns(physx.PhysxCollisionShapeTriangleMesh, [*columns, [np.ones(3)], build.materials()])
 
 
-def _unscaled(geometry: TiledPlane | RevolvedSolid | Heightfield, row: int) -> Sizes:
-    del geometry, row
-    return {"scale": np.ones(3)}
-
-
-def _mesh_sizes(geometry: TriangleMesh | Mesh, row: int) -> Sizes:
-    return {"scale": geometry.scale.row(row)}
-
-
-def _hull_sizes(geometry: ConvexMesh | ConvexParts, row: int) -> Sizes:
-    """A mirrored one has a file of its own."""
-    return {"scale": np.abs(geometry.scale.row(row))}
-
-
 def _revolved_parts(geometry: RevolvedSolid, build: ShapeContext) -> Callable[[int], Any]:
     found = [geometry.unit_profile(*geometry.sizes(row)) for row in _distinct_rows(geometry, build.rows)]
     profiles: Column = [profile for profile, _ in found]
@@ -155,11 +129,7 @@ def _distinct_rows(geometry: RevolvedSolid | Heightfield, rows: NDArray[np.intp]
     return found if any(value.varies for value in geometry.values) else found[:1]
 
 
-def _revolved_sizes(geometry: RevolvedSolid, row: int) -> Sizes:
-    return {"scale": geometry.unit_profile(*geometry.sizes(row))[1]}
-
-
-_REVOLVED_PARTS = ShapeType(physx.PhysxCollisionShapeConvexMesh, _revolved_parts, _revolved_sizes, many=True)
+_REVOLVED_PARTS = ShapeType(physx.PhysxCollisionShapeConvexMesh, _revolved_parts, many=True)
 
 COLLISION_SHAPES: dict[type[CollisionGeometry], ShapeType] = {
     Box: _sized_shape(physx.PhysxCollisionShapeBox, "half_size"),
@@ -168,10 +138,10 @@ COLLISION_SHAPES: dict[type[CollisionGeometry], ShapeType] = {
     Cylinder: _sized_shape(physx.PhysxCollisionShapeCylinder, "radius", "half_length"),
     **dict.fromkeys(REVOLVED_SOLIDS.values(), _REVOLVED_PARTS),
     Plane: _sized_shape(physx.PhysxCollisionShapePlane),
-    ConvexMesh: ShapeType(physx.PhysxCollisionShapeConvexMesh, _convex_mesh, _hull_sizes),
-    ConvexParts: ShapeType(physx.PhysxCollisionShapeConvexMesh, _convex_parts, _hull_sizes, many=True),
-    Heightfield: ShapeType(physx.PhysxCollisionShapeTriangleMesh, _heightfield, _unscaled),
-    TriangleMesh: ShapeType(physx.PhysxCollisionShapeTriangleMesh, _triangle_mesh, _mesh_sizes),
+    ConvexMesh: ShapeType(physx.PhysxCollisionShapeConvexMesh, _convex_mesh),
+    ConvexParts: ShapeType(physx.PhysxCollisionShapeConvexMesh, _convex_parts, many=True),
+    Heightfield: ShapeType(physx.PhysxCollisionShapeTriangleMesh, _heightfield),
+    TriangleMesh: ShapeType(physx.PhysxCollisionShapeTriangleMesh, _triangle_mesh),
 }
 """Geometry as it collides."""
 
@@ -216,26 +186,13 @@ def tiled_plane_vertices(
     return vertices, 0.5 + corners / 2 * repeat[:, None]
 
 
-def _visual_plane_sizes(geometry: VisualPlane, row: int) -> Sizes:
-    return {"scale": np.concatenate([[10.0], geometry.half_size.row(row)])}
-
-
-def _tiled_plane_surface(geometry: TiledPlane, row: int) -> dict[str, NDArray[np.float64]]:
-    (corners,), (uvs,) = tiled_plane_vertices(geometry.half_size.row(row)[None], geometry.texture_repeat.row(row)[None])
-    return {"vertices": corners, "uvs": uvs}
-
-
 def _visual_surface(geometry: RevolvedSolid | Heightfield, look: ShapeContext) -> Callable[[int], Any]:
     surfaces = [geometry.surface(row) for row in _distinct_rows(geometry, look.rows)]
     columns: list[Column] = [list(column) for column in zip(*surfaces, strict=True)]
     return bind_columns(render.RenderShapeTriangleMesh, [*columns, look.materials()])
 
 
-def _surface_vertices(geometry: RevolvedSolid | Heightfield, row: int) -> dict[str, NDArray[np.float64]]:
-    return {"vertices": geometry.surface(row)[0]}
-
-
-_SURFACE = ShapeType(render.RenderShapeTriangleMesh, _visual_surface, _unscaled, surface=_surface_vertices)
+_SURFACE = ShapeType(render.RenderShapeTriangleMesh, _visual_surface)
 
 
 VISUAL_SHAPES: dict[type[VisualGeometry], ShapeType] = {
@@ -245,9 +202,9 @@ VISUAL_SHAPES: dict[type[VisualGeometry], ShapeType] = {
     Cylinder: _sized_shape(render.RenderShapeCylinder, "radius", "half_length"),
     **dict.fromkeys(REVOLVED_SOLIDS.values(), _SURFACE),
     Heightfield: _SURFACE,
-    VisualPlane: ShapeType(render.RenderShapePlane, _visual_plane, _visual_plane_sizes),
-    Mesh: ShapeType(render.RenderShapeTriangleMesh, _visual_mesh, _mesh_sizes),
-    TiledPlane: ShapeType(render.RenderShapeTriangleMesh, _visual_tiled_plane, _unscaled, surface=_tiled_plane_surface),
+    VisualPlane: ShapeType(render.RenderShapePlane, _visual_plane),
+    Mesh: ShapeType(render.RenderShapeTriangleMesh, _visual_mesh),
+    TiledPlane: ShapeType(render.RenderShapeTriangleMesh, _visual_tiled_plane),
 }
 """Geometry as it is seen."""
 

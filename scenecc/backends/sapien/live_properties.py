@@ -1,6 +1,6 @@
 """Fields that a reset draws anew, beside poses, velocities, joints and targets: how each is set and read back.
 
-One row a field of the plan. Resets, their audit and saved states work by this table; `Quantity.reset` says of the same
+One row a field of the plan. Resets and saved states work by this table; `Quantity.reset` says of the same
 fields what the language and the plan's JSON allow, and a test holds the two together.
 """
 
@@ -98,9 +98,9 @@ def _set_axis_gain(index: int, axis: str, component: Any, value: float) -> None:
 _GAINS = ("stiffness", "damping", "force_limit")
 
 
-def axis_gain(axis: str, field: str) -> LiveProperty:
-    """A gain of one axis of a constraint's drive."""
-    index = _GAINS.index(field)
+def axis_gain(drive: AxisDrive, field: str) -> LiveProperty:
+    """A gain of a constraint's drive of one axis."""
+    index, axis = _GAINS.index(field), drive.axis
 
     def get(component: Any) -> float:
         return getattr(component, f"get_drive_property_{axis}")()[index]
@@ -190,10 +190,8 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
     **{
         (Joint, field): LiveProperty(partial(_set_gain, index), attrgetter(field)) for index, field in enumerate(_GAINS)
     },
-    **{(AxisDrive, field): axis_gain("x", field) for field in _GAINS},
     (Constraint, "enabled"): LiveProperty(set_enabled, attrgetter("is_enabled")),
     (Light, "color"): _named(render.RenderLightComponent, "color", to_vectors),
-    **{(Perspective, field): angle_of_view(Perspective(), field) for field in ("fovx", "fovy")},
     **{
         (Intrinsic, field): _matrix_part("set_focal_lengths", _FOCAL_LENGTHS, index)
         for index, field in enumerate(_FOCAL_LENGTHS)
@@ -207,8 +205,7 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
     **{(Camera, field): LiveProperty(partial(_set_plane, field), attrgetter(field)) for field in ("near", "far")},
     (Environment, "ambient_light"): LiveProperty(_set_ambient_light, attrgetter("ambient_light"), to_vectors),
 }
-"""By the dataclass of the plan and its field. Those of an axis and of an angle of view depend on the rest of it."""
-
+"""By the dataclass of the plan and its field."""
 
 ENTITY_POSE = LiveProperty(sapien.Entity.set_pose, _pose_getter("pose"), to_poses)
 """`pose` of a light or a camera that stands in the world: of its own entity."""
@@ -222,16 +219,28 @@ LOCAL_POSE = LiveProperty(_set_local_pose, _pose_getter("local_pose"), to_poses)
 """`pose` of one that is mounted."""
 
 
+def _held_pose(held: Light | Camera) -> LiveProperty:
+    return ENTITY_POSE if held.mount is None else LOCAL_POSE
+
+
+DEPENDENT_PROPERTIES: dict[tuple[type, str], Callable[[Any], LiveProperty]] = {
+    **{(AxisDrive, field): partial(axis_gain, field=field) for field in _GAINS},
+    **{(Perspective, field): partial(angle_of_view, field=field) for field in ("fovx", "fovy")},
+    (Light, "pose"): _held_pose,
+    (Camera, "pose"): _held_pose,
+}
+"""Properties that depend on the rest of the dataclass: on an axis, on another angle of view, on a mount."""
+
+
 def live_property(holder: Any, field: str) -> LiveProperty | None:
     """How a field of a dataclass of the plan is set and read back; None: it is a part of the state of motion."""
-    if isinstance(holder, AxisDrive):
-        return axis_gain(holder.axis, field)
-    if isinstance(holder, Perspective):
-        return angle_of_view(holder, field)
-    if isinstance(holder, Light | Camera) and field == "pose":
-        return ENTITY_POSE if holder.mount is None else LOCAL_POSE
-    return LIVE_PROPERTIES.get((type(holder), field))  # pyright: ignore[reportUnknownArgumentType]
+    key = (holder.__class__, field)
+    dependent = DEPENDENT_PROPERTIES.get(key)
+    return LIVE_PROPERTIES.get(key) if dependent is None else dependent(holder)
 
+
+ROTATION_TOLERANCE = 5e-7
+"""Of the quaternion of a centre of mass: PhysX normalises it, which changes a few units in the last place."""
 
 ANGLE_TOLERANCE = 1e-6
 """Of an angle of view, relative: SAPIEN keeps the focal length that it makes of one."""

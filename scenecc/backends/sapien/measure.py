@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.reference import ReferenceMeshes, part_counts
+from scenecc.backends.sapien.audit.masses import CookedMeshes, part_count
 from scenecc.backends.sapien.engine import physx
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES
 from scenecc.backends.sapien.properties import DRIVE_DEFAULTS, JOINT_PROPERTIES
@@ -69,7 +69,7 @@ class _BatchReader:
 
     def __init__(self, batch: SceneBatch) -> None:
         self._batch = batch
-        self._files = ReferenceMeshes(batch.plan, physx.get_default_material())
+        self._files = CookedMeshes(batch.plan)
         self._meshes: dict[str, MeasuredMesh] = {}
 
     def scene(self, index: int, scene: Any) -> MeasuredScene:
@@ -118,8 +118,7 @@ class _BatchReader:
     def _shapes(self, structure: BodyStructure, component: Any, row: int) -> tuple[MeasuredShape, ...]:
         if component is None:
             return ()
-        counts = part_counts(structure, row, self._files)
-        shapes = [shape for shape, count in zip(structure.collisions, counts, strict=True) for _ in range(count)]
+        shapes = [shape for shape in structure.collisions for _ in range(part_count(shape.geometry, row, self._files))]
         found: list[MeasuredShape] = []
         for made, shape in zip(component.get_collision_shapes(), shapes, strict=True):
             geometry, sizes = read_geometry(made)

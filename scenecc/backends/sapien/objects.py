@@ -12,7 +12,7 @@ from scenecc.diagnostics.messages import suggest
 from scenecc.geometry.rotations import UNIT_TOLERANCE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -242,10 +242,6 @@ class NamedObjects(dict[str, Named]):
 
     def __missing__(self, name: str) -> Named:
         raise unknown_name(name, tuple(self), self._what, self._owner)
-
-    def converted(self, convert: Callable[[Named], Any]) -> NamedObjects[Any]:
-        """Others by the same names."""
-        return NamedObjects({name: convert(each) for name, each in self.items()}, self._what, self._owner)
 
 
 def freeze_array(array: Array) -> Array:

@@ -1,7 +1,7 @@
 """Properties of engine objects, one row per field: setter, getter, conversion, and what a fresh object holds.
 
-The builders write by these tables and the audit reads by them, so no field can be set without being checked. Values
-of the plan become columns, lists with one item, or one item per row that is built. Vectors become float32 arrays,
+The builders write by these tables, and `tests/fidelity/test_setters.py` compares each row with SAPIEN. Values of the
+plan become columns, lists with one item, or one item per row that is built. Vectors become float32 arrays,
 which SAPIEN reads faster than lists.
 """
 
@@ -47,15 +47,6 @@ def rows_in_scenes(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[i
 def select_rows(value: Value, rows: NDArray[np.intp]) -> NDArray[Any]:
     """The rows of a value that are built; one row where it is the same in every scene."""
     return value.data if value.data.shape[0] == 1 else value.data[rows]
-
-
-def row_value(value: Value, row: int) -> Any:
-    """One row as a Python number, or as a tuple or an array of numbers; no array is made where there is none."""
-    if value.varies:
-        found = value.data[row]
-        return found if found.ndim else found.item()
-    first, *others = numbers = value.as_drawn()
-    return numbers if others else first
 
 
 def to_scalars(data: NDArray[Any]) -> Column:
@@ -117,7 +108,7 @@ class EngineProperty:
 
     Attributes:
         set: the engine's setter, unbound.
-        get: name of the engine's property.
+        get: name of the engine's property, by which saved states and measurements read it.
         convert: rows of the plan's data to a column.
         default: what a fresh object of the engine holds whatever its configuration; None: it depends.
     """

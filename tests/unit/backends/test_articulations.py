@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +13,10 @@ from fidelity.hand import box_shape
 from fidelity.hand_articulations import Case, plan_of, with_body, with_joint
 from plugins.plan_parts import pose as posed
 from unit.backends.test_audit import audited
+from unit.backends.test_audit import complaints as audit_complaints
 
 from scenecc import ArticulationBatch
-from scenecc.backends.sapien import SceneBatch, instantiate
+from scenecc.backends.sapien import SceneBatch, build, instantiate
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import (
@@ -43,7 +44,7 @@ KEPT: list[Any] = []
 
 def built(plan: ScenePlan, **options: Any) -> SceneBatch:
     sink = Sink()
-    batch = instantiate(plan, sink, **{"render": False, "audit": "full", **options})
+    batch = instantiate(plan, sink, **{"render": False, **options})
     assert batch is not None, sink.diagnostics()
     KEPT.append(batch)
     return batch
@@ -225,7 +226,7 @@ def test_a_state_that_does_not_fit_changes_nothing(change: str) -> None:
 
 
 def test_too_many_links() -> None:
-    assert built(alone(chain(255)), audit="fast").articulations["robot"].dof == 254
+    assert built(alone(chain(255))).articulations["robot"].dof == 254
     found = complaints(alone(chain(256, origin=ROOT.child("entities", "robot"))))
     assert [(d.code, d.message) for d in found] == [
         ("SC808", "an articulation of 256 links; PhysX on the CPU takes 255 at most")
@@ -263,41 +264,56 @@ def test_a_mesh_of_a_link_that_cannot_be_cooked(tmp_path: Path) -> None:
     assert (found.code, found.path) == ("SC801", "entities.robot.root.shapes[0]")
 
 
-def joint(name: str, scene: int, do: Callable[[Any], object]) -> Callable[[list[Any]], None]:
-    def sabotage(scenes: list[Any]) -> None:
-        links = [entity.components[0] for entity in scenes[scene].entities if entity.name == "base"]
-        do(links[0].articulation.find_joint_by_name(name))
-
-    return sabotage
-
-
 def link(name: str, scene: int, do: Callable[[Any], object]) -> Callable[[list[Any]], object]:
     return lambda scenes: do(next(e for e in scenes[scene].entities if e.name == name).components[0])
 
 
-SABOTAGE: dict[str, tuple[Literal["full", "fast"], Any, str]] = {
-    "friction": ("fast", joint("slide", 0, lambda j: j.set_friction(0.7)), "friction = 0.7"),
-    "limits": ("full", joint("elbow", 2, lambda j: j.set_limits([[-1, 1]])), "limits"),
-    "drive": ("fast", joint("side", 0, lambda j: j.set_drive_properties(1.0, 0.05)), "stiffness = 1"),
-    "mode": ("fast", joint("slide", 0, lambda j: j.set_drive_properties(0, 0.3, mode="acceleration")), "drive_mode"),
-    "target": ("full", joint("side", 1, lambda j: j.set_drive_target(1.0)), "drive_target"),
-    "frame": ("fast", joint("slide", 0, lambda j: j.set_pose_in_parent(type(j.pose_in_child)([1, 0, 0]))), "pose"),
-    "mass": ("fast", link("tip", 2, lambda c: c.set_mass(9.0)), "mass = 9"),
-    "gravity": ("full", link("tool", 1, lambda c: c.set_disable_gravity(True)), "disable_gravity"),
-    "name": ("fast", link("lower", 0, lambda c: c.set_name("other")), "component.name"),
-    "qpos": ("fast", link("base", 1, lambda c: c.articulation.set_qpos([0, 0, 0, 1.0])), "qpos"),
-    "qvel": ("fast", link("base", 0, lambda c: c.articulation.set_qvel([0, 0, 0, 1.0])), "qvel"),
-    "place": ("fast", link("base", 2, lambda c: c.entity.set_pose(type(c.entity.pose)([9, 9, 9]))), "pose"),
-    "solver": ("fast", link("base", 0, lambda c: c.articulation.set_solver_position_iterations(33)), "iterations = 33"),
-    "root": ("fast", link("base", 0, lambda c: setattr(c.joint, "type", "undefined")), "root joint.type"),
+SABOTAGE: dict[str, tuple[Any, str]] = {
+    "mass": (link("tip", 2, lambda c: c.set_mass(9.0)), "link 'tip' of 'arm' in scene 2: the engine holds mass = 9"),
+    "qpos": (link("base", 1, lambda c: c.articulation.set_qpos([0, 0, 0, 1.0])), "pose"),
+    "place": (
+        link("base", 2, lambda c: c.entity.set_pose(type(c.entity.pose)([9, 9, 9]))),
+        "'base' of 'arm' in scene 2",
+    ),
+    "frame": (
+        link(
+            "lower",
+            0,
+            lambda c: (
+                c.joint.set_pose_in_parent(type(c.entity.pose)([1, 0, 0])),
+                c.articulation.set_qpos(c.articulation.qpos),
+            ),
+        ),
+        "link 'lower' of 'arm' in scene 0: the engine holds pose",
+    ),
 }
 
 
 @pytest.mark.parametrize("what", SABOTAGE)
 def test_sabotage_is_noticed(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    level, sabotage, words = SABOTAGE[what]
-    found = audited(plan_of(Case()), monkeypatch, sabotage, level)
+    sabotage, words = SABOTAGE[what]
+    found = audited(plan_of(Case()), monkeypatch, sabotage)
     assert any(words in d.message for d in found), [d.message for d in found]
+
+
+def test_links_and_joints_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The articulations of two entities are handed out for one another."""
+    plan = plan_of(Case())
+    arm = plan.entities[1]
+    whole = arm.structures[0]
+    assert isinstance(whole, ArticulationStructure)
+    short = replace(whole, links=whole.links[:-1])
+    other = replace(arm, name="other", pose=constant([5, 0, 1, 1, 0, 0, 0]), structures=(short,))
+    fill = build.fill_scenes
+
+    def filled(scenes: Any, turns: Any, progress: Any) -> None:
+        fill(scenes, turns, progress)
+        turns[1].objs[:], turns[-1].objs[:] = turns[-1].objs[:], turns[1].objs[:]
+
+    monkeypatch.setattr(build, "fill_scenes", filled)
+    messages = [d.message for d in audit_complaints(replace(plan, entities=(*plan.entities, other)))]
+    for words in ("links = 5, and the plan asks for 6", "dof = 3, and the plan asks for 4"):
+        assert f"'arm' in scene 0 (and in 2 more): the engine holds {words}" in messages
 
 
 def test_solver_iterations_of_the_scene_are_those_of_articulations() -> None:

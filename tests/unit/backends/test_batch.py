@@ -230,7 +230,7 @@ def test_progress(plan: ScenePlan) -> None:
 
 
 def test_a_plan_without_entities() -> None:
-    batch = instantiate(ScenePlan("empty", 2, (), Physics()), Sink(), render=False, audit="full")
+    batch = instantiate(ScenePlan("empty", 2, (), Physics()), Sink(), render=False)
     assert batch is not None
     assert batch.entities == {}
     batch.step(2)

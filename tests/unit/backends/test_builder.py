@@ -143,7 +143,7 @@ def test_values_are_rounded_once(plan: ScenePlan) -> None:
         pose=constant([third, 2 * third, third, 0.5, 0.5, 0.5, 0.5]),
         structures=(BodyStructure("dynamic", (CollisionShape(Box(constant([third, third, third]))),)),),
     )
-    batch = instantiate(replace(plan, entities=(entity,)), Sink(), render=False, audit="full")
+    batch = instantiate(replace(plan, entities=(entity,)), Sink(), render=False)
     assert batch is not None
     assert batch.entities["cube"].objs[0].pose.p[0] == np.float32(third)
     assert component(batch, "cube").collision_shapes[0].half_size[0] == np.float32(third)
@@ -152,6 +152,6 @@ def test_values_are_rounded_once(plan: ScenePlan) -> None:
 def test_a_quaternion_is_passed_untouched(plan: ScenePlan) -> None:
     almost = [0.7071068, 0, -0.7071068, 0.000004]
     entity = replace(plan.entities[1], pose=constant([0, 0, 0, *almost]))
-    batch = instantiate(replace(plan, entities=(entity,)), Sink(), render=False, audit="full")
+    batch = instantiate(replace(plan, entities=(entity,)), Sink(), render=False)
     assert batch is not None
     assert batch.entities["cube"].objs[0].pose.q.tolist() == np.array(almost, np.float32).tolist()

@@ -1,4 +1,4 @@
-"""What a reset may draw anew: one table, its errors, and the audit of what was set."""
+"""What a reset may draw anew: one table and its errors."""
 
 from __future__ import annotations
 
@@ -48,7 +48,8 @@ def test_what_may_be_drawn_anew_can_be_set_and_nothing_else() -> None:
         for slot in plan_fields(holder)
         if isinstance(slot.kind, Quantity) and slot.kind.reset and slot.name not in MOTION
     }
-    assert allowed == live_properties.LIVE_PROPERTIES.keys()
+    known = live_properties.LIVE_PROPERTIES.keys() | live_properties.DEPENDENT_PROPERTIES.keys()
+    assert allowed == {(holder, field) for holder, field in known if field not in MOTION}
 
 
 @pytest.mark.parametrize(
@@ -71,19 +72,6 @@ def test_what_the_engine_cannot_hold_changes_nothing(keys: str, given: float, me
     with pytest.raises(ValueError, match=message):
         batch.reset(seed=4, draws={"u": [0.6, given, 0.7]})
     assert batch.state() == before
-
-
-def test_an_engine_that_keeps_what_it_had_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    key = (body.BodyStructure, "linear_damping")
-    kept = live_properties.LIVE_PROPERTIES[key]._replace(set=lambda _obj, _value: None)
-    monkeypatch.setitem(live_properties.LIVE_PROPERTIES, key, kept)
-    batch = loaded("linear_damping: {uniform: [0, 1]}")
-    with pytest.raises(scenecc.SceneError) as caught:
-        batch.reset(seed=2)
-    (found,) = caught.value.diagnostics
-    assert found.code == "SC802"
-    assert found.message.startswith("'cube' in scene 0 (and in 2 more): the engine holds linear_damping = [")
-    assert found.path == "entities.cube"
 
 
 def test_materials_that_are_drawn_count_for_the_process(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -132,7 +132,7 @@ def test_a_refusal_in_the_middle_tears_down(plan: ScenePlan, monkeypatch: pytest
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
 @pytest.mark.parametrize(
     ("module", "step"),
-    [(build, "audit_batch"), (build, "ConstraintSet"), (build, "LightsAndCameras"), (build, "SceneBatch")],
+    [(build, "ConstraintSet"), (build, "LightsAndCameras"), (build, "audit_scenes"), (build, "SceneBatch")],
 )
 def test_an_error_once_the_bodies_stand_tears_down(
     module: ModuleType, step: str, error: type[BaseException], plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
@@ -148,7 +148,7 @@ def test_an_error_once_the_bodies_stand_tears_down(
     monkeypatch.setattr(module, step, stop)
     tied = replace(plan, constraints=(Constraint("tie", (0,), Weld(), Mount("cube")),))
     with pytest.raises(error):
-        instantiate(tied, Sink(), render=False, audit="full")
+        instantiate(tied, Sink(), render=False)
     assert len(made) == plan.num_scenes
     assert all(scene.entities == [] for scene in made)
 
@@ -285,5 +285,5 @@ def test_the_worker_is_only_asked_in_json(tmp_path: Path) -> None:
 def test_no_warning_reaches_the_user(plan: ScenePlan) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        batch = instantiate(plan, Sink(), audit="full")
+        batch = instantiate(plan, Sink())
     assert batch is not None

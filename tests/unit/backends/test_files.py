@@ -31,7 +31,7 @@ def shape(geometry: type, **more: Any) -> CollisionShape:
 def extent(plan: ScenePlan) -> float:
     """Largest x of the built shape's vertices."""
     sink = Sink()
-    batch = instantiate(plan, sink, render=False, audit="full")
+    batch = instantiate(plan, sink, render=False)
     assert batch is not None, sink.diagnostics()
     (made,) = component(batch, "body").collision_shapes
     return float(made.vertices[:, 0].max())

@@ -15,7 +15,7 @@ def interrupt(done, count):
 
 scene = {"scenecc": 1, "entities": {"ball": {"shapes": [{"type": "sphere", "radius": 0.1}]}}}
 try:
-    scenecc.build_scene(scene, num_scenes=300, render=False, audit="off", progress=interrupt)
+    scenecc.build_scene(scene, num_scenes=300, render=False, audit=False, progress=interrupt)
 except KeyboardInterrupt:
     print("interrupted")
 scenecc.load_scene(scene, render=False).close()

@@ -20,7 +20,7 @@ def load(num_scenes, shapes):
     drawn = {"physical": {"static_friction": {"uniform": [0.5, 1]}, "dynamic_friction": 0.2, "restitution": 0}}
     shape = {"repeat": {"i": {"count": shapes}}, "type": "sphere", "radius": 0.1, "material": drawn}
     source = {"scenecc": 1, "entities": {"post": {"body_type": "static", "shapes": [shape]}}}
-    return scenecc.load_scene(source, num_scenes=num_scenes, render=False, audit="off")
+    return scenecc.load_scene(source, num_scenes=num_scenes, render=False, audit=False)
 
 batch = load(302, 217)  # 65 534 in all
 print(len(batch))

@@ -1,8 +1,7 @@
-"""What a training loop reads of a batch: links, columns, contacts, read-only arrays, near names and tensors."""
+"""What a training loop reads of a batch: links, columns, contacts, read-only arrays, and near names."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -147,7 +146,7 @@ def test_contacts_are_those_of_the_last_step(batch: SceneBatch) -> None:
     batch.step()
     assert set(batch.contacts("cube").scene) == {0, 1, 2}
     batch.close()
-    for read in (batch.contacts, lambda: batch.net_contact_force("cube"), lambda: batch.torch):
+    for read in (batch.contacts, lambda: batch.net_contact_force("cube")):
         with pytest.raises(RuntimeError, match="the batch is closed"):
             read()
 
@@ -163,32 +162,10 @@ def test_what_was_added_by_hand_has_its_own_name(batch: SceneBatch) -> None:
         batch.contacts("crate")
 
 
-def test_tensors(batch: SceneBatch) -> None:
+def test_a_tensor_can_be_assigned(batch: SceneBatch) -> None:
     torch = pytest.importorskip("torch")
-    batch.step()
-    tensors = batch.torch
-    arm, cube = batch.articulations["arm"], batch.entities["cube"]
-    assert torch.equal(tensors.articulations["arm"].qpos, torch.tensor(arm.qpos))
-    assert tensors.articulations["arm"].link_pose(["tip"]).shape == (3, 1, 7)
-    assert tensors.net_contact_force("cube").dtype == torch.float32
-    contacts = tensors.contacts("cube", "floor")
-    assert contacts.scene.dtype == torch.int64
-    assert contacts.a.tolist() == ["cube"] * len(contacts.scene)
-    tensors.entities["cube"].pose = torch.tensor([1.0, 2, 3, 0, 1, 0, 0])
+    cube, arm = batch.entities["cube"], batch.articulations["arm"]
+    cube.pose = torch.tensor([1.0, 2, 3, 0, 1, 0, 0])
     assert (cube.pose == [1, 2, 3, 0, 1, 0, 0]).all()
-    tensors.articulations["arm"].set_qpos(torch.full((2, 1), 0.25), scene_idxs=[0, 2])
-    assert arm.qpos[:, 0].tolist()[::2] == [0.25, 0.25]
-    copy = tensors.entities["cube"].pose
-    copy[:] = 0
-    assert cube.pose[0, 0] == 1
-    assert (len(tensors), tensors.scene_idxs, tensors.scenes) == (3, (0, 1, 2), batch.scenes)
-    with pytest.raises(KeyError, match="did you mean `cube`"):
-        tensors.entities["cub"]
-    assert {"contacts", "entities"} <= set(dir(tensors))
-    assert repr(tensors) == f"<tensors of {batch!r}>"
-
-
-def test_tensors_need_pytorch(batch: SceneBatch, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "torch", None)
-    with pytest.raises(ImportError, match="tensors need PyTorch: pip install torch"):
-        _ = batch.torch
+    arm.set_qpos(torch.full((2, 1), 0.25), scene_idxs=[0, 2])
+    assert torch.tensor(arm.qpos)[::2, 0].tolist() == [0.25, 0.25]

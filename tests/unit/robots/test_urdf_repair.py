@@ -433,7 +433,7 @@ def test_what_is_left_out_does_not_end_a_picture(tmp_path: Path, pictured: str) 
     write(tmp_path, pictured)
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [files]}}\n", encoding="utf-8")
-    with scenecc.load_scene(scene, render=True, audit="full") as built:
+    with scenecc.load_scene(scene, render=True) as built:
         link = built.articulations["r"].objs[0].links[0]
         seen: Any = link.entity.components[1]
         assert [each.parts[0].material.base_color[:3] for each in seen.render_shapes] == [[0, 0, 1], [0, 1, 0]]

@@ -62,7 +62,7 @@ def test_a_reset_keeps_it_and_draws_the_rest() -> None:
     assert {field: getattr(a, field).recipe is None for field in ("mass", "linear_damping", "angular_damping")} == {
         "mass": True, "linear_damping": True, "angular_damping": True,
     }  # fmt: skip
-    with load_scene(plan, render=False, audit="full") as batch:
+    with load_scene(plan, render=False) as batch:
         before = {name: one.pose for name, one in batch.entities.items()}
         speeds = batch.entities["b"].linear_velocity
         batch.reset(seed=8)

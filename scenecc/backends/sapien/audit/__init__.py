@@ -1,1 +1,1 @@
-"""What the engine holds against what the plan asks: an independent reading, after every build."""
+"""After every build: what only the engine decides (counts, order, poses, masses, cooked meshes) against the plan."""

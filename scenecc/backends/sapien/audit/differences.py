@@ -1,0 +1,66 @@
+"""Differences between what the engine holds and what the plan asks for, as diagnostics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from scenecc.diagnostics.diagnostic import Location
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
+
+AUDIT_CODE = "SC802"
+
+
+class Difference(NamedTuple):
+    """One thing in one scene that is not as the plan says.
+
+    Attributes:
+        who: has it, for people: "'cube'", "link 'tip' of 'arm'".
+        what: differs, by the engine's name.
+        expected, found: what the plan asks for and what the engine holds, for people.
+        scene_idx: index of the scene in the plan.
+        origin: of the node that asked.
+        entity: the entity of the plan; "": it is of none.
+        code: of the diagnostic.
+    """
+
+    who: str
+    what: str
+    expected: object
+    found: object
+    scene_idx: int
+    origin: Origin | None
+    entity: str = ""
+    code: str = AUDIT_CODE
+
+
+def report_differences(differences: Iterable[Difference], sink: Sink) -> bool:
+    """Reports one diagnostic for each thing that differs, however many scenes have it. Returns True if nothing does."""
+    found = list(differences)
+    # A wrong pose follows from a mass that is beyond the engine, and is not reported beside it.
+    causes = {one.entity for one in found if one.entity and one.code != AUDIT_CODE}
+    groups: dict[tuple[object, ...], list[Difference]] = {}
+    for one in found:
+        if one.code != AUDIT_CODE or one.entity not in causes:
+            groups.setdefault((one.who, one.what, one.origin, one.code), []).append(one)
+    for group in groups.values():
+        first, scenes = group[0], len({one.scene_idx for one in group})
+        more = f" (and in {scenes - 1} more)" if scenes > 1 else ""
+        values = f"{first.what} = {first.found}, and the plan asks for {first.expected}"
+        message = f"{first.who} in scene {first.scene_idx}{more}: the engine holds {values}"
+        sink.report(first.code, message, first.origin or Location(None))
+    return not groups
+
+
+def format_numbers(numbers: object) -> str:
+    """Numbers with as many digits as the engine keeps."""
+    with np.errstate(over="ignore"):
+        array = np.asarray(numbers, np.float32)
+    # NumPy writes a float32 in the fewest digits that tell it from its neighbours.
+    return "[" + ", ".join(map(str, array.ravel())) + "]" if array.ndim else str(array[()])

@@ -1,0 +1,171 @@
+"""Which entities each scene holds, in which order, and where they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.audit.differences import Difference, format_numbers
+from scenecc.backends.sapien.properties import select_rows
+from scenecc.geometry.rotation_arrays import compose
+from scenecc.plan.link_poses import step_poses, steps_across
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulation
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.geometry.rotation_arrays import Floats
+    from scenecc.plan import ArticulationStructure, Entity, Value
+    from scenecc.plan.rendering import Camera, Light
+
+LINK_TOLERANCE = 1e-5
+"""How far a link may be from where it belongs, by its distance from the world's origin where that is beyond 1 m: the
+engine goes from link to link in single precision.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class EntityBlock:
+    """The entities of one thing of the plan, in the order in which they came into each scene.
+
+    Attributes:
+        name: of the thing.
+        origin: of it.
+        scene_idxs: (N,) the scene of each entity, as an index in the plan.
+        objs: (N,) the `sapien.Entity`s.
+        poses: (N, 7) float32 where they belong.
+        tolerances: (N,) of the poses; 0: to the bit; infinite: the engine does not know them yet.
+        links: (N,) names of the links that they are; empty of what is no articulation.
+    """
+
+    name: str
+    origin: Origin | None
+    scene_idxs: Sequence[int]
+    objs: list[Any]
+    poses: NDArray[np.float32]
+    tolerances: NDArray[np.float64]
+    links: tuple[str, ...] = ()
+
+    def difference(self, number: int, what: str, expected: object, found: object) -> Difference:
+        """What is wrong with one of the entities."""
+        who = f"link '{self.links[number]}' of '{self.name}'" if self.links else f"'{self.name}'"
+        return Difference(who, what, expected, found, self.scene_idxs[number], self.origin, self.name)
+
+
+def plain_block(
+    held: Entity | Light | Camera, scene_idxs: Sequence[int], rows: NDArray[np.intp], objs: list[Any]
+) -> EntityBlock:
+    """Bodies, lights or cameras that are at their pose. `rows`: of the plan's values."""
+    poses = _pose_rows(held.pose, rows).astype(np.float32)
+    return EntityBlock(held.name, held.origin, scene_idxs, objs, poses, np.zeros(len(rows)))
+
+
+def articulation_block(prepared: PreparedArticulation, *, moved: bool) -> EntityBlock:
+    """The links of an articulation. `moved`: the engine has put all of them where their joints say, not only roots."""
+    entity, counts = prepared.entity, np.array([len(links) for links in prepared.links], np.intp)
+    starts = np.cumsum(counts) - counts
+    poses, tolerances = np.empty((int(counts.sum()), 7), np.float32), np.empty(int(counts.sum()))
+    names: dict[int, tuple[str, ...]] = {}
+    for part in prepared.parts:
+        names |= dict.fromkeys(part.numbers.tolist(), tuple(link.name for link in part.structure.links))
+        tolerance = LINK_TOLERANCE * _center_of_mass_reach(prepared.links[int(part.numbers[0])])
+        for which, rows in enumerate(_link_poses(entity, part.structure, part.rows)):
+            places = starts[part.numbers] + which
+            poses[places] = rows
+            tolerances[places] = tolerance if moved or which == 0 else np.inf
+    return EntityBlock(
+        entity.name,
+        entity.origin,
+        np.repeat(prepared.scene_idxs, counts).tolist(),
+        list(chain.from_iterable(prepared.entities)),
+        poses,
+        tolerances,
+        tuple(chain.from_iterable(names[number] for number in range(len(counts)))),
+    )
+
+
+def _pose_rows(pose: Value, rows: NDArray[np.intp]) -> Floats:
+    return np.broadcast_to(select_rows(pose, rows), (len(rows), 7))
+
+
+def _center_of_mass_reach(links: Iterable[Any]) -> float:
+    """How far from links of the engine their centres of mass are at most [m]; at least 1.
+
+    The engine computes with centres of mass, and loses as much precision of where links and joints are.
+    """
+    return max([1.0, *(float(np.abs(link.cmass_local_pose.p).max()) for link in links)])
+
+
+def _link_poses(entity: Entity, structure: ArticulationStructure, rows: NDArray[np.intp]) -> list[Floats]:
+    """(B, 7) of each link in the world of its scene, in the order of the plan."""
+    found: list[Floats] = []
+    for link in structure.links:
+        if link.parent is None or link.joint is None:
+            found.append(_normalize(_pose_rows(entity.pose, rows)))
+            continue
+        pose = found[link.parent]
+        for step in steps_across(link.joint, entity.scene_idxs):
+            data = select_rows(step.value, rows)
+            pose = compose(pose, _normalize(step_poses(step, np.broadcast_to(data, (len(rows), *data.shape[1:])))))
+        found.append(pose)
+    return found
+
+
+def _normalize(poses: Floats) -> Floats:
+    """With quaternions of unit length, as the engine has them."""
+    found = poses.copy()
+    found[:, 3:] /= np.linalg.norm(found[:, 3:], axis=1, keepdims=True)
+    return found
+
+
+def order_differences(blocks: Sequence[EntityBlock], lookup: EntityLookup, *, shared: bool) -> Iterator[Difference]:
+    """Whether each scene holds the entities of some blocks, in build order. `shared`: it may hold others, too."""
+    # Environments of ManiSkill may share one `sapien.Scene`.
+    scenes = {id(scene): (index, scene) for index, scene in zip(lookup.scene_idxs, lookup.scenes, strict=True)}
+    key_of = {index: id(scene) for index, scene in zip(lookup.scene_idxs, lookup.scenes, strict=True)}
+    expected: dict[int, list[Any]] = {key: [] for key in scenes}
+    for block in blocks:
+        for index, entity in zip(block.scene_idxs, block.objs, strict=True):
+            expected[key_of[index]].append(entity)
+    for key, (index, scene) in scenes.items():
+        wanted, present = expected[key], scene.entities
+        if shared:
+            own = set(map(id, wanted))
+            present = [entity for entity in present if id(entity) in own]
+        # Comparing lists looks at identity first, and needs no loop in Python for the usual case.
+        if len(wanted) != len(present):
+            yield Difference("the scene", "entities in the scene", len(wanted), len(present), index, None)
+        elif wanted != present:
+            row = next(row for row, entity in enumerate(wanted) if entity is not present[row])
+            block, number = next(
+                (block, block.objs.index(wanted[row])) for block in blocks if wanted[row] in block.objs
+            )
+            name, found = block.links[number] if block.links else block.name, present[row].name
+            other = f"'{found}'" if found != name else f"another entity '{found}'"
+            yield block.difference(number, f"entity {row} of the build order", f"'{name}'", other)
+
+
+def pose_differences(blocks: Sequence[EntityBlock]) -> Iterator[Difference]:
+    """Whether the entities of some blocks are where they belong."""
+    poses = [entity.get_pose().__getstate__() for block in blocks for entity in block.objs]
+    found = np.array(poses, np.float32).reshape(-1, 7)
+    wanted = np.concatenate([np.empty((0, 7), np.float32), *(block.poses for block in blocks)])
+    wrong = (found != wanted).any(axis=1)
+    if wrong.any():
+        tolerances = np.concatenate([block.tolerances for block in blocks])
+        # A rotation has two quaternions, and the engine may hold either.
+        sign = np.where((found[:, 3:] * wanted[:, 3:]).sum(axis=1) < 0, -1.0, 1.0)
+        far = np.maximum(1.0, np.abs(wanted[:, :3]).max(axis=1))
+        position = np.abs(found[:, :3] - wanted[:, :3]).max(axis=1)
+        rotation = np.abs(found[:, 3:] - sign[:, None] * wanted[:, 3:]).max(axis=1)
+        wrong &= (tolerances == 0) | ~(np.maximum(position, rotation) <= tolerances * far)
+    places = ((block, number) for block in blocks for number in range(len(block.objs)))
+    for row, (block, number) in enumerate(places) if wrong.any() else ():
+        if wrong[row]:
+            yield block.difference(number, "pose", format_numbers(wanted[row]), format_numbers(found[row]))

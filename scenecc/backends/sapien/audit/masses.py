@@ -1,0 +1,169 @@
+"""What bodies should weigh: meshes cooked once more, and masses by density and volume."""
+
+from __future__ import annotations
+
+import math
+from itertools import takewhile
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.assets import AxisSigns, collision_file, decompose, mirror_mesh
+from scenecc.backends.sapien.engine import physx
+from scenecc.backends.sapien.geometry import make_revolved_parts
+from scenecc.backends.sapien.properties import select_rows
+from scenecc.plan import ConvexParts, Cylinder, MeshGeometry, Plane, TriangleMesh
+from scenecc.plan.geometry import RevolvedSolid, Solid
+from scenecc.plan.properties import DEFAULT_DENSITY
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable, Iterable
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import BodyStructure, CollisionGeometry, ScenePlan, Value
+
+MINIMUM_MASS = 1e-6
+"""Mass [kg] that SAPIEN gives a body whose shapes weigh less."""
+
+MASS_TOLERANCE = 1e-4
+"""Relative, between masses that the engine adds in single precision and masses in double precision."""
+
+MESH_TOLERANCE = 1e-2
+"""Relative, between the volume by which PhysX weighs a mesh and that of its triangles: a hull's polygons are not quite
+plane.
+"""
+
+CYLINDER_AREA_RATIO = 32 / (2 * math.pi) * math.sin(2 * math.pi / 32)
+"""Area of the 32-sided prism that PhysX has for a cylinder, by that of the circle around it."""
+
+_UNIT_SCALE = (1.0, 1.0, 1.0)
+
+MeshKey = tuple[int, AxisSigns]
+"""Index of a file in the plan, and along which axes it is mirrored."""
+
+
+class CookedMeshes:
+    """Fresh shapes of the meshes of a plan, unscaled, each made once."""
+
+    def __init__(self, plan: ScenePlan) -> None:
+        self._plan = plan
+        self._material: Any = physx.get_default_material()
+        self._known: dict[Hashable, Any] = {}
+
+    def parts(self, geometry: MeshGeometry, mesh: MeshKey) -> list[Any]:
+        """The shapes of a mesh: several of `ConvexParts`, otherwise one."""
+        # PhysX finds what it has cooked of a file by whether it has a distance field, too.
+        key = (type(geometry), mesh, getattr(geometry, "coacd", None), getattr(geometry, "sdf", False))
+        return self._once(key, lambda: self._load(geometry, *mesh))
+
+    def _load(self, geometry: MeshGeometry, file: int, signs: AxisSigns) -> list[Any]:
+        asset = self._plan.files[file]
+        if isinstance(geometry, ConvexParts) and geometry.coacd is not None:
+            path = str(decompose(asset, geometry.coacd))
+        else:
+            path = str(collision_file(asset))
+        if isinstance(geometry, TriangleMesh):
+            return [physx.PhysxCollisionShapeTriangleMesh(path, _UNIT_SCALE, self._material, geometry.sdf)]
+        path = mirror_mesh(path, signs, parts=isinstance(geometry, ConvexParts))
+        hull = physx.PhysxCollisionShapeConvexMesh
+        if isinstance(geometry, ConvexParts):
+            return hull.load_multiple(path, _UNIT_SCALE, self._material)
+        return [hull(path, _UNIT_SCALE, self._material)]
+
+    def revolved_parts(self, geometry: RevolvedSolid, row: int) -> list[Any]:
+        """The convex parts of a solid of revolution, of unit size."""
+        profile, _ = geometry.unit_profile(*geometry.sizes(row))
+        return self._once(("revolved", profile), lambda: make_revolved_parts(profile, _UNIT_SCALE, self._material))
+
+    def volume(self, geometry: MeshGeometry, mesh: MeshKey) -> float:
+        """[m³] by which the engine weighs a mesh."""
+        return sum(weighed for _, weighed in self.volumes(self.parts(geometry, mesh)))
+
+    def volumes(self, shapes: Iterable[Any]) -> list[tuple[float, float]]:
+        """[m³] that the triangles of each of these shapes enclose, and by which the engine weighs it.
+
+        The second is 0 where the faces of a hull look inwards.
+        """
+        return [self._once(("volumes", id(shape)), lambda shape=shape: _weigh(shape)) for shape in shapes]
+
+    def _once(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        if key not in self._known:
+            self._known[key] = make()
+        return self._known[key]
+
+
+def _weigh(shape: Any) -> tuple[float, float]:
+    volume = enclosed_volume(shape)
+    if not isinstance(shape, physx.PhysxCollisionShapeConvexMesh):
+        volume = abs(volume)
+    if not volume > 0:
+        return volume, 0.0
+    # The engine gives no body less than a milligram: this one weighs a kilogram, or the mesh is wrong.
+    shape.set_density(1 / volume)
+    body = physx.PhysxRigidDynamicComponent()
+    body.attach(shape)
+    return volume, body.mass * volume
+
+
+def enclosed_volume(shape: Any) -> float:
+    """[m³] inside a closed mesh: the sum of signed tetrahedra from a vertex to each triangle."""
+    vertices: NDArray[np.float64] = shape.vertices.astype(np.float64)
+    # Written out: `np.cross` takes seven times as long.
+    x, y, z = (vertices - vertices[0]).T[:, shape.triangles.T]
+    twice_areas = (y[1] * z[2] - y[2] * z[1], z[1] * x[2] - z[2] * x[1], x[1] * y[2] - x[2] * y[1])
+    return float((x[0] * twice_areas[0] + y[0] * twice_areas[1] + z[0] * twice_areas[2]).sum() / 6)
+
+
+def mesh_keys(geometry: MeshGeometry, rows: NDArray[np.intp]) -> list[MeshKey]:
+    """The mesh in each of these rows, or one for all."""
+    files, scales = select_rows(geometry.file, rows), select_rows(geometry.scale, rows)
+    count = max(len(files), len(scales))
+    signs: list[AxisSigns] = [tuple(row) for row in np.broadcast_to(np.sign(scales), (count, 3)).tolist()]
+    return list(zip(np.broadcast_to(files, count).tolist(), signs, strict=True))
+
+
+def shapes_mass(structure: BodyStructure, rows: NDArray[np.intp], meshes: CookedMeshes) -> Any:
+    """What the shapes of a body weigh [kg] in each of these rows, or one number for all."""
+    total: Any = 0.0
+    # SAPIEN weighs a body again with each shape; PhysX cannot once one of them is endless.
+    for shape in takewhile(lambda shape: not isinstance(shape.geometry, Plane), structure.collisions):
+        density = DEFAULT_DENSITY if shape.density is None else columns(shape.density, rows)[0]
+        total = total + density * _volume(shape.geometry, rows, meshes)
+    if structure.body_type == "kinematic":
+        # No force moves it, so that its mass does not matter.
+        return np.maximum(total, MINIMUM_MASS)
+    return total + MINIMUM_MASS * (total == 0)
+
+
+def _volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedMeshes) -> Any:
+    """[m³]; PhysX gives none to planes and to triangle meshes without a distance field."""
+    if isinstance(geometry, Solid):
+        volume = geometry.volume(*(column for value in geometry.values for column in columns(value, rows)))
+        return volume * CYLINDER_AREA_RATIO if isinstance(geometry, Cylinder) else volume
+    if not isinstance(geometry, MeshGeometry) or (isinstance(geometry, TriangleMesh) and not geometry.sdf):
+        return 0.0
+    keys = mesh_keys(geometry, rows)
+    volume_of = {mesh: meshes.volume(geometry, mesh) for mesh in dict.fromkeys(keys)}
+    found = np.array([volume_of[mesh] for mesh in keys]) * np.abs(np.prod(select_rows(geometry.scale, rows), axis=1))
+    return found if len(found) > 1 else found.item()
+
+
+def columns(value: Value, rows: NDArray[np.intp]) -> list[Any]:
+    """Each component of a value: one number, which takes less time than an array of it, or an array with all rows."""
+    if not value.varies:
+        return list(value.as_drawn())
+    data = value.data[rows].astype(np.float64)
+    return list(np.atleast_2d(data.T))
+
+
+def part_count(geometry: CollisionGeometry, row: int, meshes: CookedMeshes) -> int:
+    """How many shapes of the engine a shape of the plan is, in a row of its entity."""
+    match geometry:
+        case ConvexParts():
+            (mesh,) = mesh_keys(geometry, np.array([row]))
+            return len(meshes.parts(geometry, mesh))
+        case RevolvedSolid():
+            return len(meshes.revolved_parts(geometry, row))
+        case _:
+            return 1

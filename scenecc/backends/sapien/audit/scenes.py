@@ -1,0 +1,279 @@
+"""The audit after a build: what only the engine decides, against the plan.
+
+What a setter of the engine was given is not read back: `tests/fidelity/test_setters.py` tests the setters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.audit.differences import AUDIT_CODE, Difference, format_numbers, report_differences
+from scenecc.backends.sapien.audit.entities import (
+    articulation_block,
+    order_differences,
+    plain_block,
+    pose_differences,
+)
+from scenecc.backends.sapien.audit.masses import (
+    MASS_TOLERANCE,
+    MESH_TOLERANCE,
+    MINIMUM_MASS,
+    CookedMeshes,
+    columns,
+    mesh_keys,
+    part_count,
+    shapes_mass,
+)
+from scenecc.backends.sapien.engine import physx
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES
+from scenecc.backends.sapien.preparation import PreparedArticulation, StructureRows
+from scenecc.plan import MeshGeometry, TriangleMesh
+from scenecc.plan.geometry import RevolvedSolid
+from scenecc.plan.properties import FLOAT32_MAX, MAX_BODY_OFFSET
+from scenecc.plan.rendering import Camera, Light
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.objects import ComponentBatch
+    from scenecc.backends.sapien.preparation import EntityLookup, PreparedEntity
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import BodyStructure, CollisionGeometry, Constraint, ScenePlan
+
+PRECISION_CODE = "SC512"
+"""The code of a mass or a centre of mass that single precision does not hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltScenes:
+    """What a build has made.
+
+    Attributes:
+        plan: what was asked for.
+        prepared: its entities, with the objects that were built.
+        lookup: the scenes, and the entities in them.
+        constraints: those of the plan that were built, with their components.
+        seen: lights and cameras that were built, with their components.
+        rendered: whether the scenes render.
+        shared: whether the scenes hold other objects, too, as those of a ManiSkill environment do.
+        poses: whether the engine has all entities where the plan has them.
+        link_poses: whether it has moved links to where their joints say; a simulation on a GPU does that later.
+    """
+
+    plan: ScenePlan
+    prepared: Sequence[PreparedEntity]
+    lookup: EntityLookup
+    constraints: Sequence[tuple[Constraint, ComponentBatch]] = ()
+    seen: Sequence[tuple[Light | Camera, ComponentBatch]] = ()
+    rendered: bool = False
+    shared: bool = False
+    poses: bool = True
+    link_poses: bool = True
+
+
+def audit_scenes(built: BuiltScenes, sink: Sink) -> bool:
+    """Compares scenes with the plan before the first step, and reports what differs. Returns True if nothing does."""
+    return report_differences(_differences(built), sink)
+
+
+def _differences(built: BuiltScenes) -> Iterator[Difference]:
+    blocks = [
+        articulation_block(prepared, moved=built.link_poses)
+        if isinstance(prepared, PreparedArticulation)
+        else plain_block(prepared.entity, prepared.scene_idxs, prepared.rows, prepared.objs)
+        for prepared in built.prepared
+    ]
+    for held, batch in built.seen:
+        if held.mount is None:
+            rows = np.searchsorted(held.scene_idxs, batch.scene_idxs)
+            blocks.append(plain_block(held, batch.scene_idxs, rows, [one.get_entity() for one in batch.objs]))
+    misplaced = list(order_differences(blocks, built.lookup, shared=built.shared))
+    yield from misplaced
+    if built.poses and not misplaced:
+        yield from pose_differences(blocks)
+    meshes = CookedMeshes(built.plan)
+    for group in _body_groups(built.prepared):
+        if group.structure.body_type != "none":
+            yield from group.shape_differences(meshes)
+        if group.structure.body_type not in {"static", "none"}:
+            yield from group.mass_differences(meshes)
+    for prepared in built.prepared:
+        if isinstance(prepared, PreparedArticulation):
+            yield from _articulation_differences(prepared)
+    yield from _constraint_differences(built)
+    yield from _seen_differences(built)
+
+
+_get_collision_shapes: Callable[[Any], list[Any]] = physx.PhysxRigidBaseComponent.get_collision_shapes
+
+_get_mass: Callable[[Any], float] = physx.PhysxRigidBodyComponent.get_mass
+
+
+@dataclass(frozen=True, slots=True)
+class _BodyGroup:
+    """A body, or a link of an articulation, in those scenes in which it has one structure.
+
+    Attributes:
+        part: the scenes, and the structure of the body.
+        components: of the engine, in the order of the scenes.
+        link: its name; "": it is no link.
+    """
+
+    prepared: PreparedEntity
+    part: StructureRows[BodyStructure]
+    components: Sequence[Any]
+    link: str = ""
+
+    @property
+    def structure(self) -> BodyStructure:
+        """The structure of the body."""
+        return self.part.structure
+
+    def difference(self, number: int, what: str, expected: object, found: object, code: str = AUDIT_CODE) -> Difference:
+        """What is wrong with the body in one of the scenes."""
+        name = self.prepared.entity.name
+        who = f"link '{self.link}' of '{name}'" if self.link else f"'{name}'"
+        scene = self.prepared.scene_idxs[int(self.part.numbers[number])]
+        return Difference(
+            who, what, expected, found, scene, self.structure.origin or self.prepared.entity.origin, name, code
+        )
+
+    def shape_differences(self, meshes: CookedMeshes) -> Iterator[Difference]:
+        """The number of its shapes, and the volumes of meshes that were cooked for it."""
+        shapes, rows = self.structure.collisions, self.part.rows
+        several = [shape.geometry for shape in shapes if COLLISION_SHAPES[type(shape.geometry)].many]
+        single = len(shapes) - len(several)
+        # One body at a time: Python's objects for the shapes of all bodies take too much memory.
+        for number, component in enumerate(self.components):
+            expected = single + sum(part_count(geometry, int(rows[number]), meshes) for geometry in several)
+            if (found := len(_get_collision_shapes(component))) != expected:
+                yield self.difference(number, "collision_shapes", expected, found)
+        for shape in shapes:
+            for number, enclosed, weighed in _badly_cooked(shape.geometry, rows, meshes):
+                values = format_numbers(enclosed), format_numbers(weighed)
+                yield self.difference(number, "volume of the cooked mesh", *values)._replace(origin=shape.origin)
+
+    def mass_differences(self, meshes: CookedMeshes) -> Iterator[Difference]:
+        """Its mass and, of meshes, whether its weight and its centre of mass are what single precision can hold."""
+        given = self.structure.mass if self.structure.inertial is None else self.structure.inertial.mass
+        expected = (
+            shapes_mass(self.structure, self.part.rows, meshes) if given is None else columns(given, self.part.rows)[0]
+        )
+        masses = list(map(_get_mass, self.components))
+        wanted = np.broadcast_to(expected, len(masses))
+        for number in np.flatnonzero(~(np.abs(np.array(masses) - wanted) <= MASS_TOLERANCE * wanted)).tolist():
+            code = _mass_code(wanted[number]) if given is None else AUDIT_CODE
+            yield self.difference(number, "mass", format_numbers(wanted[number]), format_numbers(masses[number]), code)
+        if self.structure.inertial is None and self.structure.body_type != "kinematic" and self._has_mesh():
+            yield from self._mesh_mass_differences(meshes)
+
+    def _mesh_mass_differences(self, meshes: CookedMeshes) -> Iterator[Difference]:
+        """What of other shapes is checked before anything is built."""
+        weight = np.broadcast_to(shapes_mass(self.structure, self.part.rows, meshes), len(self.components))
+        for number, component in enumerate(self.components):
+            if self.structure.mass is not None and weight[number] < MINIMUM_MASS:
+                least = f"{MINIMUM_MASS:g} at least"
+                yield self.difference(number, "mass by density", least, format_numbers(weight[number]), "SC511")
+            centre = component.cmass_local_pose.p
+            if not (np.abs(centre) <= MAX_BODY_OFFSET).all():
+                near = "a place within 10 km"
+                yield self.difference(number, "cmass_local_pose.p", near, format_numbers(centre), PRECISION_CODE)
+
+    def _has_mesh(self) -> bool:
+        return any(isinstance(shape.geometry, MeshGeometry) for shape in self.structure.collisions)
+
+
+def _mass_code(expected: float) -> str:
+    """The code of a mass that differs: what a mesh weighs is known only now."""
+    return "SC511" if expected < MINIMUM_MASS else AUDIT_CODE if expected <= FLOAT32_MAX else PRECISION_CODE
+
+
+def _badly_cooked(
+    geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedMeshes
+) -> Iterator[tuple[int, float, float]]:
+    """Meshes whose volume the engine has wrong: the number of a row that has one, its volume and the engine's [m³]."""
+    if isinstance(geometry, RevolvedSolid):
+        cooked = [(0, meshes.revolved_parts(geometry, int(rows[0])))]
+    elif isinstance(geometry, MeshGeometry) and not (isinstance(geometry, TriangleMesh) and not geometry.sdf):
+        keys = mesh_keys(geometry, rows)
+        cooked = [(keys.index(key), meshes.parts(geometry, key)) for key in dict.fromkeys(keys)]
+    else:
+        return
+    for number, shapes in cooked:
+        for enclosed, weighed in meshes.volumes(shapes):
+            if not abs(weighed - enclosed) < MESH_TOLERANCE * enclosed:
+                yield number, enclosed, weighed
+
+
+def _body_groups(prepared_entities: Sequence[PreparedEntity]) -> Iterator[_BodyGroup]:
+    for prepared in prepared_entities:
+        if not isinstance(prepared, PreparedArticulation):
+            for part in prepared.parts:
+                components = prepared.components
+                if len(prepared.parts) > 1:
+                    components = [components[number] for number in part.numbers.tolist()]
+                yield _BodyGroup(prepared, part, components)
+            continue
+        for part in prepared.parts:
+            numbers: list[int] = part.numbers.tolist()
+            for which, link in enumerate(part.structure.links):
+                own = StructureRows(link.body, part.numbers, part.rows)
+                yield _BodyGroup(prepared, own, [prepared.links[number][which] for number in numbers], link.name)
+
+
+def _articulation_differences(prepared: PreparedArticulation) -> Iterator[Difference]:
+    """Numbers of links and of joints that move."""
+    name = prepared.entity.name
+    for part in prepared.parts:
+        wanted = {"links": len(part.structure.links), "dof": len(part.structure.active_joints)}
+        numbers: list[int] = part.numbers.tolist()
+        for number in numbers:
+            made = prepared.objs[number]
+            counts: dict[str, int] = {"links": len(made.get_links()), "dof": made.dof}
+            for what, found in counts.items():
+                if found != wanted[what]:
+                    place, scene = part.structure.origin or prepared.entity.origin, prepared.scene_idxs[number]
+                    yield Difference(f"'{name}'", what, wanted[what], found, scene, place, name)
+
+
+def _constraint_differences(built: BuiltScenes) -> Iterator[Difference]:
+    """Whether each body carries the constraints of the plan, in its order."""
+    expected: dict[int, tuple[Any, list[Any], int, Constraint]] = {}
+    for constraint, batch in built.constraints:
+        for index, component in zip(batch.scene_idxs, batch.objs, strict=True):
+            entity = built.lookup.entity(constraint.child, built.lookup.scene_idxs.index(index))
+            expected.setdefault(id(entity), (entity, [], index, constraint))[1].append(component)
+    for entity, wanted, index, constraint in expected.values():
+        found = [one for one in entity.components if isinstance(one, physx.PhysxJointComponent)]
+        if found != wanted:
+            who = f"'{constraint.child}'"
+            yield Difference(who, "constraints", _names(wanted), _names(found), index, constraint.origin)
+
+
+def _seen_differences(built: BuiltScenes) -> Iterator[Difference]:
+    """Whether each scene has the lights and cameras of the plan and, if it is not shared, no others."""
+    for kind, name in ((Light, "lights"), (Camera, "cameras")) if built.rendered else ():
+        expected: dict[int, set[Any]] = {index: set() for index in built.lookup.scene_idxs}
+        origin = built.plan.origin
+        for held, batch in built.seen:
+            for index, component in zip(batch.scene_idxs, batch.objs, strict=True) if type(held) is kind else ():
+                expected[index].add(component)
+                origin = held.origin
+        scenes: list[Any] = built.lookup.scenes
+        for (index, wanted), scene in zip(expected.items(), scenes, strict=True):
+            found = set(getattr(scene.render_system, name))
+            if not wanted <= found or (found != wanted and not built.shared):
+                yield Difference("the scene", name, _names(_by_name(wanted)), _names(_by_name(found)), index, origin)
+
+
+def _by_name(components: set[Any]) -> list[Any]:
+    return sorted(components, key=lambda component: component.name)
+
+
+def _names(components: Sequence[Any]) -> str:
+    return ", ".join(f"'{component.name}'" for component in components) or "none"
