@@ -180,10 +180,6 @@ class RobotReads:
 
         self._budget = budget = self._budget or ReadBudget()
         common: Any = {"scope": self._scope, "sink": self._sink, "origin": origin, "budget": budget}
-        if request.format == "mjcf" and request.loader == "maniskill":
-            from scenecc.robots.maniskill_mjcf import read_mjcf
-
-            return read_mjcf(file, limits=self._limits, **common)
         if request.format == "mjcf":
             from scenecc.robots.mujoco.reader import VISUAL_GROUPS, read_mjcf
 

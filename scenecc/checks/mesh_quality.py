@@ -68,7 +68,7 @@ def check_meshes(plan: ScenePlan, sink: Sink) -> None:
                     _check_mesh(body, shape, plan, sink)
             _check_overlap(body, plan, sink)
             _check_least_moment(body, plan, sink)
-        except AssetError as fault:  # the file changed since it was checked
+        except AssetError as fault:  # noqa: PERF203 - the file changed since it was checked
             sink.report(fault.code, fault.message, body.origin, hint=fault.hint)
 
 

@@ -1,7 +1,8 @@
-"""Articulations of live scenes: a robot by its file with what differs from it, everything else as a tree of links."""
+"""Articulations of live scenes: a robot by its URDF with what differs from it, everything else as a tree of links."""
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ from scenecc.backends.sapien.engine import sapien
 from scenecc.backends.sapien.properties import ARTICULATION_PROPERTIES
 from scenecc.decompiler.bodies import BodyReader, friction_of, inertial, is_equal, physical_material, plain_value
 from scenecc.decompiler.values import Files, Node, pose_value, same_single, to_number, to_numbers
-from scenecc.geometry.rotations import normalized
+from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, normalized
 from scenecc.names import UniqueNames
 from scenecc.plan.properties import properties_of
 
@@ -82,33 +83,24 @@ class ArticulationReader:
                 return node
         return self._tree(name, articulation)
 
-    # ---- a robot by its file
+    # ---- a robot by its URDF
 
     def _robot(self, name: str, articulation: Any, source: RobotSource, *, alone: bool) -> Node | None:
         file = Path(source.file)
-        node: Node = {source.format: self._files.name(file)}
-        options = dict(source.options)
+        node: Node = {"urdf": self._files.name(file)}
         fixed = articulation.links[0].joint.type == "fixed"
-        if source.format == "mjcf":
-            options = {}
-            node["loader"] = "maniskill"
-        node |= {key: value for key, value in options.items() if key != "fix_root_link"}
+        node |= {key: value for key, value in source.options.items() if key != "fix_root_link"}
         bits = [shape.get_collision_groups() for link in articulation.links for shape in link.collision_shapes]
         if not alone and any(groups[2] for groups in bits) and not any(groups[3] for groups in bits):
             node["sapien_bits"] = True
-        if not fixed or source.format == "mjcf":
-            node["fix_root_link"] = fixed
-        reference = self._reference({**node, source.format: str(file.resolve())})
+        if not fixed:
+            node["fix_root_link"] = False
+        reference = self._reference({**node, "urdf": str(file.resolve())})
         if reference is None or [self._names.rename(link.name) for link in articulation.links] != [
             link.name for link in reference[0].links
         ]:
             self._bodies.problems.append(f"`{name}`: its file builds other links; it is written as a tree")
             return None
-        if source.format == "mjcf" and (reference[0].links[0].joint.type == "fixed") == fixed:
-            free = {key: value for key, value in node.items() if key != "fix_root_link"}
-            reference_type = self._reference({**free, source.format: str(file.resolve())})
-            if reference_type and (reference_type[0].links[0].joint.type == "fixed") == fixed:
-                del node["fix_root_link"]
         self._names.keep([*(link.entity for link in articulation.links), *articulation.joints])
         node |= self._state(articulation, reference[0])
         node |= self._link_differences(articulation, reference[0], name)
@@ -287,8 +279,7 @@ class ArticulationReader:
         node: Node = {"name": name, "type": str(joint.type)} if name else {"type": str(joint.type)}
         for key in ("pose_in_parent", "pose_in_child"):
             live, given = getattr(joint, key), getattr(record, key, None)
-            given = given and sapien.Pose(given.p, list(normalized(to_numbers(given.q))))
-            value = pose_value(given if given is not None and _is_near(live, given) else live)
+            value = pose_value(_as_given(given, live))
             node |= {key: value or [0.0, 0.0, 0.0]} if key == "pose_in_parent" or value is not None else {}
         if joint.dof:
             state = JointState.of(joint)
@@ -326,6 +317,20 @@ _UNDRIVEN: Final = {row.field: row.untouched for row in properties_of("drive")} 
 
 _LIMIT_TOLERANCE: Final = 1e-6
 """How far beyond a limit a position of a file may be (`SC517`)."""
+
+
+def _as_given(given: Any, live: Any) -> Any:
+    """A joint's frame as its builder got it, which PhysX changes in the last bits, if that is known; else the live one.
+
+    A scene file passes on a quaternion of nearly length 1 as it is.
+    """
+    if given is None:
+        return live
+    q = to_numbers(given.q)
+    unit = sapien.Pose(given.p, list(normalized(q)))
+    if not _is_near(live, unit):
+        return live
+    return given if abs(math.hypot(*q) - 1) <= EXACT_UNIT_TOLERANCE else unit
 
 
 def _is_near(first: Any, second: Any) -> bool:

@@ -75,10 +75,8 @@ class SceneReader:
     def _defaults(self, bodies: list[Any]) -> SceneDefaults:
         """What most shapes and bodies have, which then is said once."""
         shapes = [shape for body in bodies for shape in body.collision_shapes]
-        # Of a robot's MJCF, friction is the file's own.
-        rubbing = [shape for body in bodies if not self._has_mjcf(body) for shape in body.collision_shapes]
         fresh = untouched()
-        friction = _most_common([friction_of(shape.physical_material) for shape in rubbing], SceneDefaults.friction)
+        friction = _most_common([friction_of(shape.physical_material) for shape in shapes], SceneDefaults.friction)
         moved = [body for body in bodies if isinstance(body, physx.PhysxRigidDynamicComponent)]
         moved += [body.articulation for body in bodies if isinstance(body, physx.PhysxArticulationLinkComponent)]
 
@@ -90,12 +88,6 @@ class SceneReader:
             shape=common(shapes, "shape", _SHAPE_DEFAULTS),
             body=common(moved, "body", _BODY_DEFAULTS),
         )
-
-    def _has_mjcf(self, body: Any) -> bool:
-        if self._recording is None or not isinstance(body, physx.PhysxArticulationLinkComponent):
-            return False
-        source = self._recording.robot_of(body.articulation.links[0])
-        return source is not None and source.format == "mjcf"
 
     def _entity(self, entity: Any, bodies: BodyReader, robots: ArticulationReader, entities: Node) -> None:
         body: Any = None

@@ -4,7 +4,6 @@ fixed tendons, limits of distance joints, scales of inverse masses, and environm
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -34,15 +33,13 @@ class MeshSource:
 
 @dataclass(frozen=True)
 class RobotSource:
-    """The file of a robot.
+    """The URDF of a robot.
 
     Attributes:
-        format: "urdf" or "mjcf".
         file: as it was given to the loader.
         options: what else the loader was told, by the language's keys.
     """
 
-    format: str
     file: str
     options: dict[str, Any] = field(default_factory=dict[str, Any])
 
@@ -247,24 +244,19 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
     actor_builder: Any = import_module("sapien.wrapper.actor_builder")
     urdf_loader: Any = import_module("sapien.wrapper.urdf_loader")
 
-    def parse(format_: str) -> Callable[[Any], Any]:
-        """What replaces `parse` of a loader: links also keep the file and the options. `format_`: `urdf`, `mjcf`."""
+    def parse(call: Any) -> Any:
+        """`parse` of the loader, whose links also keep the file and the options."""
 
-        def make(call: Any) -> Any:
-            """`parse` with the record."""
+        @wraps(call)
+        def recorded(self: Any, file: Any, *args: Any, **options: Any) -> Any:
+            parsed = call(self, file, *args, **options)
+            source = RobotSource(str(file), _loader_options(self, args, options))
+            for builder in parsed[0]:
+                for link in builder.link_builders:
+                    link.scenecc_source = source
+            return parsed
 
-            @wraps(call)
-            def recorded(self: Any, file: Any, *args: Any, **options: Any) -> Any:
-                parsed = call(self, file, *args, **options)
-                source = RobotSource(format_, str(file), _loader_options(self, args, options))
-                for builder in parsed[0]:
-                    for link in builder.link_builders:
-                        link.scenecc_source = source
-                return parsed
-
-            return recorded
-
-        return make
+        return recorded
 
     def physical(build: Any) -> Any:
         """The method, which also records the builder of a link."""
@@ -279,10 +271,7 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
         return recorded
 
     _replace(actor_builder.ActorBuilder, "build_physx_component", physical, undo)
-    _replace(urdf_loader.URDFLoader, "parse", parse("urdf"), undo)
-    module = sys.modules.get("mani_skill.utils.building._mjcf_loader")
-    if module is not None:
-        _replace(module.MJCFLoader, "parse", parse("mjcf"), undo)
+    _replace(urdf_loader.URDFLoader, "parse", parse, undo)
 
 
 def _loader_options(loader: Any, args: tuple[Any, ...], options: dict[str, Any]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from scenecc.geometry.rotations import IDENTITY, from_rpy, looking, rotate, shortest_from_x
+from scenecc.geometry.rotations import IDENTITY, from_rpy, looking, normalized, rotate, shortest_from_x
 from scenecc.scene_file import Node, is_mapping
 
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_.-]+")
@@ -55,7 +55,10 @@ def pose_value(pose: Any, same: Same = same_single) -> Any:
 
 
 def rotation_value(q: list[float], same: Same = same_single) -> Node:
-    """A quaternion, as whole degrees where these give the same one."""
+    """A quaternion, as whole degrees where these give the same one.
+
+    A colliding shape, whose quaternion PhysX normalises once more, is given one of length 1.
+    """
     w, x, y, z = q
     pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
     roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
@@ -66,7 +69,8 @@ def rotation_value(q: list[float], same: Same = same_single) -> Node:
             candidate = (turns[0], turns[1], turns[2] + shift)
             if max(map(abs, candidate)) <= 360 and same(from_rpy(*map(math.radians, candidate)), q):
                 return {"rpy_deg": to_numbers(candidate)}
-    return {"q": q}
+    unit = to_numbers(np.asarray(normalized(q), np.float32))
+    return {"q": unit if not same(q, q) and same(unit, q) else q}
 
 
 def aimed_pose_value(pose: Any, *, mounted: bool) -> Any:

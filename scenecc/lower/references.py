@@ -393,7 +393,6 @@ class RobotRequest:
         scale: of all lengths.
         collision_is_visual: whether what collides is seen too.
         repair: what is repaired in a URDF.
-        loader: whose meaning an MJCF has.
         keyframe: of an MJCF, that gives initial positions.
         visual_groups: groups of geoms of an MJCF that are seen; None: MuJoCo's own.
     """
@@ -405,7 +404,6 @@ class RobotRequest:
     scale: float = 1.0
     collision_is_visual: bool = False
     repair: frozenset[str] = frozenset()
-    loader: Literal["mujoco", "maniskill"] = "mujoco"
     keyframe: str | None = None
     visual_groups: tuple[int, ...] | None = None
 

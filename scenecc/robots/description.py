@@ -1,7 +1,7 @@
 """Robots as described by a URDF or MJCF file.
 
-Numbers are those for the engine, to the bit: SAPIEN's own loader would pass them for a URDF, ManiSkill's for an MJCF.
-The file's scale is applied. Poses are seven numbers, p [m] then q (wxyz).
+Numbers are those for the engine: for a URDF those that SAPIEN's own loader would pass, to the bit, for an MJCF those
+of the model that MuJoCo compiles. The file's scale is applied. Poses are seven numbers, p [m] then q (wxyz).
 """
 
 from __future__ import annotations

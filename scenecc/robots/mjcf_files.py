@@ -1,10 +1,8 @@
-"""What the two readers of MJCF share: the report of what is not built, and the search for files and includes."""
+"""The files of an MJCF: the report of what is not built of them, and the search for files and includes."""
 
 from __future__ import annotations
 
-import posixpath
 from dataclasses import dataclass, field
-from functools import reduce
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut
@@ -13,50 +11,16 @@ from scenecc.robots.xml import SourceElement, XmlBounds, parse_xml
 from scenecc.source.paths import ResolvedFile
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
     from pathlib import Path
 
     from scenecc.diagnostics.diagnostic import Location
     from scenecc.robots.description import DescribedFile
     from scenecc.source.limits import Limits
 
-UNREAD_ELEMENT_HINTS: dict[str, str] = {
-    "actuator": "say under `drives` what drives the joints",
-    "camera": "declare it under `cameras`, with `mount` where it moves with a link",
-    "contact": "say under `collision_groups` and `links` what ignores what",
-    "equality": "declare it under `constraints`",
-    "inertial": "masses follow from the shapes' densities; `links: {NAME: {inertial: …}}` gives others",
-    "keyframe": "give `qpos`",
-    "light": "declare it under `lights`",
-    "option": "timestep, gravity and solver are the scene's `physics`",
-    "site": "declare a `frame`, or mount on the link",
-}
-"""Hints for elements that are not read: what to write in the scene."""
-
-_UNREAD_ATTRIBUTE_HINTS: dict[tuple[str, str], str] = {
-    ("body", "gravcomp"): "`gravity: false` under `links` takes gravity away",
-    ("body", "mocap"): "it stands still, where it has no joints; declare a kinematic body in the scene",
-    (
-        "geom",
-        "mass",
-    ): "masses follow from densities (1000 where none is given); `links: {NAME: {mass: …}}` gives others",
-    ("joint", "armature"): "`joints: {NAME: {armature: …}}` gives it",
-    ("joint", "stiffness"): "`drives: {NAME: {stiffness: …}}` pulls a joint back",
-    ("option", "gravity"): UNREAD_ELEMENT_HINTS["option"],
-    ("option", "timestep"): UNREAD_ELEMENT_HINTS["option"],
-    ("texture", "builtin"): "paint the texture into a file",
-}
-
-
-def unread_attribute_hint(tag: str, names: Iterable[str]) -> str | None:
-    """The hint for attributes that are not read: what to write in the scene."""
-    hints = [_UNREAD_ATTRIBUTE_HINTS[tag, name] for name in names if (tag, name) in _UNREAD_ATTRIBUTE_HINTS]
-    return "; ".join(dict.fromkeys(hints)) or None
-
 
 @dataclass(slots=True)
 class MjcfReport:
-    """Collects findings, so that each kind of unread element is reported once, with the number of elements.
+    """Collects findings, so that each kind of what is not built is reported once.
 
     Attributes:
         findings: of the file itself.
@@ -67,11 +31,6 @@ class MjcfReport:
     findings: FileReport
     included: dict[str, FileReport] = field(default_factory=dict[str, "FileReport"])
     losses: list[tuple[str, str, Location]] = field(default_factory=list["tuple[str, str, Location]"])
-    _unbuilt: dict[str, tuple[str, Location, str | None]] = field(
-        default_factory=dict[str, "tuple[str, Location, str | None]"]
-    )
-    _elements: dict[str, list[SourceElement]] = field(default_factory=dict[str, "list[SourceElement]"])
-    _attributes: dict[str, dict[str, SourceElement]] = field(default_factory=dict[str, "dict[str, SourceElement]"])
 
     @property
     def failed(self) -> bool:
@@ -91,65 +50,10 @@ class MjcfReport:
         self.losses.append((kind, message, location))
         self.of(location).report_once("SC484", kind, message, location, hint)
 
-    def not_built(self, kind: str, message: str, location: Location, hint: str | None = None) -> None:
-        """Records a body or geom that is left out, for `report_unread` or `nothing`."""
-        self._unbuilt.setdefault(kind, (message, location, hint))
-
-    def nothing(self, root: SourceElement) -> None:
-        """Reports a file of which nothing is built, at the first thing that was left out, if any."""
-        message, location, hint = "it has no body and no geom that is", root.location, None
-        if self._unbuilt:
-            message, location, hint = self._unbuilt.pop(next(iter(self._unbuilt)))
-        self.error("SC480", f"nothing in the file is built: {message}", location, hint)
-
-    def differs(self, kind: str, message: str, location: Location) -> None:
-        """Warns of something that ManiSkill's loader reads differently, once per kind."""
-        self.of(location).report_once("SC485", kind, message, location)
-
     def elsewhere(self, kind: str, message: str, location: Location) -> None:
         """Notes what a scene says in another place, once per kind."""
         self.losses.append((kind, message, location))
         self.of(location).report_once("SC490", kind, message, location)
-
-    def unread_element(self, element: SourceElement) -> None:
-        """Records an unread element."""
-        self._elements.setdefault(element.tag, []).append(element)
-
-    def unread_attributes(self, element: SourceElement, read: frozenset[str]) -> None:
-        """Records the attributes of an element that are not read."""
-        unread = self._attributes.setdefault(element.tag, {})
-        for name in element.attributes:
-            if name not in read:
-                unread[name] = _first_in_file(unread.get(name, element), element)
-
-    def report_unread(self) -> None:
-        """Reports what was recorded: one warning per kind of element, and one for the attributes of each kind."""
-        for kind, (message, location, hint) in self._unbuilt.items():
-            self.left_out(kind, message, location, hint)
-        for tag, elements in self._elements.items():
-            count = f" (there are {len(elements)})" if len(elements) > 1 else ""
-            place = reduce(_first_in_file, elements).location
-            self.left_out(f"<{tag}>", f"`<{cut(tag)}>` is not read{count}", place, UNREAD_ELEMENT_HINTS.get(tag))
-        for tag, names in self._attributes.items():
-            if not names:
-                continue
-            # Of one element's they stand as written already.
-            ordered = sorted(names, key=lambda name: (names[name].line, names[name].column))
-            shown = ", ".join(f"`{cut(name)}`" for name in ordered[:20])
-            more = f" and {len(ordered) - 20} more" if len(ordered) > 20 else ""
-            verb = "are" if len(ordered) > 1 else "is"
-            self.left_out(
-                f"{tag}@",
-                f"of `<{cut(tag)}>`, {shown}{more} {verb} not read",
-                names[ordered[0]].at(ordered[0]),
-                unread_attribute_hint(tag, ordered),
-            )
-
-
-def _first_in_file(one: SourceElement, other: SourceElement) -> SourceElement:
-    """The first of two elements in their file; of different files, `one`."""
-    is_before = (other.line, other.column) < (one.line, one.column)
-    return other if is_before and other.location.file == one.location.file else one
 
 
 @dataclass(slots=True)
@@ -158,22 +62,19 @@ class MjcfFiles:
 
     Attributes:
         named: finds and remembers them.
-        name: the MJCF's as shown to people.
         limits: how much is read.
         report: where faults go.
     """
 
     named: RobotFiles
-    name: str
     limits: Limits
     report: MjcfReport
     _included: set[Path] = field(default_factory=set["Path"])
     _size: int = 0
 
-    def find(self, folder: str, written: str, place: Location) -> DescribedFile | None:
-        """A file by its path from a folder; None, reported at `place`, where it may not be used."""
-        reference = written if written.startswith("/") or not folder else posixpath.join(folder, written)
-        return self.named.find(reference if written else "", place, self.report.of(place))
+    def find(self, written: str, place: Location) -> DescribedFile | None:
+        """A file by its path; None, reported at `place`, where it may not be used."""
+        return self.named.find(written, place, self.report.of(place))
 
     def read_model(self) -> SourceElement | None:
         """As `read`; None also after an error, SC453: the root is no `<mujoco>`."""
@@ -189,7 +90,7 @@ class MjcfFiles:
     def read(self) -> SourceElement | None:
         """The root of the MJCF's tree, with everything that it includes in place of each `include`."""
         owner = self.named.owner
-        return self._read(owner.path, self.name, self.report.findings, 1, 1)
+        return self._read(owner.path, owner.uri, self.report.findings, 1, 1)
 
     def _read(self, path: Path, name: str, findings: FileReport, chain: int, depth: int) -> SourceElement | None:
         bounds = XmlBounds()
@@ -229,7 +130,7 @@ class MjcfFiles:
             self.report.error("SC481", "`<include>` names no `file`", include.location)
             return []
         place = include.at("file")
-        file = self.find("", name, place)
+        file = self.find(name, place)
         if file is None:
             return []
         if file.path in self._included:
@@ -251,7 +152,5 @@ class MjcfFiles:
     def attach(self, file: DescribedFile, place: Location) -> tuple[MjcfFiles, SourceElement | None]:
         """What another MJCF names, which this one attaches at `place`, and the root of its tree."""
         owner = ResolvedFile(file.path, file.uri)
-        files = MjcfFiles(
-            RobotFiles(owner, self.named.scope, found=self.named.found), file.uri, self.limits, self.report
-        )
+        files = MjcfFiles(RobotFiles(owner, self.named.scope, found=self.named.found), self.limits, self.report)
         return files, files._read(file.path, file.uri, self._findings(file, place), 1, 1)

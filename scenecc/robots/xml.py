@@ -318,27 +318,6 @@ def parse_number(text: str) -> float | None:
     return float(text) if len(text) <= _MAX_NUMBER_CHARS and _NUMBER_PATTERN.fullmatch(text) else None
 
 
-def parse_numbers(words: Iterable[str], *, infinite: bool) -> tuple[float, ...]:
-    """Numbers that the engine can hold.
-
-    Args:
-        words: one each.
-        infinite: whether they may be.
-
-    Raises:
-        ValueError: what is wrong with the first that is none.
-    """
-    values: list[float] = []
-    for word in words:
-        value = parse_number(word)
-        if value is None or math.isnan(value) or (math.isinf(value) and not infinite):
-            raise ValueError(f"holds `{cut(word)}`, which is no {'' if value is None else 'finite '}number")
-        if math.isfinite(value) and abs(value) > FLOAT32_MAX:
-            raise ValueError(f"holds `{cut(word)}`, beyond the engine's single precision")
-        values.append(value)
-    return tuple(values)
-
-
 def read_text(element: SourceElement, attribute: str, findings: FileReport) -> str | None:
     """The value of an attribute that must be there and not be blank (SC455)."""
     value = element.attributes.get(attribute, "").strip()
@@ -407,8 +386,15 @@ def _parse_numbers(
             "SC456", f"{where} wants {wanted}, parted by blanks, and has {len(words)}", element.at(attribute)
         )
         return None
-    try:
-        return parse_numbers(words, infinite=infinite)
-    except ValueError as error:
-        findings.report("SC456", f"{where} {error}", element.at(attribute))
-        return None
+    values: list[float] = []
+    for word in words:
+        value, fault = parse_number(word), None
+        if value is None or math.isnan(value) or (math.isinf(value) and not infinite):
+            fault = f"which is no {'' if value is None else 'finite '}number"
+        elif math.isfinite(value) and abs(value) > FLOAT32_MAX:
+            fault = "beyond the engine's single precision"
+        if value is None or fault is not None:
+            findings.report("SC456", f"{where} holds `{cut(word)}`, {fault}", element.at(attribute))
+            return None
+        values.append(value)
+    return tuple(values)

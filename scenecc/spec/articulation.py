@@ -324,10 +324,6 @@ class MjcfKeys(SpecModel):
     """An MJCF, and how it is read."""
 
     mjcf: Leaf[Text] = Field(description="The file.", examples=["robots/ant.xml"])
-    loader: Maybe[Fixed[Literal["mujoco", "maniskill"]]] = key(
-        "mujoco: what MuJoCo's compiler makes of the file (extra `mjcf`); maniskill: what ManiSkill's loader reads.",
-        default="mujoco",
-    )
     keyframe: Maybe[Leaf[Text]] = key("The keyframe of the file that gives initial positions; `qpos` replaces it.")
     visual_groups: Maybe[Fixed[VisualGroups]] = key("The groups of geoms that are seen.", default=[0, 1, 2])
 

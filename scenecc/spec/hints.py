@@ -187,6 +187,8 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
     ("children", "color rgba colour", "write it in the shapes of the link: `shapes: [{…, color: …}]`"),
     ("visual", "color rgba colour base_color roughness metallic specular emission",
      "write it under `visual`: `material: {visual: {…}}`"),
+    ("keyframe", "loader",
+     "leave it out: MuJoCo reads every MJCF; `scenecc decompile` writes ManiSkill's robots as trees of links"),
     ("fix_root_link", "keyframe", "only `mjcf` has keyframes: write `qpos: […]`"),
     ("fix_root_link", "controller control_mode controllers",
      'a scene has drives and no controllers: `drives: {".*": {stiffness: …, damping: …}}`'),

@@ -37,8 +37,6 @@ def _turns(draw: Draw, ways: Sequence[str]) -> str:
             values = list(np.array([*vector, 0.25]) / np.linalg.norm([*vector, 0.25]))
         case "euler":
             values = [draw(_ANGLES) for _ in range(3)]
-        case "euler x":
-            values = [draw(_ANGLES), 0, 0]
         case "axisangle":
             values = [*vector, draw(_ANGLES)]
         case "xyaxes":
@@ -46,7 +44,7 @@ def _turns(draw: Draw, ways: Sequence[str]) -> str:
             values = [*vector, *other] if np.linalg.norm(np.cross(vector, other)) > 0.05 else ()
         case "zaxis":
             values = vector
-    return f' {way.split()[0]}="{_text(values)}"' if len(values) else ""
+    return f' {way}="{_text(values)}"' if len(values) else ""
 
 
 @st.composite
@@ -59,9 +57,7 @@ def _geoms(draw: Draw, ways: Sequence[str]) -> str:
         start, way = draw(_vectors()), draw(_vectors())
         ends = [*start, *np.add(start, way)]
         return f'<geom type="capsule" size="{size[0]}" fromto="{_text(ends)}"{density}/>'
-    # What a spin about its own axis does not change may be turned by any way.
-    round_ways = [*ways, "zaxis"] if kind in {"capsule", "cylinder"} else ways
-    return f'<geom type="{kind}" size="{_text(size)}"{place}{draw(_turns(round_ways))}{density}/>'
+    return f'<geom type="{kind}" size="{_text(size)}"{place}{draw(_turns(ways))}{density}/>'
 
 
 @st.composite
@@ -90,7 +86,7 @@ def _bodies(draw: Draw, name: str, ways: Sequence[str], depth: int, *, degrees: 
 
 
 @st.composite
-def mjcf_files(draw: Draw, ways: Sequence[str], sequences: Sequence[str] = ("xyz",)) -> str:
+def mjcf_files(draw: Draw, ways: Sequence[str], sequences: Sequence[str]) -> str:
     """The text of a file.
 
     Args:

@@ -236,7 +236,6 @@ entities:
     links: {"panda_.*finger": {patch_radius: 0.1, min_patch_radius: 0.1}}
   humanoid:
     mjcf: pkg://mani_skill/assets/robots/humanoid/humanoid.xml
-    loader: maniskill
     fix_root_link: false
     pose: [2, 0, 0]
   cube: {pose: [0, 0, 0.5], shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]}

@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fidelity.mjcf_cases import DIFFERENT
-from fidelity.mjcf_records import assert_same, read
+from fidelity.mjcf_cases import CASES, COMMON
 from fidelity.mjcf_strategy import mjcf_files
 from hypothesis import given, settings
+from plugins.mujoco_judge import assert_same_machine
 from plugins.nightly import examples
 
-from scenecc.robots.description import (
-    DescribedRobot,
-    Geometry,
-    SolidGeometry,
-)
+from scenecc import load_scene
+from scenecc.diagnostics import Sink
+from scenecc.robots.description import DescribedRobot, SolidGeometry
+from scenecc.robots.mujoco.reader import read_mjcf
+from scenecc.source.paths import AssetScope, ResolvedFile
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
 
@@ -50,24 +50,11 @@ def frames(robot: DescribedRobot) -> list[np.ndarray]:
     return found
 
 
-def volume(geometry: Geometry) -> float:
-    match geometry:
-        case SolidGeometry("box", half_size):
-            return 8 * math.prod(half_size)
-        case SolidGeometry("sphere", (radius,)):
-            return 4 / 3 * math.pi * radius**3
-        case SolidGeometry("capsule", (radius, half)):
-            return math.pi * radius**2 * (2 * half + 4 / 3 * radius)
-        case SolidGeometry("cylinder", (radius, half)):
-            return 2 * math.pi * radius**2 * half
-        case _:
-            raise AssertionError(geometry)
-
-
 def compare(path: Path) -> None:
     """Asserts that a file's description is the model that MuJoCo makes of it."""
-    description, told = read(path)
-    assert description is not None, [str(one) for one in told]
+    sink = Sink()
+    description = read_mjcf(ResolvedFile(path, path.name), scope=AssetScope(path.parent), sink=sink)
+    assert description is not None, [str(one) for one in sink.diagnostics()]
     model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -81,8 +68,8 @@ def compare(path: Path) -> None:
                 assert found > 0
                 np.testing.assert_allclose(frame[:3, 3], data.xpos[found], atol=2e-6)
                 np.testing.assert_allclose(frame[:3, :3].flatten(), data.xmat[found], atol=2e-6)
-                mass = sum(volume(made.geometry) * (made.density or 0) for made in link.collisions)
-                assert mass == pytest.approx(model.body_mass[found], rel=1e-5)
+                assert link.inertial is not None
+                assert link.inertial.mass == pytest.approx(model.body_mass[found])
                 seen += compare_geoms(model, data, link, frame, found)
             elif robot.body_type is not None:
                 body = max(0, mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, link.name))
@@ -139,21 +126,18 @@ def test_any_file_means_what_mujoco_makes_of_it(text: str, tmp_path_factory: pyt
     compare(path)
 
 
-@pytest.mark.parametrize("name", DIFFERENT)
-def test_what_maniskills_loader_reads_otherwise_means_what_mujoco_makes_of_it(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", CASES)
+def test_a_feature_is_built_as_mujoco_makes_it(
+    name: str, tmp_path: Path, meshes: dict[str, Path], image: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    for folder in ("meshes", "parts"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "meshes" / "rock.obj").write_bytes(meshes["rock"].read_bytes())
+    (tmp_path / "wood.png").write_bytes(image.read_bytes())
+    (tmp_path / "parts" / "common.xml").write_text(COMMON)
     path = tmp_path / "robot.xml"
-    path.write_text(DIFFERENT[name])
-    compare(path)
-    assert "SC485" in [one.code for one in read(path)[1]]
-
-
-@pytest.mark.maniskill
-@pytest.mark.parametrize("name", DIFFERENT)
-def test_maniskills_loader_does_read_it_otherwise(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "robot.xml"
-    path.write_text(DIFFERENT[name])
-    try:
-        assert_same(path, monkeypatch)
-    except (AssertionError, TypeError, ValueError, IndexError, RuntimeWarning):
-        return
-    pytest.fail("it is the same, and need not be told")
+    path.write_text(CASES[name])
+    scene = {"scenecc": 1, "entities": {"robot": {"mjcf": str(path)}}}
+    with load_scene(scene, render=False, asset_roots=[tmp_path]) as batch:
+        assert_same_machine(mujoco, mujoco.MjModel.from_xml_path(str(path)), batch)

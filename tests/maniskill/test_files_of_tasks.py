@@ -25,7 +25,7 @@ TASKS = (
     "TwoRobotStackCube-v1",  # two of them
     "PegInsertionSide-v1",  # shapes by parameters
     "RotateValveLevel2-v1",  # a tree of links
-    "MS-AntRun-v1",  # an MJCF
+    "MS-AntRun-v1",  # a robot whose MJCF is written out
     "UnitreeG1PlaceAppleInBowl-v1",  # meshes, a free root
 )
 

@@ -77,9 +77,7 @@ def _alone(entity: Node) -> Robot:
     robot, joint = _file_or_tree(entity), entity.get("joint")
     if joint is None or joint["type"] == "fixed":
         return robot
-    # ManiSkill's loader puts a link of its own above an MJCF's, and that hangs on the joint.
-    below = entity.get("loader") == "maniskill" and "mjcf" in entity
-    hinged = (robot.links[0], *robot.hinged) if joint_turns(joint) and not below else robot.hinged
+    hinged = (robot.links[0], *robot.hinged) if joint_turns(joint) else robot.hinged
     return Robot(robot.links, (_joint_of(joint), *robot.joints), hinged)
 
 
@@ -184,10 +182,8 @@ def attachments(document: Node, random: Random) -> None:
 
 
 def files(document: Node, random: Random) -> None:
-    """What is said of a file does something: the meshes, the keyframes and groups of MuJoCo's."""
+    """What is said of a file's meshes does something."""
     for entity in units(document):
-        if entity.get("loader") == "maniskill":
-            drop(entity, "keyframe", "visual_groups")
         if "decomposition_params" in entity or entity.get("decomposition") == "coacd":
             entity["load_multiple_collisions"] = True
 

@@ -14,7 +14,7 @@ HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema", "PIL
 
 _SECTIONS = {
     "plan": "articulation constraint rendering json_codec",
-    "robots": "urdf maniskill_mjcf mujoco",
+    "robots": "urdf mujoco",
     "lower": "articulations constraints rendering resets",
     "checks": "joints render_objects",
     "spec": "articulation constraint rendering",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from importlib import import_module
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.interrupt import interrupts_wait

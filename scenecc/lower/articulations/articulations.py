@@ -369,7 +369,6 @@ class ArticulationLowerer:
             scale=values.get("scale", 1.0),
             collision_is_visual=bool(getattr(entity, "collision_is_visual", None)),
             repair=frozenset(getattr(entity, "repair", None) or ()),
-            loader=getattr(entity, "loader", None) or "mujoco",
             keyframe=values.get("keyframe"),
             visual_groups=None if groups is None else tuple(groups),
         )
@@ -436,12 +435,7 @@ class ArticulationLowerer:
         )
 
     def _meshes(self, entity: Any, origin: Origin) -> None:
-        """Reports keys of decompositions, and of MuJoCo's files, that do nothing."""
-        if getattr(entity, "loader", None) == "maniskill":
-            for key in ("keyframe", "visual_groups"):
-                if getattr(entity, key) is not None:
-                    hint = f"leave `{key}` out, or `loader`"
-                    report_unused_key(key, "with `loader: maniskill`", origin, self._sink, hint=hint)
+        """Reports keys of decompositions that do nothing."""
         decomposes = getattr(entity, "decomposition", None) == "coacd"
         for key, does_nothing, without in (
             ("decomposition", decomposes and not entity.load_multiple_collisions, "load_multiple_collisions: true"),

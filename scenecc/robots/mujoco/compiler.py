@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 OLDEST, BEYOND = (3, 5), (5, 0)
 """Versions of MuJoCo with which this is tested: from, and below."""
 
-INSTALL_HINT = f"{install_hint('mjcf')}, or read the file as ManiSkill does: `loader: maniskill`"
+INSTALL_HINT = install_hint("mjcf")
 
 _MEMORY = 4 * 2**30
 """Address space of the process [bytes]."""

@@ -83,7 +83,7 @@ def read_model(
         budget: of all files of the scene; None: it is read alone.
     """
     report = MjcfReport(FileReport(sink, origin, budget=budget))
-    files = MjcfFiles(RobotFiles(file, scope), file.uri, limits, report)
+    files = MjcfFiles(RobotFiles(file, scope), limits, report)
     root = files.read_model()
     if root is None or not check_mujoco(report, root.location):
         return None
@@ -100,8 +100,7 @@ def read_model(
     robots = reader.robots()
     constraints = read_constraints(model, reader.links_of_bodies, report)
     if not robots and not report.failed:
-        report.nothing(root)
-    report.report_unread()
+        report.error("SC480", "nothing in the file is built: it has no body and no geom", root.location)
     if report.failed:
         return None
     description = RobotDescription(

@@ -181,7 +181,7 @@ class SourceBuilder:
 
     def _read_model(self, element: SourceElement) -> float:
         place, files = element.at("file"), self.files
-        found = files.find("", self._relative(element.attributes.get("file", "")), place)
+        found = files.find(self._relative(element.attributes.get("file", "")), place)
         if found is None:
             return 0
         above = (*self._above, files.named.owner.path)
@@ -332,4 +332,4 @@ class SourceBuilder:
         own = "texturedir" if element.tag == "texture" else "meshdir"
         folder = self._folders.get(own, self._folders.get("assetdir", ""))
         path = self._relative(posixpath.join(folder, written) if written else "")
-        return self.files.find("", path, element.at(attribute))
+        return self.files.find(path, element.at(attribute))

@@ -154,6 +154,28 @@ def test_a_tree_of_links_comes_back() -> None:
     assert cabinet["root"]["children"][0]["joint"]["limits"] == [0.0, pytest.approx(0.3)]
 
 
+def test_rotations_of_nearly_length_1_come_back() -> None:
+    """What a loader gives of an MJCF: PhysX normalises such quaternions in single precision, and once more."""
+    with scenecc.record() as recording:
+        scene = physical_scene()
+        builder = scene.create_articulation_builder()
+        torso = builder.create_link_builder()
+        torso.set_name("torso")
+        torso.add_box_collision(half_size=[0.1, 0.1, 0.1])
+        arm = builder.create_link_builder(torso)
+        arm.set_name("arm")
+        arm.set_joint_name("shoulder")
+        parent = sapien.Pose([0.1, 0, 0], [0, 1, 0, 0.002])
+        child = sapien.Pose(q=[0.8804763, -0.3647052, -0.27984816, 0.1159169])
+        arm.set_joint_properties("revolute", [[-1, 1]], parent, child)
+        arm.add_capsule_collision(sapien.Pose([0.1, 0, 0], [0.8880738, 0, 0.3250576, -0.3250576]), 0.05, 0.2)
+        robot: Any = builder.build(fix_root_link=True)
+        robot.set_name("robot")
+        robot.set_qpos([0.25])
+    found = scenecc.decompile(scene, recording=recording)
+    assert found.is_equal, (found.problems, found.differences)
+
+
 def test_constraints_come_back() -> None:
     with scenecc.record() as recording:
         scene = physical_scene()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from plugins.nightly import assert_took, examples
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.robots.maniskill_mjcf import read_mjcf
+from scenecc.robots.mujoco.reader import read_mjcf
 from scenecc.source import Limits
 from scenecc.source.paths import AssetScope, ResolvedFile
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.robots.description import RobotDescription
+
+pytest.importorskip("mujoco")
 
 
 def read(path: Path, limits: Limits | None = None) -> tuple[RobotDescription | None, list[Diagnostic]]:

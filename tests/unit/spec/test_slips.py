@@ -166,6 +166,7 @@ SLIPS = {
     "robot kp": Slip("entities:\n  r:\n    urdf: a.urdf\n    kp: 100\n", "SC101", "set it on drives: `drives: {JOINT: {stiffness: …, damping: …}}`"),
     "robot controller": Slip("entities:\n  r:\n    urdf: a.urdf\n    controller: pd_joint_pos\n", "SC101", 'a scene has drives and no controllers: `drives: {".*": {stiffness: …, damping: …}}`'),
     "robot color": Slip("entities:\n  r:\n    urdf: a.urdf\n    color: '#ff0000'\n", "SC101", "the colours of a robot come from its file"),
+    "robot loader": Slip("entities:\n  r:\n    mjcf: a.xml\n    loader: maniskill\n", "SC101", "leave it out: MuJoCo reads every MJCF; `scenecc decompile` writes ManiSkill's robots as trees of links"),
     "robot keyframe": Slip("entities:\n  r:\n    urdf: a.urdf\n    keyframe: rest\n", "SC101", "only `mjcf` has keyframes: write `qpos: […]`"),
     "constraint type fixed": Slip("constraints:\n  c: {type: fixed, parent: a, child: b}\n", "SC105", "did you mean `weld`?"),
     "constraint hinge axis": Slip("entities:\n  a: {body_type: static, shapes: [{type: box, half_size: [1,1,1]}]}\n  b: {shapes: [{type: box, half_size: [1,1,1]}], pose: [0,0,5]}\nconstraints:\n  c: {type: hinge, parent: a, child: b, axis: z}\n", "SC101", "its axis is x of both poses: for z turn them by `rpy_deg: [0, -90, 0]`"),
