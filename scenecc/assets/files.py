@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import sha256
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
@@ -13,8 +15,9 @@ from urllib.parse import unquote
 import numpy as np
 
 from scenecc.assets.errors import AssetError, AssetReference
+from scenecc.assets.images import check_image
 from scenecc.assets.meshes import MESH_SUFFIXES, MeshContent, MeshRecord, read_hulls, read_mesh, read_triangles
-from scenecc.files import open_regular, state_of
+from scenecc.files import cache_folder, open_regular, state_of
 from scenecc.geometry.rotations import MAX_COORDINATE
 
 if TYPE_CHECKING:
@@ -33,6 +36,13 @@ _MOST_HASHED = 16_384
 
 _digests: dict[tuple[Path, State], str] = {}
 """SHA-256 of files that this process has read, in the states in which it read them."""
+
+
+_IMAGE_VERSION = 1
+"""Of what `check_image` refuses."""
+
+_unpacked: dict[str, int] = {}
+"""Sizes of images that are whole, once they are decompressed, by their content [bytes]."""
 
 
 class MissingError(AssetError):
@@ -91,6 +101,21 @@ class AssetFiles:
         self.held.clear()
         self.held[path] = data
         return data
+
+    def check_image(self, path: Path) -> None:
+        """Checks an image, unless this content was checked before. Raises AssetError."""
+        identity = (_IMAGE_VERSION, version("pillow"), self.digest(path), path.suffix)
+        key = sha256(repr(identity).encode()).hexdigest()
+        file = cache_folder("images") / key
+        if key not in _unpacked:
+            with suppress(OSError, ValueError):
+                _unpacked[key] = int(file.read_bytes())
+        if _unpacked.get(key, self.max_bytes + 1) <= self.max_bytes:
+            return
+        _unpacked[key] = check_image(self.content(path), self.max_bytes, path.suffix)
+        with suppress(OSError):  # it is checked again the next time
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(str(_unpacked[key]))
 
     def resolve(self, asset: AssetFile, reference: AssetReference) -> Path:
         """The path of a file that an asset names.

@@ -67,13 +67,16 @@ def image_size(path: Path) -> ImageSize:
         return _read_size(data, _detect_format(data, path.suffix))
 
 
-def check_image(data: bytes, max_bytes: int, suffix: str = "") -> None:
+def check_image(data: bytes, max_bytes: int, suffix: str = "") -> int:
     """Checks a whole image.
 
     Args:
         data: the content of the file.
         max_bytes: maximum size once it is decompressed [bytes]. No pixel of a larger image is decompressed.
         suffix: of its name, by which SAPIEN recognizes EXR and KTX; "": it is embedded in another file.
+
+    Returns:
+        Its size once it is decompressed [bytes].
 
     Raises:
         AssetError: it is damaged, truncated, too large, or of a format that SAPIEN does not load.
@@ -84,17 +87,18 @@ def check_image(data: bytes, max_bytes: int, suffix: str = "") -> None:
             size = _read_size(data, kind)
             if size.columns < 1 or size.rows < 1:
                 raise ValueError(f"it has {size.columns} × {size.rows} pixels")  # noqa: TRY301 - as any other fault
-            small = sum(size.level_bytes) * size.sides <= max_bytes
-            if small:
+            unpacked = sum(size.level_bytes) * size.sides
+            if unpacked <= max_bytes:
                 _check_pixels(data, kind)
     except ValueError as error:
         raise AssetError("SC420", f"the image cannot be read: {error}", "save it again as PNG or JPEG") from error
-    if not small:
+    if unpacked > max_bytes:
         raise AssetError(
             "SC607",
             f"the image has {size.columns} × {size.rows} pixels, unpacked more than {max_bytes} bytes",
             "make it smaller, or raise the limit with --limit asset_bytes=N",
         )
+    return unpacked
 
 
 def read_heights(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]:

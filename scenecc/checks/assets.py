@@ -16,7 +16,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.files import AssetFiles, MissingError, ResolveNamed, check_measures
-from scenecc.assets.images import IMAGE_SUFFIXES, check_image, image_size
+from scenecc.assets.images import IMAGE_SUFFIXES, image_size
 from scenecc.assets.meshes import DEFAULT_BYTES, MeshRecord
 from scenecc.assets.names import material_images
 from scenecc.assets.obj_materials import fallback_materials
@@ -390,7 +390,7 @@ def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is no image format" if suffix else "a file without a suffix is no image"
         raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
-    check_image(checker.files.content(path), checker.files.max_bytes, path.suffix)
+    checker.files.check_image(path)
 
 
 def _report(sink: Sink, asset: AssetFile, origin: Origin, fault: AssetError) -> None:
