@@ -54,158 +54,328 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         builder.initial_pose = sapien.Pose([0, 0, 0])
         builder.build(name="ground")
 
-    # arm_0 to arm_1
-    arm_names = [f"arm_{k}" for k in range(2)]
-    arm_pose = [sapien.Pose([0, 0, 0.05]), sapien.Pose([0, 1, 0.05])]
-    for k, name in enumerate(arm_names):
-        for scene in scenes:
-            builder = scene.create_articulation_builder()
-            builder.initial_pose = arm_pose[k]
-            base = builder.create_link_builder()
-            base.set_name("base")
-            base.collision_groups = [1, 1, 0, 0]
-            base.add_box_collision(half_size=[0.1, 0.1, 0.05])
-            upper = builder.create_link_builder(base)
-            upper.set_name("upper")
-            upper.set_joint_name("shoulder")
-            upper.set_joint_properties(
-                type="revolute",
-                limits=[-1.5, 1.5],
-                pose_in_parent=sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068]),
-                pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
-            )
-            upper.collision_groups = [1, 1, 0, 0]
-            upper.add_capsule_collision(
+    # arm_0
+    for scene in scenes:
+        builder = scene.create_articulation_builder()
+        builder.initial_pose = sapien.Pose([0, 0, 0.05])
+        base = builder.create_link_builder()
+        base.set_name("base")
+        base.collision_groups = [1, 1, 0, 0]
+        base.add_box_collision(half_size=[0.1, 0.1, 0.05])
+        upper = builder.create_link_builder(base)
+        upper.set_name("upper")
+        upper.set_joint_name("shoulder")
+        upper.set_joint_properties(
+            type="revolute",
+            limits=[-1.5, 1.5],
+            pose_in_parent=sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+        )
+        upper.collision_groups = [1, 1, 0, 0]
+        upper.add_capsule_collision(
+            pose=sapien.Pose([0.1, 0, 0]),
+            radius=0.02,
+            half_length=0.1,
+            material=shared_physical,
+            density=500,
+        )
+        if render:
+            upper.add_capsule_visual(
                 pose=sapien.Pose([0.1, 0, 0]),
                 radius=0.02,
                 half_length=0.1,
-                material=shared_physical,
-                density=500,
+                material=shared_look,
             )
-            if render:
-                upper.add_capsule_visual(
-                    pose=sapien.Pose([0.1, 0, 0]),
-                    radius=0.02,
-                    half_length=0.1,
-                    material=shared_look,
-                )
-            lower = builder.create_link_builder(upper)
-            lower.set_name("lower")
-            lower.set_joint_name("elbow")
-            lower.set_joint_properties(
-                type="revolute",
-                limits=[-1.5, 1.5],
-                pose_in_parent=sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068]),
-                pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
-            )
-            lower.collision_groups = [1, 1, 0, 0]
-            lower.add_capsule_collision(
+        lower = builder.create_link_builder(upper)
+        lower.set_name("lower")
+        lower.set_joint_name("elbow")
+        lower.set_joint_properties(
+            type="revolute",
+            limits=[-1.5, 1.5],
+            pose_in_parent=sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+        )
+        lower.collision_groups = [1, 1, 0, 0]
+        lower.add_capsule_collision(
+            pose=sapien.Pose([0.08, 0, 0]),
+            radius=0.02,
+            half_length=0.08,
+            material=shared_physical,
+            density=500,
+        )
+        if render:
+            lower.add_capsule_visual(
                 pose=sapien.Pose([0.08, 0, 0]),
                 radius=0.02,
                 half_length=0.08,
-                material=shared_physical,
-                density=500,
+                material=shared_look,
             )
-            if render:
-                lower.add_capsule_visual(
-                    pose=sapien.Pose([0.08, 0, 0]),
-                    radius=0.02,
-                    half_length=0.08,
-                    material=shared_look,
-                )
-            camera = builder.create_link_builder(base)
-            camera.set_name("camera")
-            camera.set_joint_properties(
-                type="fixed",
-                limits=[],
-                pose_in_parent=sapien.Pose([0.1, 0, 0], [0.7071068, 0, 0.7071068, 0]),
-                pose_in_child=sapien.Pose(),
-            )
-            camera.collision_groups = [1, 1, 0, 0]
-            camera.set_mass_and_inertia(0.05, sapien.Pose([0, 0, 0]), [0.0001, 0.0001, 0.0001])
-            hand = builder.create_link_builder(lower)
-            hand.set_name("hand")
-            hand.set_joint_name("wrist")
-            hand.set_joint_properties(
-                type="fixed",
-                limits=[],
-                pose_in_parent=sapien.Pose(),
-                pose_in_child=sapien.Pose(),
-            )
-            hand.collision_groups = [1, 1, 0, 0]
-            hand.add_box_collision(half_size=[0.02, 0.06, 0.02])
-            left = builder.create_link_builder(hand)
-            left.set_name("left")
-            left.set_joint_name("left slide")
-            left.set_joint_properties(
-                type="prismatic",
-                limits=[0, 0.04],
-                pose_in_parent=sapien.Pose([0.1, 0.01, 0], [0.7071068, 0, 0, 0.7071068]),
-                pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
-            )
-            left.collision_groups = [1, 1, 0, 0]
-            left.add_box_collision(half_size=[0.03, 0.01, 0.01], patch_radius=0.1)
-            right = builder.create_link_builder(hand)
-            right.set_name("right")
-            right.set_joint_name("right slide")
-            right.set_joint_properties(
-                type="prismatic",
-                limits=[0, 0.04],
-                pose_in_parent=sapien.Pose([0.1, -0.01, 0], [0.7071068, 0, 0, 0.7071068]),
-                pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
-                damping=5,
-            )
-            right.collision_groups = [1, 1, 0, 0]
-            right.add_box_collision(half_size=[0.03, 0.01, 0.01], patch_radius=0.1)
-            entities = builder.build_entities(fix_root_link=True)
-            component = physx.PhysxArticulationLinkComponent
-            links = [entity.find_component_by_type(component) for entity in entities]
-            articulation = links[0].articulation
-            # right slide follows left slide: SAPIEN's own mimic joints turn it round.
-            articulation.create_fixed_tendon(
-                [links[4], links[5], links[6]],
-                [0, -0.5, 1],
-                [0, -0.5, 1],
-                rest_length=0,
-                stiffness=100000,
-            )
-            for entity in entities:
-                scene.add_entity(entity)
-            articulation.name = name
-            for body in articulation.links:
-                body.disable_gravity = True
-            articulation.solver_position_iterations = 15
-            joint_names = ["shoulder", "elbow"]
-            for joint_name in joint_names:
-                joint = articulation.find_joint_by_name(joint_name)
-                joint.set_drive_properties(stiffness=200, damping=20, force_limit=50)
-                joint.friction = 0.1
-                joint.armature = [0.05]
-            joint = articulation.find_joint_by_name("elbow")
-            joint.max_velocity = 3
-            joint = articulation.find_joint_by_name("left slide")
-            joint.set_drive_properties(stiffness=200, damping=20, mode="acceleration")
-            articulation.qpos = [0.3, -0.4, 0.03, 0.015]
-            joint_names = ["shoulder", "elbow", "left slide"]
-            targets = zip(joint_names, [0.3, -0.4, 0.03])
-            for joint_name, target in targets:
-                articulation.find_joint_by_name(joint_name).set_drive_target(target)
-            held[scene, name, "hand"] = articulation.find_link_by_name("hand").entity
+        camera = builder.create_link_builder(base)
+        camera.set_name("camera")
+        camera.set_joint_properties(
+            type="fixed",
+            limits=[],
+            pose_in_parent=sapien.Pose([0.1, 0, 0], [0.7071068, 0, 0.7071068, 0]),
+            pose_in_child=sapien.Pose(),
+        )
+        camera.collision_groups = [1, 1, 0, 0]
+        camera.set_mass_and_inertia(0.05, sapien.Pose([0, 0, 0]), [0.0001, 0.0001, 0.0001])
+        hand = builder.create_link_builder(lower)
+        hand.set_name("hand")
+        hand.set_joint_name("wrist")
+        hand.set_joint_properties(
+            type="fixed",
+            limits=[],
+            pose_in_parent=sapien.Pose(),
+            pose_in_child=sapien.Pose(),
+        )
+        hand.collision_groups = [1, 1, 0, 0]
+        hand.add_box_collision(half_size=[0.02, 0.06, 0.02])
+        left = builder.create_link_builder(hand)
+        left.set_name("left")
+        left.set_joint_name("left slide")
+        left.set_joint_properties(
+            type="prismatic",
+            limits=[0, 0.04],
+            pose_in_parent=sapien.Pose([0.1, 0.01, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+        )
+        left.collision_groups = [1, 1, 0, 0]
+        left.add_box_collision(half_size=[0.03, 0.01, 0.01], patch_radius=0.1)
+        right = builder.create_link_builder(hand)
+        right.set_name("right")
+        right.set_joint_name("right slide")
+        right.set_joint_properties(
+            type="prismatic",
+            limits=[0, 0.04],
+            pose_in_parent=sapien.Pose([0.1, -0.01, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+            damping=5,
+        )
+        right.collision_groups = [1, 1, 0, 0]
+        right.add_box_collision(half_size=[0.03, 0.01, 0.01], patch_radius=0.1)
+        entities = builder.build_entities(fix_root_link=True)
+        component = physx.PhysxArticulationLinkComponent
+        links = [entity.find_component_by_type(component) for entity in entities]
+        articulation = links[0].articulation
+        # right slide follows left slide: SAPIEN's own mimic joints turn it round.
+        articulation.create_fixed_tendon(
+            [links[4], links[5], links[6]],
+            [0, -0.5, 1],
+            [0, -0.5, 1],
+            rest_length=0,
+            stiffness=100000,
+        )
+        for entity in entities:
+            scene.add_entity(entity)
+        articulation.name = "arm_0"
+        body = articulation.find_link_by_name("base")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("upper")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("lower")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("camera")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("hand")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("left")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("right")
+        body.disable_gravity = True
+        articulation.solver_position_iterations = 15
+        joint = articulation.find_joint_by_name("shoulder")
+        joint.set_drive_properties(stiffness=200, damping=20, force_limit=50)
+        joint.friction = 0.1
+        joint.armature = [0.05]
+        joint = articulation.find_joint_by_name("elbow")
+        joint.set_drive_properties(stiffness=200, damping=20, force_limit=50)
+        joint.friction = 0.1
+        joint.armature = [0.05]
+        joint.max_velocity = 3
+        joint = articulation.find_joint_by_name("left slide")
+        joint.set_drive_properties(stiffness=200, damping=20, mode="acceleration")
+        articulation.qpos = [0.3, -0.4, 0.03, 0.015]
+        joint = articulation.find_joint_by_name("shoulder")
+        joint.set_drive_target(0.3)
+        joint = articulation.find_joint_by_name("elbow")
+        joint.set_drive_target(-0.4)
+        joint = articulation.find_joint_by_name("left slide")
+        joint.set_drive_target(0.03)
+        held[scene, "arm_0", "hand"] = articulation.find_link_by_name("hand").entity
 
-    # block_0 to block_2
-    block_names = [f"block_{k}" for k in range(3)]
-    block_pose = [
-        sapien.Pose([0, 0.5, 0.3]),
-        sapien.Pose([0.5, 0.5, 0.3]),
-        sapien.Pose([1, 0.5, 0.3]),
-    ]
-    for k, name in enumerate(block_names):
-        for scene in scenes:
-            builder = scene.create_actor_builder()
-            builder.add_box_collision(half_size=[0.05, 0.05, 0.05])
-            builder.initial_pose = block_pose[k]
-            entity = builder.build(name=name)
-            held[scene, name] = entity
+    # arm_1
+    for scene in scenes:
+        builder = scene.create_articulation_builder()
+        builder.initial_pose = sapien.Pose([0, 1, 0.05])
+        base = builder.create_link_builder()
+        base.set_name("base")
+        base.collision_groups = [1, 1, 0, 0]
+        base.add_box_collision(half_size=[0.1, 0.1, 0.05])
+        upper = builder.create_link_builder(base)
+        upper.set_name("upper")
+        upper.set_joint_name("shoulder")
+        upper.set_joint_properties(
+            type="revolute",
+            limits=[-1.5, 1.5],
+            pose_in_parent=sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+        )
+        upper.collision_groups = [1, 1, 0, 0]
+        upper.add_capsule_collision(
+            pose=sapien.Pose([0.1, 0, 0]),
+            radius=0.02,
+            half_length=0.1,
+            material=shared_physical,
+            density=500,
+        )
+        if render:
+            upper.add_capsule_visual(
+                pose=sapien.Pose([0.1, 0, 0]),
+                radius=0.02,
+                half_length=0.1,
+                material=shared_look,
+            )
+        lower = builder.create_link_builder(upper)
+        lower.set_name("lower")
+        lower.set_joint_name("elbow")
+        lower.set_joint_properties(
+            type="revolute",
+            limits=[-1.5, 1.5],
+            pose_in_parent=sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+        )
+        lower.collision_groups = [1, 1, 0, 0]
+        lower.add_capsule_collision(
+            pose=sapien.Pose([0.08, 0, 0]),
+            radius=0.02,
+            half_length=0.08,
+            material=shared_physical,
+            density=500,
+        )
+        if render:
+            lower.add_capsule_visual(
+                pose=sapien.Pose([0.08, 0, 0]),
+                radius=0.02,
+                half_length=0.08,
+                material=shared_look,
+            )
+        camera = builder.create_link_builder(base)
+        camera.set_name("camera")
+        camera.set_joint_properties(
+            type="fixed",
+            limits=[],
+            pose_in_parent=sapien.Pose([0.1, 0, 0], [0.7071068, 0, 0.7071068, 0]),
+            pose_in_child=sapien.Pose(),
+        )
+        camera.collision_groups = [1, 1, 0, 0]
+        camera.set_mass_and_inertia(0.05, sapien.Pose([0, 0, 0]), [0.0001, 0.0001, 0.0001])
+        hand = builder.create_link_builder(lower)
+        hand.set_name("hand")
+        hand.set_joint_name("wrist")
+        hand.set_joint_properties(
+            type="fixed",
+            limits=[],
+            pose_in_parent=sapien.Pose(),
+            pose_in_child=sapien.Pose(),
+        )
+        hand.collision_groups = [1, 1, 0, 0]
+        hand.add_box_collision(half_size=[0.02, 0.06, 0.02])
+        left = builder.create_link_builder(hand)
+        left.set_name("left")
+        left.set_joint_name("left slide")
+        left.set_joint_properties(
+            type="prismatic",
+            limits=[0, 0.04],
+            pose_in_parent=sapien.Pose([0.1, 0.01, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+        )
+        left.collision_groups = [1, 1, 0, 0]
+        left.add_box_collision(half_size=[0.03, 0.01, 0.01], patch_radius=0.1)
+        right = builder.create_link_builder(hand)
+        right.set_name("right")
+        right.set_joint_name("right slide")
+        right.set_joint_properties(
+            type="prismatic",
+            limits=[0, 0.04],
+            pose_in_parent=sapien.Pose([0.1, -0.01, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+            damping=5,
+        )
+        right.collision_groups = [1, 1, 0, 0]
+        right.add_box_collision(half_size=[0.03, 0.01, 0.01], patch_radius=0.1)
+        entities = builder.build_entities(fix_root_link=True)
+        component = physx.PhysxArticulationLinkComponent
+        links = [entity.find_component_by_type(component) for entity in entities]
+        articulation = links[0].articulation
+        # right slide follows left slide: SAPIEN's own mimic joints turn it round.
+        articulation.create_fixed_tendon(
+            [links[4], links[5], links[6]],
+            [0, -0.5, 1],
+            [0, -0.5, 1],
+            rest_length=0,
+            stiffness=100000,
+        )
+        for entity in entities:
+            scene.add_entity(entity)
+        articulation.name = "arm_1"
+        body = articulation.find_link_by_name("base")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("upper")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("lower")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("camera")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("hand")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("left")
+        body.disable_gravity = True
+        body = articulation.find_link_by_name("right")
+        body.disable_gravity = True
+        articulation.solver_position_iterations = 15
+        joint = articulation.find_joint_by_name("shoulder")
+        joint.set_drive_properties(stiffness=200, damping=20, force_limit=50)
+        joint.friction = 0.1
+        joint.armature = [0.05]
+        joint = articulation.find_joint_by_name("elbow")
+        joint.set_drive_properties(stiffness=200, damping=20, force_limit=50)
+        joint.friction = 0.1
+        joint.armature = [0.05]
+        joint.max_velocity = 3
+        joint = articulation.find_joint_by_name("left slide")
+        joint.set_drive_properties(stiffness=200, damping=20, mode="acceleration")
+        articulation.qpos = [0.3, -0.4, 0.03, 0.015]
+        joint = articulation.find_joint_by_name("shoulder")
+        joint.set_drive_target(0.3)
+        joint = articulation.find_joint_by_name("elbow")
+        joint.set_drive_target(-0.4)
+        joint = articulation.find_joint_by_name("left slide")
+        joint.set_drive_target(0.03)
+
+    # block_0
+    for scene in scenes:
+        builder = scene.create_actor_builder()
+        builder.add_box_collision(half_size=[0.05, 0.05, 0.05])
+        builder.initial_pose = sapien.Pose([0, 0.5, 0.3])
+        entity = builder.build(name="block_0")
+        held[scene, "block_0"] = entity
+
+    # block_1
+    for scene in scenes:
+        builder = scene.create_actor_builder()
+        builder.add_box_collision(half_size=[0.05, 0.05, 0.05])
+        builder.initial_pose = sapien.Pose([0.5, 0.5, 0.3])
+        entity = builder.build(name="block_1")
+        held[scene, "block_1"] = entity
+
+    # block_2
+    for scene in scenes:
+        builder = scene.create_actor_builder()
+        builder.add_box_collision(half_size=[0.05, 0.05, 0.05])
+        builder.initial_pose = sapien.Pose([1, 0.5, 0.3])
+        entity = builder.build(name="block_2")
+        held[scene, "block_2"] = entity
 
     # crawler
     crawler_damping = [1, 2]
@@ -306,12 +476,14 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         if render:
             look = body.entity.find_component_by_type(sapien.render.RenderBodyComponent)
             look.visibility = 0.5
-        body_names = ["leg -1", "leg 1"]
-        for body_name in body_names:
-            body = articulation.find_link_by_name(body_name)
-            body.inertia = body.inertia.astype(float) * (crawler_mass[i] / body.mass)
-            body.mass = crawler_mass[i]
-            body.linear_damping = crawler_linear_damping[i]
+        body = articulation.find_link_by_name("leg -1")
+        body.inertia = body.inertia.astype(float) * (crawler_mass[i] / body.mass)
+        body.mass = crawler_mass[i]
+        body.linear_damping = crawler_linear_damping[i]
+        body = articulation.find_link_by_name("leg 1")
+        body.inertia = body.inertia.astype(float) * (crawler_mass[i] / body.mass)
+        body.mass = crawler_mass[i]
+        body.linear_damping = crawler_linear_damping[i]
         body = articulation.find_link_by_name("tail")
         body.angular_damping = 0.2
         articulation.solver_velocity_iterations = 2

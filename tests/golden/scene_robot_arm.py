@@ -44,7 +44,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
     # arm
     # As in ../../scenes/robots/arm.urdf.
     arm_qpos = [[0.22197205672905634, 0.8], [0.23421379849852206, 0.8]]
-    arm_drive_target = [[0.22197205672905634, 1.2], [0.23421379849852206, 1.2]]
+    arm_drive_target = [0.22197205672905634, 0.23421379849852206]
     for i, scene in enumerate(scenes):
         builder = scene.create_articulation_builder()
         builder.initial_pose = sapien.Pose([0, 0, 0.05])
@@ -113,9 +113,10 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         joint.set_drive_properties(stiffness=200, damping=20, force_limit=10)
         joint.max_velocity = 3
         articulation.qpos = arm_qpos[i]
-        targets = zip(articulation.active_joints, arm_drive_target[i])
-        for joint, target in targets:
-            joint.set_drive_target(target)
+        joint = articulation.find_joint_by_name("shoulder")
+        joint.set_drive_target(arm_drive_target[i])
+        joint = articulation.find_joint_by_name("elbow")
+        joint.set_drive_target(1.2)
 
     # tumbling
     # As in ../../scenes/robots/arm.urdf.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
 from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials, present_fields
-from scenecc.emit.python.entities import RepeatedEntity, fold_repeats, write_entity, write_repeated_entity
+from scenecc.emit.python.entities import write_entity
 from scenecc.emit.python.files import ScriptFiles, plan_values, unused_files
 from scenecc.emit.python.rendering import write_sections
 from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of, number_literal
@@ -158,17 +158,13 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
         return None
     names = Identifiers()
     files = plan.files if base is None else tuple(rebase_file(file, base) for file in plan.files)
-    whole, parts = fold_repeats(plan)
     tables = ScriptContext(
-        names, ScriptFiles(files, names, unused_files(plan)), ScriptMaterials(whole, names), MountTargets(plan)
+        names, ScriptFiles(files, names, unused_files(plan)), ScriptMaterials(plan, names), MountTargets(plan)
     )
     blocks = SourceWriter(depth=1)
     tables.mount_targets.write_head(blocks)
-    for part in parts:
-        if isinstance(part, RepeatedEntity):
-            write_repeated_entity(blocks, part, plan.num_scenes, tables)
-        else:
-            write_entity(blocks, part, plan.num_scenes, tables)
+    for entity in plan.entities:
+        write_entity(blocks, entity, plan.num_scenes, tables)
     write_sections(blocks, plan, tables)
     settings = ProcessSettings(plan.physics)
     source = SourceWriter()

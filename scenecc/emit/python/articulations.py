@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +10,6 @@ import numpy as np
 from scenecc.emit.output import optional_fields
 from scenecc.emit.python.bodies import (
     BODY_PROPERTIES,
-    LATE_SHAPE_FIELDS,
-    RENDER_PROPERTIES,
     BodyScript,
     needs_components,
     write_body_component,
@@ -24,17 +21,13 @@ from scenecc.emit.python.bodies import (
 )
 from scenecc.emit.python.context import (
     MountTargets,
-    NameLookup,
-    StatementWriter,
     frame_expression,
     numbers_literal,
     pose_call,
     present_fields,
     write_properties,
-    write_property,
-    write_shared_statements,
 )
-from scenecc.emit.python.source import Group, SourceNode, call, list_of, number_literal, string
+from scenecc.emit.python.source import Group, SourceNode, SourceWriter, call, list_of, number_literal, string
 from scenecc.plan import ArticulationStructure, constant
 from scenecc.plan.articulation import (
     TENDON_STIFFNESS,
@@ -52,7 +45,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.emit.python.context import SceneValues, ScriptContext
-    from scenecc.emit.python.source import SourceWriter
     from scenecc.plan import Entity, Joint, Link
 
 
@@ -82,11 +74,6 @@ _DRIVE_FIELDS = tuple(name for name in (*property_fields("drive"), "drive_mode")
 """Drive fields that a link builder does not take: of a drive, it takes the damping only."""
 
 _NO_LIMITS = constant([-np.inf, np.inf])
-
-_TARGETS = ("drive_target", "drive_velocity_target")
-
-MIN_LOOP_JOINTS = 3
-"""From this number of joints on, a loop is shorter to read."""
 
 
 def write_joint_properties(source: SourceWriter, joint: Joint, columns: SceneValues, builder: str) -> None:
@@ -126,33 +113,26 @@ def write_joint_component(source: SourceWriter, joint: Joint, columns: SceneValu
 
 def write_joints(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
     """Writes the joint properties of `articulation` that no builder takes."""
-    links = [link for link in structure.links if link.joint is not None and link.joint.type != "fixed"]
-    things = [(link, _joint_statements(link.joint, columns)) for link in links if link.joint is not None]
-    written = [(link, units) for link, units in things if units]
-    find, suffix, names = _find_joints([link for link, _ in written])
-    among = NameLookup("joint", "articulation.active_joints", find, len(links), suffix)
-    write_shared_statements(source, [(name, units) for name, (_, units) in zip(names, written, strict=True)], among)
+    for link, joint in _active_joints(structure):
+        inner = SourceWriter(depth=source.depth)
+        if present_fields(joint, _DRIVE_FIELDS):
+            inner.statement(_drive_call(joint, columns))
+        write_properties(inner, joint, property_fields("joint"), columns, "joint")
+        if not inner.is_empty:
+            source.line(f"joint = {_joint_expression(link, joint)}")
+            source.append(inner)
 
 
-def _find_joints(links: Sequence[Link]) -> tuple[str, str, list[str]]:
-    """How to find the joints of some links: a function, the suffix from its result to the joint, and its arguments.
-
-    The arguments are the joints' names, or the links' names if a joint has none.
-    """
-    names = [link.joint.name for link in links if link.joint is not None]
-    if all(names):
-        return "articulation.find_joint_by_name", "", names
-    return "articulation.find_link_by_name", ".joint", [link.name for link in links]
+def _active_joints(structure: ArticulationStructure) -> list[tuple[Link, Joint]]:
+    """The joints that move, with their links."""
+    return [(link, link.joint) for link in structure.links if link.joint is not None and link.joint.type != "fixed"]
 
 
-def _joint_statements(joint: Joint, columns: SceneValues) -> list[StatementWriter]:
-    units: list[StatementWriter] = []
-    if present_fields(joint, _DRIVE_FIELDS):
-        units.append(lambda source: source.statement(_drive_call(joint, columns)))
-    return units + [
-        partial(write_property, holder=joint, name=name, columns=columns, variable="joint")
-        for name in present_fields(joint, property_fields("joint"))
-    ]
+def _joint_expression(link: Link, joint: Joint) -> str:
+    """How a script finds a joint: by its name, or by its link if it has none."""
+    if joint.name:
+        return f"articulation.find_joint_by_name({string(joint.name)})"
+    return f"articulation.find_link_by_name({string(link.name)}).joint"
 
 
 def _drive_call(joint: Joint, columns: SceneValues) -> SourceNode:
@@ -180,56 +160,16 @@ def write_positions(source: SourceWriter, structure: ArticulationStructure, colu
         # SAPIEN places the entities of links other than the root only when the root pose or `qpos` is set.
         source.line("articulation.root_pose = articulation.root_pose")
         return
-    qpos = _stack_joint_values(joints, "qpos", columns)
-    targets = {name: _stack_joint_values(joints, name, columns) for name in _TARGETS if _all_present(joints, name)}
-    node = columns.of_block(qpos, "qpos", numbers_literal)
-    same = [name for name, rows in targets.items() if rows.tobytes() == qpos.tobytes()]
-    if same and not isinstance(node, str):
-        source.statement(node, assign="qpos")
-        node = "qpos"
-    source.statement(node, assign="articulation.qpos")
-    if any(joint.qvel is not None for joint in joints):
-        source.statement(
-            columns.of_block(_stack_joint_values(joints, "qvel", columns), "qvel", numbers_literal),
-            assign="articulation.qvel",
-        )
-    for name in _TARGETS:
-        if name in same:
-            _write_targets(source, name, node)
-        elif name in targets:
-            _write_targets(source, name, columns.of_block(targets[name], name, numbers_literal))
-        else:
-            _write_some_targets(source, structure, name, columns)
-
-
-def _write_targets(source: SourceWriter, name: str, values: SourceNode) -> None:
-    """Writes targets of all joints, in the engine's order."""
-    source.statement(call("zip", "articulation.active_joints", values), assign="targets")
-    with source.block("for joint, target in targets:"):
-        source.line(f"joint.set_{name}(target)")
-
-
-def _write_some_targets(
-    source: SourceWriter, structure: ArticulationStructure, name: str, columns: SceneValues
-) -> None:
-    """Writes targets of the joints that have one."""
-    links = [link for link in structure.links if link.joint is not None and getattr(link.joint, name) is not None]
-    joints = [link.joint for link in links if link.joint is not None]
-    find, suffix, names = _find_joints(links)
-    if len(joints) < MIN_LOOP_JOINTS:
-        for joint, its in zip(joints, names, strict=True):
-            source.line(f"joint = {find}({string(its)}){suffix}")
+    for name in ("qpos", "qvel"):
+        if name == "qpos" or any(joint.qvel is not None for joint in joints):
+            values = columns.of_block(_stack_joint_values(joints, name, columns), name, numbers_literal)
+            source.statement(values, assign=f"articulation.{name}")
+    for link, joint in _active_joints(structure):
+        targets = present_fields(joint, ("drive_target", "drive_velocity_target"))
+        if targets:
+            source.line(f"joint = {_joint_expression(link, joint)}")
+        for name in targets:
             source.statement(call(f"joint.set_{name}", columns.value(getattr(joint, name), name)))
-        return
-    source.statement(list_of(list(map(string, names))), assign="joint_names")
-    values = columns.of_block(_stack_joint_values(joints, name, columns), name, numbers_literal)
-    source.statement(call("zip", "joint_names", values), assign="targets")
-    with source.block("for joint_name, target in targets:"):
-        source.line(f"{find}(joint_name){suffix}.set_{name}(target)")
-
-
-def _all_present(joints: list[Joint], name: str) -> bool:
-    return all(getattr(joint, name) is not None for joint in joints)
 
 
 def _stack_joint_values(joints: list[Joint], name: str, columns: SceneValues) -> NDArray[Any]:
@@ -344,22 +284,12 @@ def _write_components(robot: ArticulationScript) -> None:
 
 def _write_link_properties(robot: ArticulationScript) -> None:
     """Writes the link properties that a link builder does not take."""
-    links = robot.structure.links
-    among = NameLookup("body", "articulation.links", "articulation.find_link_by_name", len(links))
-    write_shared_statements(robot.source, [(link.name, _link_statements(robot, link)) for link in links], among)
-
-
-def _link_statements(robot: ArticulationScript, link: Link) -> list[StatementWriter]:
-    body, columns = link.body, robot.columns
-    units: list[StatementWriter] = []
-    if body.mass is not None:
-        units.append(lambda source: write_mass(source, body, columns))
-    if any(present_fields(shape, LATE_SHAPE_FIELDS) for shape in body.collisions):
-        units.append(lambda source: write_late_fields(source, body.collisions, columns))
-    units += [
-        partial(write_property, holder=body, name=name, columns=columns, variable="body")
-        for name in present_fields(body, BODY_PROPERTIES)
-    ]
-    if present_fields(body, RENDER_PROPERTIES):
-        units.append(lambda source: write_render_properties(replace(robot.body(link), source=source), "body.entity"))
-    return units
+    for link in robot.structure.links:
+        inner, body = SourceWriter(depth=robot.source.depth), link.body
+        write_mass(inner, body, robot.columns)
+        write_late_fields(inner, body.collisions, robot.columns)
+        write_properties(inner, body, BODY_PROPERTIES, robot.columns, "body")
+        write_render_properties(replace(robot.body(link), source=inner), "body.entity")
+        if not inner.is_empty:
+            robot.source.line(f"body = articulation.find_link_by_name({string(link.name)})")
+            robot.source.append(inner)

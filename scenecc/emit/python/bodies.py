@@ -235,30 +235,13 @@ def write_inertial(source: SourceWriter, inertial: Inertial, columns: SceneValue
 
 
 def write_late_fields(source: SourceWriter, shapes: tuple[CollisionShape, ...], columns: SceneValues) -> None:
-    """Sets `LATE_SHAPE_FIELDS` of the shapes of `body`; one loop if all shapes have the same."""
-    wanted = [
-        [
-            (name, columns.value(getattr(shape, name), name, numbers_literal))
-            for name in present_fields(shape, LATE_SHAPE_FIELDS)
-        ]
-        for shape in shapes
-    ]
-    if len(wanted) > 1 and wanted[0] and all(one == wanted[0] for one in wanted):
-        with source.block("for shape in body.collision_shapes:"):
-            for name, node in wanted[0]:
-                _write_late_field(source, "shape", name, node)
-        return
-    for index, one in enumerate(wanted):
-        for name, node in one:
-            _write_late_field(source, f"body.collision_shapes[{index}]", name, node)
-
-
-def _write_late_field(source: SourceWriter, shape: str, name: str, node: SourceNode) -> None:
-    if name == "collision_groups":
-        # SAPIEN has no property for it.
-        source.statement(call(f"{shape}.set_{name}", node))
-    else:
-        source.statement(node, assign=f"{shape}.{name}")
+    """Sets `LATE_SHAPE_FIELDS` of the shapes of `body`."""
+    for index, shape in enumerate(shapes):
+        write_properties(source, shape, CONTACT_OFFSETS, columns, f"body.collision_shapes[{index}]")
+        if shape.collision_groups is not None:
+            # SAPIEN has no property for it.
+            groups = columns.value(shape.collision_groups, "collision_groups")
+            source.statement(call(f"body.collision_shapes[{index}].set_collision_groups", groups))
 
 
 _DYNAMIC = "physx.PhysxRigidDynamicComponent"

@@ -61,18 +61,13 @@ def write_properties(
 ) -> None:
     """Sets those of some properties that are set in the plan. `variable`: the SAPIEN object that has them."""
     for name in present_fields(holder, names):
-        write_property(source, holder, name, columns, variable)
-
-
-def write_property(source: SourceWriter, holder: object, name: str, columns: SceneValues, variable: str) -> None:
-    """Sets one property."""
-    # `armature` is one number per degree of freedom.
-    literal = _list_literal if name == "armature" else numbers_literal
-    node = columns.value(getattr(holder, name), name, literal)
-    if name == "locked_motion_axes":
-        source.statement(call(f"{variable}.set_{name}", node))
-    else:
-        source.statement(node, assign=f"{variable}.{name}")
+        # `armature` is one number per degree of freedom.
+        literal = _list_literal if name == "armature" else numbers_literal
+        node = columns.value(getattr(holder, name), name, literal)
+        if name == "locked_motion_axes":
+            source.statement(call(f"{variable}.set_{name}", node))
+        else:
+            source.statement(node, assign=f"{variable}.{name}")
 
 
 def _list_literal(row: NDArray[Any]) -> SourceNode:
@@ -100,16 +95,13 @@ class SceneValues:
         ident: prefix of the names of lists.
         rows: the entity's rows (not scene indices) that the block builds.
         names: source of unique names.
-        copies: how many folded entities these rows belong to, one after the other.
     """
 
     ident: str
     rows: NDArray[np.intp]
     names: Identifiers
-    copies: int = 1
     _lists: dict[Group, str] = field(default_factory=dict[Group, str])
     _render_only: set[str] = field(default_factory=set[str])
-    _indices: set[str] = field(default_factory=set[str])
     _rendered: bool = False
 
     def value(self, value: Value, name: str, write: Callable[[Any], SourceNode] = numbers_literal) -> SourceNode:
@@ -127,18 +119,8 @@ class SceneValues:
         return self._chosen(items, name, lambda row: string(items[row]))
 
     def _chosen(self, keys: Sequence[Hashable], name: str, write: Callable[[int], SourceNode]) -> SourceNode:
-        """A literal if all rows are equal, otherwise an item of a list by scene, by copy, or by both."""
-        if len(set(keys)) == 1:
-            return write(0)
-        scenes = len(keys) // self.copies
-        starts = range(0, len(keys), scenes)
-        by_copy = [keys[start : start + scenes] for start in starts]
-        if all(len(set(copy)) == 1 for copy in by_copy):
-            return self._list(name, [write(start) for start in starts], "[k]")
-        if all(copy == by_copy[0] for copy in by_copy):
-            return self._list(name, [write(row) for row in range(scenes)], "[i]")
-        rows = [list_of([write(start + row) for row in range(scenes)]) for start in starts]
-        return self._list(name, rows, "[k][i]")
+        """A literal if all rows are equal, otherwise an item of a list by scene."""
+        return write(0) if len(set(keys)) == 1 else self._item(name, list_of(list(map(write, range(len(keys))))))
 
     def of_rows(self, value: Value) -> NDArray[Any]:
         """The plan's data, one row per row of the block."""
@@ -151,9 +133,10 @@ class SceneValues:
         yield
         self._rendered = False
 
-    def reads(self, index: str) -> bool:
-        """Whether any expression uses an index: `i` by scene, `k` by copy."""
-        return any(index in at for at in self._indices)
+    @property
+    def reads_row(self) -> bool:
+        """Whether any expression uses the row `i`."""
+        return bool(self._lists)
 
     def write(self, source: SourceWriter) -> None:
         """Assigns the lists, before the loop over scenes."""
@@ -166,18 +149,16 @@ class SceneValues:
                     if name in self._render_only:
                         source.statement(items, assign=name)
 
-    def _list(self, name: str, items: Sequence[SourceNode], at: str) -> str:
-        self._indices.add(at)
-        items_node = list_of(items)
+    def _item(self, name: str, items: Group) -> str:
         # Collision and visual shapes often have the same sizes, and share a list.
-        variable = self._lists.get(items_node)
+        variable = self._lists.get(items)
         if variable is None:
-            variable = self._lists[items_node] = self.names.take(f"{self.ident}_{name}")
+            variable = self._lists[items] = self.names.take(f"{self.ident}_{name}")
             if self._rendered:
                 self._render_only.add(variable)
         elif not self._rendered:
             self._render_only.discard(variable)
-        return variable + at
+        return f"{variable}[i]"
 
 
 @contextmanager
@@ -210,10 +191,10 @@ def append_in_scenes(
     source: SourceWriter, inner: SourceWriter, columns: SceneValues, scene_idxs: tuple[int, ...], num_scenes: int
 ) -> None:
     """Appends statements that run in each of some scenes as `scene`, after the lists that they read."""
-    scenes = scene_selection(source, columns, scene_idxs, num_scenes)
+    scenes = _scene_selection(source, columns, scene_idxs, num_scenes)
     columns.write(source)
     if len(scene_idxs) > 1:
-        with source.block(scene_loop_header(scenes, columns)):
+        with source.block(f"for i, scene in enumerate({scenes}):" if columns.reads_row else f"for scene in {scenes}:"):
             source.append(inner)
         return
     if num_scenes > 1:
@@ -221,12 +202,7 @@ def append_in_scenes(
     source.append(inner)
 
 
-def scene_loop_header(scenes: str, columns: SceneValues) -> str:
-    """The head of a loop over scenes, with the row `i` if it is used."""
-    return f"for i, scene in enumerate({scenes}):" if columns.reads("i") else f"for scene in {scenes}:"
-
-
-def scene_selection(source: SourceWriter, columns: SceneValues, scene_idxs: tuple[int, ...], num_scenes: int) -> str:
+def _scene_selection(source: SourceWriter, columns: SceneValues, scene_idxs: tuple[int, ...], num_scenes: int) -> str:
     """An expression for the scenes of a block, or for its one scene."""
     if len(scene_idxs) == 1:
         return f"scenes[{scene_idxs[0]}]"
@@ -240,67 +216,6 @@ def scene_selection(source: SourceWriter, columns: SceneValues, scene_idxs: tupl
     variable = columns.names.take(f"{columns.ident}_scenes")
     source.statement(list_of([str(index) for index in scene_idxs]), assign=variable)
     return f"[scenes[k] for k in {variable}]"
-
-
-StatementWriter = Callable[[SourceWriter], None]
-"""Writes statements about one link or joint; equal text is written once for all of them."""
-
-
-@dataclass(frozen=True, slots=True)
-class NameLookup:
-    """How links or joints are found in a script.
-
-    Attributes:
-        variable: name of one of them in statements: `body`.
-        all: an expression for all of them.
-        named: function that finds one by name: `articulation.find_link_by_name`.
-        count: number of all of them.
-        suffix: expression from the found object to the wanted one.
-    """
-
-    variable: str
-    all: str
-    named: str
-    count: int
-    suffix: str = ""
-
-
-def write_shared_statements(
-    source: SourceWriter, things: Sequence[tuple[str, Sequence[StatementWriter]]], among: NameLookup
-) -> None:
-    """Writes the statements of all things; equal ones are shared. `things`: names, and the statements of each."""
-    shared: dict[str, tuple[list[str], StatementWriter]] = {}
-    for name, units in things:
-        for unit in units:
-            inner = SourceWriter(depth=source.depth + 1)
-            unit(inner)
-            shared.setdefault(inner.text, ([], unit))[0].append(name)
-    blocks: dict[tuple[str, ...], list[StatementWriter]] = {}
-    for sharing, unit in shared.values():
-        blocks.setdefault(tuple(sharing), []).append(unit)
-    for names, units in blocks.items():
-        _write_shared_block(source, names, units, among)
-
-
-def _write_shared_block(
-    source: SourceWriter, names: tuple[str, ...], units: list[StatementWriter], among: NameLookup
-) -> None:
-    variable = among.variable
-    if len(names) == 1:
-        source.line(f"{variable} = {among.named}({string(names[0])}){among.suffix}")
-        for unit in units:
-            unit(source)
-        return
-    if len(names) == among.count:
-        with source.block(f"for {variable} in {among.all}:"):
-            for unit in units:
-                unit(source)
-        return
-    source.statement(list_of([string(name) for name in names]), assign=f"{variable}_names")
-    with source.block(f"for {variable}_name in {variable}_names:"):
-        source.line(f"{variable} = {among.named}({variable}_name){among.suffix}")
-        for unit in units:
-            unit(source)
 
 
 MaterialSort = Literal["physical", "look"]
@@ -464,16 +379,13 @@ class MountTargets:
         names = (name for name in (mount.entity, mount.link) if name is not None)
         return Group("held[", ("scene", *map(string, names)), "]")
 
-    def is_body(self, names: tuple[str, ...]) -> bool:
-        """Whether an entity of one of these names is a mount target as a body."""
-        return None in self._of(names)
+    def is_body(self, name: str) -> bool:
+        """Whether an entity is a mount target as a body."""
+        return None in self._links.get(name, ())
 
-    def links(self, names: tuple[str, ...]) -> list[str]:
-        """Their links that are mount targets."""
-        return [link for link in self._of(names) if link is not None]
-
-    def _of(self, names: tuple[str, ...]) -> dict[str | None, None]:
-        return {link: None for name in names for link in self._links.get(name, ())}
+    def links(self, name: str) -> list[str]:
+        """The links of an entity that are mount targets."""
+        return [link for link in self._links.get(name, ()) if link is not None]
 
     def write_head(self, source: SourceWriter) -> None:
         """Creates the dictionary of mount targets, if there are any."""
