@@ -12,7 +12,6 @@ import numpy as np
 
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.frozen import frozen
-from scenecc.extras import install_hint
 from scenecc.files import ChangedError, read_checked
 
 if TYPE_CHECKING:
@@ -186,7 +185,7 @@ class ImageCache:
             sampling: what of filter mode, address mode and sRGB is given.
 
         Raises:
-            MeshError: it cannot be read, or Pillow is missing.
+            MeshError: it cannot be read.
         """
         if path not in self._read:
             self._read[path] = _open_image(path, digest)
@@ -230,10 +229,7 @@ def _open_image(path: Path, digest: str | None) -> tuple[bytes, Suffix, Pixels]:
     suffix = path.suffix.lower()
     if suffix not in _READABLE_SUFFIXES:
         raise MeshError("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
-    try:
-        pillow: Any = import_module("PIL.Image")
-    except ImportError as error:
-        raise MeshError("SC813", f"textures need Pillow: {error}", install_hint("export")) from error
+    pillow: Any = import_module("PIL.Image")
     try:
         data = read_checked(path, digest)
         pixels = pillow.open(BytesIO(data))
@@ -265,11 +261,7 @@ class MaterialCache:
         self._left_out: set[str] = set()
 
     def look(self, material: Value, row: int) -> SurfaceMaterial:
-        """The material in one row of the shape that has it.
-
-        Raises:
-            MeshError: a package is missing.
-        """
+        """The material in one row of the shape that has it."""
         index = int(material.row(row))
         made = self._plan.visual_materials[index]
         key = (index, *(value.row(row).tobytes() for value in made.values()))
@@ -284,8 +276,6 @@ class MaterialCache:
         try:
             return self._images.file(file.path, file.sha256, texture.sampling())
         except MeshError as problem:
-            if problem.code == "SC813":
-                raise
             if problem.message not in self._left_out:
                 self._left_out.add(problem.message)
                 self._on_left_out(problem)
