@@ -85,7 +85,7 @@ def render(
 
     Without --camera, a camera that frames what moves is used. Depth is written in millimetres with 16 bits per pixel.
     Segmentation is written as ids with a palette, and a table of the ids is printed. Needs a GPU, or Mesa's driver for
-    the CPU, and the extra `pictures`.
+    the CPU, and for films in MP4 the extra `pictures`.
 
     Of several scenes, or the scenes in a folder, each picture is written to the folder OUTPUT, under the name of its
     scene.

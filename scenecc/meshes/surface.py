@@ -172,7 +172,7 @@ class ImageCache:
             sampling: what of filter mode, address mode and sRGB is given.
 
         Raises:
-            AssetError: it cannot be read, or Pillow is missing.
+            AssetError: it cannot be read.
         """
         if path not in self._read:
             self._read[path] = _open_image(path, digest)
@@ -248,11 +248,7 @@ class MaterialCache:
         self._left_out: set[str] = set()
 
     def look(self, material: Value, row: int) -> SurfaceMaterial:
-        """The material in one row of the shape that has it.
-
-        Raises:
-            AssetError: a package is missing.
-        """
+        """The material in one row of the shape that has it."""
         index = int(material.row(row))
         made = self._plan.visual_materials[index]
         key = (index, *(value.row(row).tobytes() for value in made.values()))

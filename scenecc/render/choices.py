@@ -189,14 +189,9 @@ _FARTHEST: Final = 1e6
 
 
 def read_background(text: str) -> tuple[int, int, int] | None:
-    """The red, green and blue, 0 to 255, of "#rrggbb" or a name of CSS; None if it is no opaque colour.
+    """The red, green and blue, 0 to 255, of "#rrggbb" or a name of CSS; None if it is no opaque colour."""
+    from PIL import ImageColor
 
-    Black where Pillow is not installed, without which there are no pictures.
-    """
-    try:
-        from PIL import ImageColor
-    except ImportError:
-        return (0, 0, 0)
     try:
         color = ImageColor.getrgb(text)
     except ValueError:

@@ -254,11 +254,9 @@ def _saved(image: Images.Image) -> bytes:
     return file.getvalue()
 
 
-_PILLOW: Final = {"PIL": "pillow"}
-_FFMPEG: Final = {"imageio_ffmpeg": "imageio-ffmpeg"}
+NO_ENCODER: Final = "a film in MP4 needs imageio-ffmpeg, which is not installed here"
 
 
-def missing(*, mp4: bool) -> list[str]:
-    """The names of packages that are needed and not installed. `mp4`: whether a film is to be written so."""
-    needed = _PILLOW | _FFMPEG if mp4 else _PILLOW
-    return [name for module, name in needed.items() if find_spec(module) is None]
+def has_encoder() -> bool:
+    """Whether the package is installed that writes MP4."""
+    return find_spec("imageio_ffmpeg") is not None

@@ -21,7 +21,7 @@ from scenecc.options import Options
 from scenecc.pipeline import Source, build_batch, compile_or_raise
 from scenecc.plan.rendering import RAY_TRACING_SHADERS, restrict_to_camera
 from scenecc.render.choices import RenderArguments, RenderChoices, check_choices, choose_pictures, raise_errors
-from scenecc.render.images import What, colors, encoded, missing, png, png_of_ids, shown
+from scenecc.render.images import NO_ENCODER, What, colors, encoded, has_encoder, png, png_of_ids, shown
 from scenecc.render.legends import depth_colors, depth_range, with_depth_bar, with_names
 from scenecc.render.recorder import FrameRecorder, Picture, labelled
 
@@ -141,7 +141,9 @@ def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
     own = {name: value for name, value in given.items() if name in RenderChoices.__annotations__}
     choices = cast("RenderChoices", own)
     sink = Sink()
-    _need_packages(sink, mp4=choices.get("film") == "mp4")
+    if choices.get("film") == "mp4" and not has_encoder():
+        sink.report("SC812", NO_ENCODER, Location("scenecc"), hint=install_hint("pictures"))
+    raise_errors(sink)
     found = compile_or_raise(source, asked, sink)
     setup = choose_pictures(found.plan, choices, sink)
     collision, preset = choices.get("collision", False), choices.get("preset")
@@ -200,14 +202,3 @@ def _ray_tracing(setup: RenderSetup) -> AbstractContextManager[object]:
     from scenecc.backends.sapien.engine import ray_tracing_quality
 
     return ray_tracing_quality(setup.samples, denoise=asked)
-
-
-def _need_packages(sink: Sink, *, mp4: bool) -> None:
-    if lacking := missing(mp4=mp4):
-        sink.report(
-            "SC812",
-            f"pictures need {' and '.join(lacking)}, not installed here",
-            Location(None),
-            hint=install_hint("pictures"),
-        )
-    raise_errors(sink)

@@ -10,7 +10,7 @@ from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.errors import SceneError
 from scenecc.extras import install_hint
-from scenecc.render.images import missing, mp4
+from scenecc.render.images import NO_ENCODER, has_encoder, mp4
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -58,9 +58,8 @@ def film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
     Raises:
         SceneError: the encoder is not installed or fails, or the browser gives no picture.
     """
-    lacking = missing(mp4=True)
-    if lacking:
-        raise _error("SC816", f"a film needs {' and '.join(lacking)}, not installed here", install_hint("pictures"))
+    if not has_encoder():
+        raise _error("SC816", NO_ENCODER, install_hint("pictures"))
 
     def frames() -> Iterator[NDArray[np.uint8]]:
         yield (first := shot(browser))
