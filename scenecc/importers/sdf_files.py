@@ -163,13 +163,15 @@ def _parse(data: bytes, shown: str, file: SdfFile) -> SourceElement | None:
     sink = file.context.sink
     trial = sink.another()
     root = parse_xml(data, shown, FileReport(trial))
-    found = trial.diagnostics()
-    if root is not None or [each.code for each in found] != ["SC450"]:
-        return parse_xml(data, shown, FileReport(sink))
+    if root is not None:
+        return root
+    (fault,) = trial.diagnostics()
+    if fault.code != "SC450":
+        sink.report(fault.code, fault.message, fault.location, hint=fault.hint)
+        return None
     root = parse_xml(without_hyphens_in_comments(data), shown, FileReport(sink.another()))
     if root is not None:
         return root
-    (fault,) = found
     text = _COMMENT.sub(b"", data)
     is_whole = b"<!--" not in text and text.rstrip().endswith(b"</sdf>")
     if is_whole and "malformed-xml" in file.context.allow:
