@@ -31,7 +31,7 @@ class LossKind:
 
 
 LOSSES: Final[Mapping[str, LossKind]] = {
-    "malformed-xml": LossKind("faults of the XML"),
+    "malformed-xml": LossKind("faults of the XML", changes_machine=True),
     "plugins": LossKind("plugins"),
     "sensors": LossKind("sensors"),
     "settings": LossKind("settings of the world"),

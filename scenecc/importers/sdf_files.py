@@ -11,7 +11,7 @@ from typing import Final
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3, from_rpy, normalized
 from scenecc.importers.imported_scene import ImportContext, Loss
 from scenecc.robots.files import FileReport, read_robot_bytes
-from scenecc.robots.xml import SourceElement, XmlBounds, parse_number, parse_recovered_xml, parse_xml
+from scenecc.robots.xml import SourceElement, XmlBounds, parse_number, parse_recovered_xml, parse_xml, without_hyphens_in_comments
 from scenecc.source.paths import Refusal, check_uri, resolve_path
 
 _MAX_NUMBER: Final = 1e30
@@ -134,26 +134,47 @@ def text_of(parent: SourceElement | None, *path: str) -> str:
 
 
 def read_file(path: Path, context: ImportContext, losses: list[Loss]) -> tuple[SdfFile, SourceElement] | None:
-    """The root element of a file; None after an error. What is not well-formed is mended and listed as a loss."""
+    """The root element of a file; None after an error."""
     shown = str(path)
     report = FileReport(context.sink)
     data = read_robot_bytes(path, shown, report, XmlBounds().size)
     if data is None:
         return None
     file = SdfFile(context, path, losses)
-    trial = context.sink.another()
-    root = parse_xml(data, shown, FileReport(trial))
-    found = trial.diagnostics()
-    if root is None and [each.code for each in found] == ["SC450"]:
-        root = parse_recovered_xml(data, shown, report)
-        if root is not None:
-            losses.append(Loss("malformed-xml", f"{found[0].message}; read as far as possible", found[0].location))
-    elif root is None:
-        parse_xml(data, shown, report)
+    root = _parse(data, shown, file)
     if root is not None and root.tag != "sdf":
         file.error(f"the root element is <{root.tag}>, not <sdf>", root, code="SC430")
         return None
     return None if root is None else (SdfFile(context, path, losses, root.attributes.get("version", "")), root)
+
+
+_COMMENT: Final = re.compile(rb"<!--.*?-->", re.DOTALL)
+
+
+def _parse(data: bytes, shown: str, file: SdfFile) -> SourceElement | None:
+    """The root element; None after an error. A file that is not well-formed is recovered if the user allows it."""
+    sink = file.context.sink
+    trial = sink.another()
+    root = parse_xml(data, shown, FileReport(trial))
+    if root is not None:
+        return root
+    (fault,) = trial.diagnostics()
+    if fault.code != "SC450":
+        sink.report(fault.code, fault.message, fault.location, hint=fault.hint)
+        return None
+    root = parse_xml(without_hyphens_in_comments(data), shown, FileReport(sink.another()))
+    if root is not None:
+        return root
+    text = _COMMENT.sub(b"", data)
+    is_whole = b"<!--" not in text and text.rstrip().endswith(b"</sdf>")
+    if is_whole and "malformed-xml" in file.context.allow:
+        root = parse_recovered_xml(data, shown, FileReport(sink))
+        if root is not None:
+            file.losses.append(Loss("malformed-xml", f"{fault.message}; read as far as possible", fault.location))
+        return root
+    hint = "fix it, or have it read as far as possible with --allow malformed-xml" if is_whole else fault.hint
+    sink.report(fault.code, fault.message, fault.location, hint=hint)
+    return None
 
 
 _URI = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/{0,2}(.*)", re.DOTALL)

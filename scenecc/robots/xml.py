@@ -11,7 +11,7 @@ import math
 import re
 from dataclasses import dataclass, field
 from importlib import import_module
-from pyexpat import ExpatError, ParserCreate
+from pyexpat import ExpatError, ParserCreate, errors
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.collector import collector_paused
@@ -145,6 +145,11 @@ class _TreeBuilder:
         parser.StartDoctypeDeclHandler = self._doctype
         self.parser = parser
 
+    def ends_early(self, error: ExpatError) -> str | None:
+        """In words which element the file leaves open at its end; None: the error is another."""
+        no_more = errors.codes[errors.XML_ERROR_NO_ELEMENTS] == error.code
+        return f"the file ends before <{cut(self._open[-1].tag)}> is closed" if no_more and self._open else None
+
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         parser = self.parser
         element = SourceElement(
@@ -220,12 +225,20 @@ def parse_xml(data: bytes, file: str, findings: FileReport, bounds: XmlBounds | 
     except _ParserStop:
         return None
     except ExpatError as error:
-        message = str(error).rsplit(": line", 1)[0]
+        message = builder.ends_early(error) or str(error).rsplit(": line", 1)[0]
         place = text.lines.location(error.lineno - 1, error.offset, error.offset + 1)
         findings.report("SC450", f"this is not well-formed XML: {message}", place)
         return None
     findings.sink.silence(find_xml_silencings(text.lines))
     return builder.root
+
+
+_COMMENT_PATTERN = re.compile(rb"(?<=<!--).*?(?=-->)", re.DOTALL)
+
+
+def without_hyphens_in_comments(data: bytes) -> bytes:
+    """A document with blanks for the hyphens in comments, where XML allows no two in a row, but most readers do."""
+    return _COMMENT_PATTERN.sub(lambda found: found[0].replace(b"-", b" "), data)
 
 
 def parse_recovered_xml(data: bytes, file: str, findings: FileReport) -> SourceElement | None:

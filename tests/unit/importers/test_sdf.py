@@ -314,11 +314,28 @@ def test_a_loss_that_changes_the_machine_must_be_allowed(folder: Path) -> None:
     assert [loss.kind for loss in made.losses] == ["screw-joints"]
 
 
-def test_a_file_that_is_not_well_formed_is_read(folder: Path) -> None:
-    text = world(f'<!-- a -- b --><model name="m">{link("a")}<gz:ignored x="1"/></model>')
+def test_hyphens_in_comments_are_no_fault(folder: Path) -> None:
+    """Gazebo reads them, and libxml2 would end the document at `--->`."""
+    text = world(f'<!-- a -- b --><model name="m"><!-- the link --->{link("a")}</model>')
     found, made = imported(folder, text)
     assert list(found["entities"]) == ["m"]
+    assert made.losses == ()
+
+
+@pytest.mark.parametrize("damage", [" & ", "</visual>", '<pose x="1" x="2"/>'])
+def test_a_file_that_is_not_well_formed_is_read_only_if_that_is_allowed(folder: Path, damage: str) -> None:
+    text = world(f'<model name="m">{link("a")}</model>{damage}')
+    assert refused(folder, text) == ["SC450"]
+    found, made = imported(folder, text, allow=["malformed-xml"])
+    assert list(found["entities"]) == ["m"]
     assert [loss.kind for loss in made.losses] == ["malformed-xml"]
+
+
+@pytest.mark.parametrize("allow", [(), ("malformed-xml",)])
+def test_a_file_that_ends_early_is_refused(folder: Path, allow: tuple[str, ...]) -> None:
+    whole = world("".join(f'<model name="m{number}">{link("a")}</model>' for number in range(3)))
+    for text in (whole[: len(whole) // 2], whole[: whole.index("</world>")], "<sdf", "<sdf><!-- </sdf>"):
+        assert refused(folder, text, allow=allow) == ["SC450"]
 
 
 BOMB = '<?xml version="1.0"?><!DOCTYPE sdf [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><sdf version="1.9">&b;</sdf>'

@@ -78,7 +78,7 @@ def test_the_sibling_is_read_unless_another_is_given_or_none(robot: Robot) -> No
         (pair("l1", "l1"), "2:39 SC471 the link `l1` is paired with itself"),
         ('\n<disable_collisions link1="l1" reason="Default"/>', "2:1 SC455 <disable_collisions> has no `link2`"),
         ("<srdf/>", "1:1 SC453 an SRDF is a <robot>, and this is a <srdf>"),
-        ("<robot>", "1:8 SC450 this is not well-formed XML: no element found"),
+        ("<robot>", "1:8 SC450 this is not well-formed XML: the file ends before <robot> is closed"),
         ("<!DOCTYPE x><robot/>", "1:1 SC451 a document type is not read: it may declare entities and name files"),
     ],
 )

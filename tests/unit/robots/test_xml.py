@@ -84,6 +84,7 @@ def test_attributes_are_found_wherever_they_stand(gaps: list[str]) -> None:
     ("data", "expected"),
     [
         (b"", "r.urdf:1:1: error SC450: this is not well-formed XML: no element found"),
+        (b"<a>\n<b>", "r.urdf:2:4: error SC450: this is not well-formed XML: the file ends before <b> is closed"),
         (b"<a>\n<b></a>", "r.urdf:2:6: error SC450: this is not well-formed XML: mismatched tag"),
         (b"<a/><a/>", "r.urdf:1:5: error SC450: this is not well-formed XML: junk after document element"),
         (b"<a>&x;</a>", "r.urdf:1:4: error SC450: this is not well-formed XML: undefined entity"),
