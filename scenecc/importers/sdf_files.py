@@ -11,7 +11,14 @@ from typing import Final
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, Vec3, from_rpy, normalized
 from scenecc.importers.imported_scene import ImportContext, Loss
 from scenecc.robots.files import FileReport, read_robot_bytes
-from scenecc.robots.xml import SourceElement, XmlBounds, parse_number, parse_recovered_xml, parse_xml, without_hyphens_in_comments
+from scenecc.robots.xml import (
+    SourceElement,
+    XmlBounds,
+    parse_number,
+    parse_recovered_xml,
+    parse_xml,
+    without_hyphens_in_comments,
+)
 from scenecc.source.paths import Refusal, check_uri, resolve_path
 
 _MAX_NUMBER: Final = 1e30

@@ -13,6 +13,7 @@ from typing import Any, Final, cast
 
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.messages import cut
 from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss, ReferencePose
 from scenecc.interrupt import ask_module
 from scenecc.source import Limits
@@ -46,7 +47,11 @@ def read_usd(path: Path, context: ImportContext) -> ImportedScene | None:
         context.sink.report("SC430", f"the stage takes longer than {_SECONDS} s to read", Location(str(path)))
         return None
     if done.returncode > 0:
-        raise RuntimeError(done.stderr.decode(errors="replace"))
+        *_, reason = ["no reason", *done.stderr.decode(errors="replace").split("\n")[:-1]]
+        message = f"scenecc's reader of USD failed: {cut(reason)}"
+        hint = "if other programs open the stage, this is a bug in scenecc"
+        context.sink.report("SC430", message, Location(str(path)), hint=hint)
+        return None
     if done.returncode:
         message = f"usd-core cannot read the stage: its process ended by signal {-done.returncode}"
         context.sink.report("SC430", message, Location(str(path)))

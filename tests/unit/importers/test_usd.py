@@ -13,6 +13,7 @@ from packaging.version import Version
 from PIL import Image
 
 from scenecc.diagnostics import Sink
+from scenecc.importers import usd
 from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene
 from scenecc.importers.usd_scene import read_stage
 from scenecc.options import Options
@@ -576,3 +577,16 @@ def test_a_material_without_a_surface_and_one_with_an_impossible_index_of_refrac
         "color3f inputs:diffuseColor.connect = </World/paint/t.outputs:rgb>", "float inputs:ior = -1"
     )
     assert "specular" not in read(tmp_path, paint + cube).document["materials"]["paint"]["visual"]
+
+
+def test_an_exception_in_the_readers_process_is_an_error_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "stage.usda"
+    file.write_text(f"#usda 1.0\n(\n{HEAD}\n)\n")
+    monkeypatch.setattr(usd, "asdict", lambda _: {"unknown": 1})  # the process makes its limits of this
+    sink = Sink()
+    assert usd.read_usd(file, ImportContext(sink, AssetScope(tmp_path), Options.of().limits)) is None
+    (found,) = sink.diagnostics()
+    assert (found.code, found.file) == ("SC430", str(file))
+    assert found.message.startswith("scenecc's reader of USD failed: TypeError: ")
