@@ -25,11 +25,15 @@ def image_of_line(line: str) -> str:
         ValueError: SAPIEN misreads the line.
     """
     match = _MAP_LINE.match(line)
-    return "" if match is None else _strip_options(match[1])
+    return "" if match is None else image_of_words(match[1])
 
 
-def _strip_options(rest: str) -> str:
-    """The file of a `map_…` line: what follows its options, blanks and all."""
+def image_of_words(rest: str) -> str:
+    """The file of a `map_…` line: what follows its options, blanks and all.
+
+    Raises:
+        ValueError: SAPIEN misreads the options.
+    """
     while rest.startswith("-"):
         option = rest.split(maxsplit=1)[0].lower()
         if option not in _OPTION_WORDS:

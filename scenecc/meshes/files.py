@@ -16,12 +16,13 @@ import numpy as np
 
 from scenecc.extras import install_hint
 from scenecc.files import ChangedError, read_checked
+from scenecc.geometry.obj_materials import image_of_words
 from scenecc.geometry.rotations import to_vector
 from scenecc.meshes.primitives import make_surface
 from scenecc.meshes.surface import ImageCache, MeshError, MeshPart, SurfaceMaterial, Vec4, convert_image
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -82,19 +83,20 @@ class _MeshResolver:
 
     def __init__(self, file: AssetFile) -> None:
         self._by_name = {one.uri: one for one in file.names}
+        self._by_words = {" ".join(one.uri.split()): one for one in file.names}
 
     def get(self, name: str) -> bytes:
         """The content of a file. Raises OSError where the mesh was not found to name it."""
-        one = self._by_name.get(name)
+        one = self._by_name.get(name) or self.image(name.split())
         if one is None or one.path is None:
             raise FileNotFoundError(f"the mesh names no file {name!r} that was checked")
         return _read_file(one.path, one.sha256)
 
     __getitem__ = get
 
-    def find(self, name: str) -> NamedFile | None:
-        """A file; None where the mesh was not found to name it."""
-        return self._by_name.get(name)
+    def image(self, words: Iterable[str]) -> NamedFile | None:
+        """The image of a line of an MTL, by the words after `map_…`; None where the mesh was not found to name it."""
+        return self._by_words.get(image_of_words(" ".join(words)))
 
 
 def _read_file(path: Path, digest: str | None) -> bytes:
@@ -227,8 +229,8 @@ def _convert_simple(material: Any, path: Path, named: _MeshResolver, images: Ima
 
 
 def _mtl_images(given: dict[str, Any], files: _MeshResolver, images: ImageCache) -> dict[str, Any]:
-    """Images of a material that trimesh leaves as words. The file's name is the last of them, after options."""
-    named = {field: files.find(given[key][-1]) for key, field in _MTL_MAPS.items() if given.get(key)}
+    """Images of a material that trimesh leaves as words."""
+    named = {field: files.image(given[key]) for key, field in _MTL_MAPS.items() if given.get(key)}
     try:
         return {
             field: images.file(one.path, one.sha256, {"srgb": field == "emission_image"})

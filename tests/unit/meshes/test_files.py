@@ -103,31 +103,58 @@ def test_a_file_is_what_sapien_makes_of_it(name: str, tmp_path: Path) -> None:
         assert (look.base_color_image is None) == (material.base_color_texture is None)
 
 
+LINES = {
+    "map_Kd": "a.png",
+    "map_Bump": "b.png",
+    "norm": "c.png",
+    "map_Ke": "d.png",
+    "map_Pr": "-bm 1 e.png",
+    "map_Pm": "f.png",
+}
+"""Of a material, with names that are in its folder."""
+
+
+def painted(folder: Path, lines: dict[str, str]) -> Path:
+    """A triangle with a material and its images."""
+    for words in lines.values():
+        name = words.removeprefix("-bm 1 ").removeprefix("-s 2 2 1 ")
+        (folder / name).write_bytes((ROOT / "scenes" / "assets" / "checker.png").read_bytes())
+    write(folder, "m.mtl", "newmtl m\n" + "".join(f"{key} {words}\n" for key, words in lines.items()))
+    uvs = "vt 0 0\nvt 1 0\nvt 0 1\n"
+    return write(folder, "m.obj", f"mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{uvs}f 1/1 2/2 3/3\n")
+
+
 @pytest.mark.render
-def test_images_of_a_material_are_those_that_sapien_loads(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "lines",
+    [
+        {**LINES, "map_Ks": "g.png"},
+        {key: words.replace(".png", " of the mug.png") for key, words in LINES.items()},
+        {"map_Kd": "-s 2 2 1 a.png", "norm": "-bm 1 my normal.png"},
+    ],
+    ids=["plain", "blanks", "options"],
+)
+def test_images_of_a_material_are_those_that_sapien_loads(tmp_path: Path, lines: dict[str, str]) -> None:
     from sapien import render
 
-    words = {
-        "map_Kd": "a",
-        "map_Bump": "b",
-        "norm": "c",
-        "map_Ke": "d",
-        "map_Pr": "-bm 1 e",
-        "map_Pm": "f",
-        "map_Ks": "g",
-    }
-    for name in "abcdefg":
-        (tmp_path / f"{name}.png").write_bytes((ROOT / "scenes" / "assets" / "checker.png").read_bytes())
-    write(tmp_path, "m.mtl", "newmtl m\n" + "".join(f"{key} {name}.png\n" for key, name in words.items()))
-    uvs = "vt 0 0\nvt 1 0\nvt 0 1\n"
-    path = write(tmp_path, "m.obj", f"mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{uvs}f 1/1 2/2 3/3\n")
+    path = painted(tmp_path, lines)
     theirs = render.RenderShapeTriangleMesh(str(path)).parts[0].material
+    assert theirs.base_color_texture is not None
     (part,) = MeshFiles().parts(checked(path, "seen"))
     for slot in ("base_color", "normal", "emission", "roughness", "metallic", "transmission"):
         image, texture = getattr(part.look, f"{slot}_image"), getattr(theirs, f"{slot}_texture")
         assert (image is None) == (texture is None), slot
         if image is not None and slot != "base_color":
             assert f"{image.name}.png" == Path(texture.filename).name
+
+
+def test_images_of_a_material_may_have_names_with_blanks(tmp_path: Path) -> None:
+    lines = {"map_Kd": "-s 2 2 1 my color.png", "map_Pr": "-bm 1 my rough.png", "norm": "my normal.png"}
+    (part,) = MeshFiles().parts(checked(painted(tmp_path, lines), "seen"))
+    assert part.look.base_color_image is not None
+    assert part.look.roughness_image is not None
+    assert (part.look.roughness_image.name, part.look.metallic_image) == ("my rough", None)
+    assert part.look.normal_image is not None
 
 
 @pytest.mark.render
