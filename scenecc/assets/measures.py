@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from scenecc.geometry.hulls import hull_volume
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
-    Triangles = tuple[NDArray[np.floating], NDArray[np.int64]]
+    Triangles = tuple[NDArray[np.floating[Any]], NDArray[np.int64]]
     """Vertices (n, 3) [m] and faces (m, 3)."""
 
 _CHUNK: Final = 2**18
@@ -102,10 +104,10 @@ CONNECTED_SUFFIXES: Final = (".ply", ".stl", ".dae")
 """Formats in which SAPIEN takes triangles that share vertices for one convex part; of others, each part of the file."""
 
 
-def hull_parts(parts: list[Triangles], suffix: str) -> list[Triangles]:
+def hull_parts(parts: Sequence[Triangles], suffix: str) -> list[Triangles]:
     """What SAPIEN cooks to one convex shape each, of the parts of a mesh file."""
     if suffix not in CONNECTED_SUFFIXES:
-        return parts
+        return list(parts)
     # Vertices of an STL have no numbers, and a COLLADA becomes a PLY in which equal vertices are one.
     joined = parts if suffix == ".ply" else [weld(*part) for part in parts]
     return [one for part in joined for one in _connected_parts(*part)]

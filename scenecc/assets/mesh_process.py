@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from dataclasses import asdict
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,11 +33,8 @@ if TYPE_CHECKING:
 
 def prepare() -> Answer:
     """What answers a request: the libraries are imported now, since the process may open no file later."""
-    import collada  # noqa: PLC0415 - only in that process
-    import PIL.Image
-    import trimesh
-
-    PIL.Image.init()
+    libraries = import_module("trimesh"), import_module("collada")
+    import_module("PIL.Image").init()
 
     def answer(header: dict[str, Any], parts: list[bytes]) -> Message:
         """Reads one file.
@@ -57,9 +55,9 @@ def prepare() -> Answer:
             found: dict[str, Any] = {"names": [[one.uri, one.kind, one.escaped] for one in names.references]}
             if header["buffers"] is None and any(one.kind == "buffer" for one in names.references):
                 return found, []
-            buffers = dict(zip(header["buffers"] or (), parts[1:], strict=True))
+            buffers: dict[str, bytes] = dict(zip(header["buffers"] or (), parts[1:], strict=True))
             loose: list[Vertices] = []
-            libraries, most = (trimesh, collada), 3 * header["max_bytes"]
+            most = 3 * header["max_bytes"]
             read = list(_read(libraries, parts[0], header["suffix"], buffers, most, loose))
             if header["wanted"] == "triangles":
                 return found, _arrays(read)

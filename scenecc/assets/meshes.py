@@ -182,7 +182,8 @@ def _ask_again(content: MeshContent, record: MeshRecord, wanted: str) -> Message
 
 
 def _measures(fields: Mapping[str, Any]) -> Measures:
-    return Measures(**{**fields, "low": tuple(fields["low"]), "high": tuple(fields["high"])})
+    values: dict[str, Any] = {**fields, "low": tuple(fields["low"]), "high": tuple(fields["high"])}
+    return Measures(**values)
 
 
 @lru_cache

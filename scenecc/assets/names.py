@@ -246,8 +246,9 @@ def _collada_names(data: bytes) -> list[str]:
     parser.feed(data)
     root = parser.close()
     for node in root.iter():
-        if isinstance(node.tag, str):  # comments and instructions have functions
-            node.tag = node.tag.rpartition("}")[2]
+        tag: Any = node.tag
+        if isinstance(tag, str):  # those of comments and instructions are functions
+            node.tag = tag.rpartition("}")[2]
     unit = root.find("asset/unit")
     if unit is not None and not float(unit.get("meter", "1")) > 0:
         raise ValueError(f"its unit is `{unit.get('meter'):.40}` metres")

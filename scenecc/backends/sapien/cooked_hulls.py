@@ -12,6 +12,7 @@ from scenecc.assets.meshes import checked_content, read_hulls
 from scenecc.backends.sapien.assets import collision_file
 from scenecc.backends.sapien.engine import physx
 from scenecc.backends.sapien.mesh_reading import mesh_uses
+from scenecc.diagnostics.diagnostic import Origin
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,11 +35,11 @@ def report_changed_hulls(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sin
     for (index, use), origin in mesh_uses(plan, scene_idxs, rendered=False).items():
         if use not in {"hull", "parts"}:
             continue
-        file = plan.files[index]
+        file, place = plan.files[index], origin or plan.origin or Origin(None)
         try:
             ratio = _volume_ratio(file, parts=use == "parts")
         except AssetError as fault:
-            sink.report(fault.code, f"{file.uri}: {fault.message}", origin or plan.origin, hint=fault.hint)
+            sink.report(fault.code, f"{file.uri}: {fault.message}", place, hint=fault.hint)
             failed = True
             continue
         change = abs(ratio - 1)
@@ -48,7 +49,7 @@ def report_changed_hulls(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sin
         message = f"{file.uri}: PhysX cooks the {whose} to {ratio:.0%} of their volume, since it drops vertices within"
         hint = "store the mesh larger, about 1 m long, and give the shape a `scale`; or use a box or another solid"
         code = "SC423" if change > MAX_CHANGE else "SC416"
-        sink.report(code, f"{message} {PLANE_TOLERANCE} m", origin or plan.origin, hint=hint)
+        sink.report(code, f"{message} {PLANE_TOLERANCE} m", place, hint=hint)
         failed = failed or change > MAX_CHANGE
     return failed
 
