@@ -6,6 +6,7 @@ hull the winding has no meaning: a rule judges the uses for which it matters. Ro
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.plan import CollisionShape, ScenePlan, VisualShape
+    from scenecc.plan import AssetFile, CollisionShape, ScenePlan, VisualShape
 
     Box = tuple[NDArray[np.float64], NDArray[np.float64]]
     """The lowest and the highest corner, each (3,) [m]."""
@@ -61,16 +62,14 @@ def check_meshes(plan: ScenePlan, sink: Sink) -> None:
         sink: takes the findings.
     """
     _check_file_names(plan, sink)
+    unread: set[AssetFile] = set()
     for body in scene_bodies(plan):
-        shapes = [*body.structure.collisions, *body.structure.visuals]
-        try:
-            for shape in shapes:
-                if isinstance(shape.geometry, MeshGeometry):
-                    _check_mesh(body, shape, plan, sink)
-            _check_overlap(body, plan, sink)
-            _check_least_moment(body, plan, sink)
-        except MeshError:
-            continue  # trimesh does not read what the engine reads
+        for shape in (*body.structure.collisions, *body.structure.visuals):
+            if isinstance(shape.geometry, MeshGeometry):
+                _check_mesh(body, shape, plan, sink, unread)
+        for rule in (_check_overlap, _check_least_moment):
+            with suppress(MeshError):  # `_check_mesh` has reported it
+                rule(body, plan, sink)
 
 
 def _check_file_names(plan: ScenePlan, sink: Sink) -> None:
@@ -95,13 +94,24 @@ def _file_origin(plan: ScenePlan, index: int) -> Origin:
     return plan_origin(plan)
 
 
-def _check_mesh(body: Body, shape: CollisionShape | VisualShape, plan: ScenePlan, sink: Sink) -> None:
-    """One mesh in one use, with each file and scale that it has in a scene."""
+def _check_mesh(
+    body: Body, shape: CollisionShape | VisualShape, plan: ScenePlan, sink: Sink, unread: set[AssetFile]
+) -> None:
+    """Checks one mesh in one use, with each file and scale that it has in a scene.
+
+    `unread`: takes files that trimesh does not read. They are reported once.
+    """
     geometry: Any = shape.geometry
     place = (shape.origin or body.origin).child("file")
     for index in np.unique(geometry.file.data):
         file = plan.files[int(index)]
-        measures = measure_mesh(file)
+        try:
+            measures = measure_mesh(file)
+        except MeshError as problem:
+            if file not in unread:
+                unread.add(file)
+                sink.report("SC444", f"{cut(file.uri)} is not judged: {problem.message}", place, hint=problem.hint)
+            continue
         for code, message, hint in (
             *_surface_faults(geometry, file.path.suffix.lower(), measures, body),
             *_size_faults(shape, measures, body),

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from unit.checks.test_mesh_dae import DAE
 
 from scenecc import check_scene, compile_scene, load_scene
 from scenecc.checks import mesh_measures
 from scenecc.checks.mesh_measures import measure_mesh
+from scenecc.extras import install_hint
 
 
 @pytest.fixture(autouse=True)
@@ -151,6 +154,21 @@ def test_file_names_that_differ_in_case_are_found(tmp_path: Path) -> None:
         f"scenecc: 1\nentities:\n  thing: {{body_type: static, {shapes}}}\n", encoding="utf-8"
     )
     assert [(d.code, d.line) for d in check_scene(tmp_path / "scene.yaml", settle=0)] == [("SC443", 3)]
+
+
+def test_a_mesh_that_cannot_be_measured_is_reported_once_and_others_are_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mesh.dae").write_text(DAE)
+    FAULTS["SC437"][0].export(tmp_path / "mesh.ply")
+    shapes = "visuals: [{type: mesh, file: mesh.dae}, {type: mesh, file: mesh.dae, pose: [0, 0, 1]}]"
+    text = f"scenecc: 1\nentities:\n  thing:\n    gravity: false\n    {shapes}\n    {HULL}\n"
+    (tmp_path / "scene.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.setitem(sys.modules, "collada", None)
+    found = check_scene(tmp_path / "scene.yaml", settle=0)
+    assert [(d.code, d.line) for d in found] == [("SC444", 5), ("SC437", 6)]
+    assert found[0].message == "mesh.dae is not judged: 'mesh.dae' is COLLADA, which needs pycollada"
+    assert found[0].hint == install_hint("export")
 
 
 def test_measures_are_kept_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
