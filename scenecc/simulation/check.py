@@ -169,9 +169,10 @@ class _Check:
 
     def _simulate(self, number: int, plan: ScenePlan, sink: Sink) -> None:
         """Builds and simulates the scenes of a plan, some at a time."""
+        before = number * plan.num_scenes
+        if number == 0:
+            self._count(0, plan)
         for first in range(0, plan.num_scenes, SCENES_AT_ONCE):
-            if self._progress is not None:
-                self._progress(number * plan.num_scenes + first, self._seeds * plan.num_scenes)
             scene_idxs = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes))
             try:
                 with build_batch(
@@ -182,6 +183,11 @@ class _Check:
             except SceneError as error:
                 self._complete = False
                 self._told |= dict.fromkeys(error.diagnostics)
+            self._count(before + scene_idxs.stop, plan)
+
+    def _count(self, done: int, plan: ScenePlan) -> None:
+        if self._progress is not None:
+            self._progress(done, self._seeds * plan.num_scenes)
 
 
 def check_plan(result: CompileResult, sink: Sink) -> None:

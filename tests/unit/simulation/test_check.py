@@ -168,3 +168,17 @@ def test_arguments_out_of_range_are_refused() -> None:
         check_scene(scene({}), settle=-1)
     with pytest.raises(ValueError, match="seed is not taken with seeds"):
         check_scene(scene({}), seed=1, seeds=[2])
+
+
+def test_progress_begins_with_none_and_ends_with_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.simulation.check.SCENES_AT_ONCE", 2)
+    calls: list[tuple[int, int]] = []
+    check_scene(
+        scene({}, num_scenes=3), settle=0, seeds=[0, 1], progress=lambda done, total: calls.append((done, total))
+    )
+    assert calls == [(0, 6), (2, 6), (3, 6), (5, 6), (6, 6)]
+
+
+def test_what_is_thrown_is_found_however_long_it_is_simulated() -> None:
+    file = Path(__file__).parents[2] / "scenes" / "check" / "settled" / "grip_too_hard.yaml"
+    assert all("SC856" in codes(check_scene(file, settle=settle)) for settle in (1, 10))
