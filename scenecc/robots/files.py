@@ -27,6 +27,13 @@ if TYPE_CHECKING:
 _MAX_SUGGESTIONS, _MAX_CANDIDATES = 20, 1000
 """Maximum number of errors with a suggested name, and of names to compare."""
 
+OTHER_FORMAT_HINTS = {
+    "robot": "give a URDF with `urdf:`",
+    "mujoco": "give an MJCF with `mjcf:`",
+    "sdf": "make a scene of an SDF with `scenecc import`",
+}
+"""Root element of a file of another format → hint with what reads it."""
+
 MAX_READ_MEMORY = 2**30
 """Maximum estimated memory for reading all robot files of a scene [bytes]."""
 

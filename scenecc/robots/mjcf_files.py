@@ -8,7 +8,7 @@ from functools import reduce
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut
-from scenecc.robots.files import FileReport, RobotFiles, read_robot_bytes
+from scenecc.robots.files import OTHER_FORMAT_HINTS, FileReport, RobotFiles, read_robot_bytes
 from scenecc.robots.xml import SourceElement, XmlBounds, parse_xml
 from scenecc.source.paths import ResolvedFile
 
@@ -181,8 +181,8 @@ class MjcfFiles:
         if root is None or self.report.failed:
             return None
         if root.tag != "mujoco":
-            hint = "give a URDF with `urdf:`" if root.tag == "robot" else None
-            self.report.error("SC453", f"an MJCF is a <mujoco>, and this is a <{cut(root.tag)}>", root.location, hint)
+            message = f"an MJCF is a <mujoco>, and this is a <{cut(root.tag)}>"
+            self.report.error("SC453", message, root.location, OTHER_FORMAT_HINTS.get(root.tag))
             return None
         return root
 

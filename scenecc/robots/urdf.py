@@ -28,7 +28,7 @@ from scenecc.robots.description import (
     Geometry,
     RobotDescription,
 )
-from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_bytes
+from scenecc.robots.files import OTHER_FORMAT_HINTS, FileReport, ReadBudget, RobotFiles, read_robot_bytes
 from scenecc.robots.urdf_joints import (
     LinkTree,
     build_link_trees,
@@ -335,16 +335,12 @@ def read_urdf(
     if root is None:
         return None
     if root.tag != "robot":
-        findings.report(
-            "SC453", f"a URDF is a <robot>, and this is a <{cut(root.tag)}>", root.location, hint=_FORMAT_HINT
-        )
+        message = f"a URDF is a <robot>, and this is a <{cut(root.tag)}>"
+        findings.report("SC453", message, root.location, hint=OTHER_FORMAT_HINTS.get(root.tag))
         return None
     files = RobotFiles(file, scope, package, repairs="files" in repair)
     pairing = FileReport(sink, srdf_origin or origin)
     return _UrdfReader(root, files, findings, pairing, float(scale), repair, is_seen=collision_is_visual).read(srdf)
-
-
-_FORMAT_HINT = "a MuJoCo model is given with `mjcf:`, and an SDF is not read"
 
 
 class _UrdfReader:

@@ -246,12 +246,19 @@ def test_a_name_that_is_not_defined_is_told_with_the_nearest_that_is(tmp_path: P
     assert [one.hint for one in read(path)[1]] == ["did you mean `visual`?", "did you mean `steel`?"]
 
 
-def test_another_kind_of_file_is_told_with_the_key_for_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("<robot name='r'><link name='a'/></robot>", "give a URDF with `urdf:`"),
+        ("<sdf version='1.9'/>", "make a scene of an SDF with `scenecc import`"),
+    ],
+)
+def test_another_kind_of_file_is_reported_with_what_reads_it(tmp_path: Path, text: str, hint: str) -> None:
     path = tmp_path / "robot.xml"
-    path.write_text("<robot name='r'><link name='a'/></robot>")
+    path.write_text(text)
     found, (one,) = read(path)
     assert found is None
-    assert (one.code, one.hint) == ("SC453", "give a URDF with `urdf:`")
+    assert (one.code, one.hint) == ("SC453", hint)
 
 
 def test_all_mistakes_are_told_at_once_with_the_scene_that_led_there(tmp_path: Path) -> None:

@@ -428,9 +428,17 @@ def test_a_long_circle_and_many_faults_take_little_time(folder: Folder) -> None:
     assert [line.split()[1] for line in folder.told(names + '<link name="more"/>' + circle)] == ["SC452"]
 
 
-def test_an_mjcf_is_told_from_a_urdf(folder: Folder, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("<mujoco/>", "give an MJCF with `mjcf:`"),
+        ("<sdf version='1.9'/>", "make a scene of an SDF with `scenecc import`"),
+        ("<html/>", None),
+    ],
+)
+def test_another_kind_of_file_is_reported_with_what_reads_it(tmp_path: Path, text: str, hint: str | None) -> None:
     file = tmp_path / "hand.xml"
-    file.write_text("<mujoco/>")
+    file.write_text(text)
     sink = Sink()
     assert read_urdf(ResolvedFile(file, file.name), scope=AssetScope(tmp_path), sink=sink) is None
-    assert [d.code for d in sink.diagnostics()] == ["SC453"]
+    assert [(d.code, d.hint) for d in sink.diagnostics()] == [("SC453", hint)]
