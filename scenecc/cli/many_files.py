@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, NoReturn, TypeVar
 
@@ -73,14 +74,14 @@ def choose_files(
         cache: knows what scenes use.
     """
     if changed_since is not None:
-        changed = _changed_files(changed_since)
-        if isinstance(changed, str):
+        changes = _changes_since(changed_since)
+        if isinstance(changes, str):
             found.files = []
-            return [usage_error("SC918", changed, file="--changed-since")]
-        found.files = [file for file in found.files if _may_differ(file, cache, changed)]
+            return [usage_error("SC918", changes, file="--changed-since")]
+        found.narrow([file for file in found.files if _may_differ(file, cache, changes)], "unchanged")
     if shard is not None:
         part, parts = shard
-        found.files = found.files[part - 1 :: parts]
+        found.narrow(found.files[part - 1 :: parts], "in other parts")
     return []
 
 
@@ -171,25 +172,41 @@ def _death(file: str, died: Died) -> Diagnostic:
     return usage_error("SC822", f"the process that worked on this file ended with {how}", file=file, hint=hint)
 
 
-def _may_differ(file: str, cache: FindingsCache, changed: frozenset[Path]) -> bool:
+@dataclass(frozen=True, slots=True)
+class _Changes:
+    """What changed in a work tree of git.
+
+    Attributes:
+        top: its folder.
+        files: that differ from a revision, new ones among them.
+    """
+
+    top: Path
+    files: frozenset[Path]
+
+
+def _may_differ(file: str, cache: FindingsCache, changes: _Changes) -> bool:
     """Whether a scene, or a file that it used when it was last looked at, changed; true where that is not known."""
     used = None if file == STDIN else cache.files_of(file)
-    return used is None or not changed.isdisjoint(path.resolve() for path in used)
+    if used is None or not Path(file).resolve().is_relative_to(changes.top):
+        return True
+    return not changes.files.isdisjoint(path.resolve() for path in used)
 
 
-def _changed_files(revision: str) -> frozenset[Path] | str:
-    """The files that differ from a revision, new ones among them; or why that cannot be told."""
+def _changes_since(revision: str) -> _Changes | str:
+    """What differs from a revision; or why that cannot be found."""
     try:
         top = _git("rev-parse", "--show-toplevel").rstrip("\n")
         known = _git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{revision}^{{commit}}").strip()
-        names = _git("diff", "--name-only", "--no-renames", "-z", known, "--").split("\0")
+        # `--no-relative`: the user's `diff.relative` would name files by the current folder.
+        names = _git("diff", "--name-only", "--no-relative", "--no-renames", "-z", known, "--").split("\0")
         names += _git("ls-files", "--others", "--exclude-standard", "-z", "--full-name", top).split("\0")
     except FileNotFoundError:
         return "git is not installed"
     except subprocess.CalledProcessError as error:
         reason = str(error.stderr).strip().splitlines()
         return reason[-1] if reason else f"there is no revision `{revision}`"
-    return frozenset(Path(top, name).resolve() for name in names if name)
+    return _Changes(Path(top).resolve(), frozenset(Path(top, name).resolve() for name in names if name))
 
 
 def _git(*arguments: str) -> str:

@@ -67,6 +67,7 @@ class Found:
         empty: folders without a scene.
         unreadable: folders that may not be listed, and files in folders that may not be read.
         kind: of file that is looked for in folders.
+        left_out: how many files options exclude, and why: `12 unchanged`.
     """
 
     files: list[str] = field(default_factory=list[str])
@@ -75,6 +76,13 @@ class Found:
     empty: list[str] = field(default_factory=list[str])
     unreadable: list[tuple[str, OSError]] = field(default_factory=list[tuple[str, OSError]])
     kind: Kind = SCENES
+    left_out: list[str] = field(default_factory=list[str])
+
+    def narrow(self, files: list[str], why: str) -> None:
+        """Takes only some of the files. `why`: the others are left out."""
+        if len(files) < len(self.files):
+            self.left_out.append(f"{len(self.files) - len(files)} {why}")
+        self.files = files
 
     def faults(self) -> list[Diagnostic]:
         """What is wrong with the paths that were asked for."""
@@ -91,10 +99,10 @@ class Found:
         ]
 
     def counts(self) -> str:
-        """How many files were checked, and how many skipped, as a line."""
-        checked, skipped = len(self.files), len(self.skipped)
-        passed_over = f", {_files(skipped, 'other file')} skipped" if skipped else ""
-        return f"{_files(checked, 'file')} checked{passed_over}\n"
+        """How many files were checked, and how many were not, as a line."""
+        skipped = len(self.skipped)
+        others = [f"{_files(skipped, 'other file')} skipped"] if skipped else []
+        return ", ".join([f"{_files(len(self.files), 'file')} checked", *self.left_out, *others]) + "\n"
 
 
 def find(paths: list[str], *, scenes_only: bool = False, kind: Kind | None = None) -> Found:

@@ -7,6 +7,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from cli.running import plain_environment
+from plugins.command import scenecc
 
 from scenecc.cli.many_files import run_each
 from scenecc.jobs import Died
@@ -61,7 +63,7 @@ def test_parts_of_the_files_are_all_of_them(run, scenes: Path) -> None:
     parts = [run("validate", "scenes", "--shard", f"{part}/3") for part in (1, 2, 3)]
     whole = run("validate", "scenes")
     assert sorted(line for part in parts for line in findings(part.stdout)) == findings(whole.stdout)
-    assert [part.stderr for part in parts] == ["4 files checked\n"] * 3
+    assert [part.stderr for part in parts] == ["4 files checked, 8 in other parts\n"] * 3
     assert run("validate", "scenes", "--shard", "0/3").returncode == 2
 
 
@@ -104,6 +106,12 @@ def test_a_cache_that_cannot_be_written_is_none(run, scenes: Path, tmp_path: Pat
     assert len(findings(run("validate", "scenes").stdout)) == 3
 
 
+def run_in(folder: Path, *arguments: str) -> tuple[str, int]:
+    """What a command says on standard error in a folder, and its status."""
+    done = scenecc(list(arguments), cwd=folder, stdin=b"", env=plain_environment())
+    return done.stderr.decode(), done.returncode
+
+
 def git(folder: Path, *arguments: str) -> None:
     who = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
     subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
@@ -118,13 +126,32 @@ def test_only_what_changed_is_checked(run, scenes: Path, tmp_path: Path) -> None
     assert (
         run("validate", "scenes", "--changed-since", "HEAD").stderr == "12 files checked\n"
     )  # what they use is not known
-    assert run("validate", "scenes", "--changed-since", "HEAD").stderr == "0 files checked\n"
+    assert run("validate", "scenes", "--changed-since", "HEAD").stderr == "0 files checked, 12 unchanged\n"
     (scenes / "part.txt").write_text("scenecc: 1\n# other\n")
     (scenes / "s07.yaml").write_text(BAD)
     (scenes / "new.yaml").write_text(BAD)
     done = run("validate", "scenes", "--changed-since", "HEAD")
-    assert done.stderr == "3 files checked\n"
+    assert done.stderr == "3 files checked, 10 unchanged\n"
     assert [line.split(":")[0] for line in findings(done.stdout)] == ["scenes/new.yaml", "scenes/s07.yaml"]
+
+
+def test_changes_are_found_from_a_folder_whose_git_names_files_relative_to_it(scenes: Path, tmp_path: Path) -> None:
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "config", "diff.relative", "true")
+    git(tmp_path, "add", "scenes")
+    git(tmp_path, "commit", "-qm", "one")
+    run_in(scenes, "validate", ".")  # so that it is known what they use
+    (scenes / "s07.yaml").write_text(BAD)
+    assert run_in(scenes, "validate", ".", "--changed-since", "HEAD") == ("1 file checked, 11 unchanged\n", 1)
+
+
+def test_files_that_git_does_not_know_are_checked(scenes: Path, tmp_path: Path) -> None:
+    (tmp_path / "clone").mkdir()
+    git(tmp_path / "clone", "init", "-q")
+    git(tmp_path / "clone", "commit", "-qm", "one", "--allow-empty")
+    for _ in range(2):
+        said, _ = run_in(tmp_path / "clone", "validate", str(scenes), "--changed-since", "HEAD")
+        assert said == "12 files checked\n"
 
 
 def test_a_revision_that_is_none_is_wrong_usage(run, scenes: Path, tmp_path: Path) -> None:
