@@ -136,13 +136,13 @@ def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding
         planes = [each for each in solid if any(map(is_plane, each.collision_shapes))]
         boxes = bounding_boxes(solid)
         for body in bodies:
-            if any(_meet(body.component, plane) for plane in planes):
+            parts = _parts(body.component)
+            if any(_meet(part, plane) for plane in planes for part in parts):
                 continue
-            own = np.array([_is_part(each, body.component) for each in solid])
+            own = np.isin([id(each) for each in solid], [id(part) for part in parts])
             low, high = boxes[own].min(axis=0)[0], boxes[own].max(axis=0)[1]
             below = (boxes[:, 0, :2] <= high[:2]).all(axis=1) & (boxes[:, 1, :2] >= low[:2]).all(axis=1)
             below &= ~own & (boxes[:, 0, 2] < high[2])
-            parts = [solid[number] for number in np.flatnonzero(own).tolist()]
             under = [solid[number] for number in np.flatnonzero(below).tolist()]
             if not any(_meet(part, each) for each in [*under, *planes] for part in parts):
                 yield Finding(
@@ -155,11 +155,10 @@ def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding
                 )
 
 
-def _is_part(component: Any, of: Any) -> bool:
-    """Whether a component is a body's own, or a link of the articulation whose root that is."""
-    return component is of or (
-        hasattr(of, "articulation") and getattr(component, "articulation", None) is of.articulation
-    )
+def _parts(component: Any) -> list[Any]:
+    """All links of the articulation of a root link; of a body itself."""
+    articulation = getattr(component, "articulation", None)
+    return [component] if articulation is None else list(articulation.links)
 
 
 def _meet(one: Any, other: Any) -> bool:
@@ -172,7 +171,9 @@ def _meet(one: Any, other: Any) -> bool:
 
 
 def _falls(body: MovingBody) -> bool:
-    return not body.component.get_disable_gravity() and bool(body.component.collision_shapes)
+    """Whether gravity pulls any part of a body, and any part could be held."""
+    parts = _parts(body.component)
+    return not all(part.get_disable_gravity() for part in parts) and any(part.collision_shapes for part in parts)
 
 
 def torn_constraints(batch: SceneBatch) -> Iterator[Finding]:

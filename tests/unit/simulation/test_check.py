@@ -127,6 +127,19 @@ def test_the_links_of_a_robot_hold_it_not() -> None:
     assert check_scene(document, settle=0) == []
 
 
+@pytest.mark.parametrize("weightless", [[], ["base"], ["base", "arm"]])
+def test_a_robot_falls_whose_root_has_no_shape(weightless: list[str]) -> None:
+    inertial = {"mass": 1, "inertia": [0.1, 0.1, 0.1]}
+    arm: dict[str, Any] = {"name": "arm", "joint": {"type": "revolute", "limits": [-1, 1]}, **BOX}
+    root: dict[str, Any] = {"name": "base", "inertial": inertial, "children": [arm]}
+    for link in (root, arm):
+        link.update({"gravity": False} if link["name"] in weightless else {})
+    robot = {"root": root, "fix_root_link": False, "pose": [0, 0, 2]}
+    expected = ["SC852"] if len(weightless) < 2 else []
+    assert codes(check_scene({"scenecc": 1, "entities": {"robot": robot}}, settle=0)) == expected
+    assert found({"robot": robot}, settle=0) == []
+
+
 @pytest.mark.parametrize(
     ("constraint", "text"),
     [
