@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -42,18 +43,17 @@ def decompile_task(task: str, *, base: Path, seed: int = 0, num_envs: int = 1, c
         raise TaskFailure(f"ManiSkill's tasks need a device that renders: {problem}\n{DRIVER_HINT}")
     where = "gpu" if torch.cuda.is_available() else "cpu"
     envs: list[Any] = []
-    try:
-        with record() as recording:
-            for number in range(num_envs):
-                envs.append(gym.make(task, num_envs=1, sim_backend="cpu", render_backend=where))
-                envs[-1].reset(seed=seed + number)
-    except (Exception, SystemExit) as error:
-        words = f"{type(error).__name__}: {error}".partition("\n")[0]
-        raise TaskFailure(f"the task `{task}` does not build: {words}") from error
-    try:
-        return decompile(envs, recording=recording, base=base, name=task, check=check)
-    except UnlikeScenes as error:
-        raise TaskFailure(f"the scenes of `{task}` do not fit into one file: {error}") from error
-    finally:
-        for env in envs:
-            env.close()
+    with ExitStack() as opened:
+        try:
+            with record() as recording:
+                for number in range(num_envs):
+                    envs.append(gym.make(task, num_envs=1, sim_backend="cpu", render_backend=where))
+                    opened.callback(envs[-1].close)
+                    envs[-1].reset(seed=seed + number)
+        except (Exception, SystemExit) as error:
+            words = f"{type(error).__name__}: {error}".partition("\n")[0]
+            raise TaskFailure(f"the task `{task}` does not build: {words}") from error
+        try:
+            return decompile(envs, recording=recording, base=base, name=task, check=check)
+        except UnlikeScenes as error:
+            raise TaskFailure(f"the scenes of `{task}` do not fit into one file: {error}") from error

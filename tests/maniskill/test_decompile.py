@@ -51,3 +51,28 @@ def test_without_a_device_that_renders_the_error_says_how_to_get_one(
     monkeypatch.setattr(tasks, "render_problem", lambda: "none")
     with pytest.raises(tasks.TaskFailure, match=r"need a device that renders: none\n(.|\n)*mesa-vulkan-drivers"):
         tasks.decompile_task("PickCube-v1", base=tmp_path)
+
+
+def test_environments_are_closed_where_a_later_one_cannot_be_made(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    from scenecc.maniskill import tasks
+
+    class Environment:
+        def __init__(self, number: int) -> None:
+            self.number = number
+
+        def reset(self, seed: int) -> None:
+            if self.number == 2:
+                raise RuntimeError("no place left")
+
+        def close(self) -> None:
+            closed.append(self.number)
+
+    closed: list[int] = []
+    numbers = iter(range(5))
+    monkeypatch.setattr(tasks, "render_problem", lambda: None)
+    monkeypatch.setattr(tasks.gym, "make", lambda *_, **__: Environment(next(numbers)))
+    with pytest.raises(tasks.TaskFailure, match="does not build: RuntimeError: no place left"):
+        tasks.decompile_task("PickCube-v1", base=tmp_path, num_envs=4)
+    assert sorted(closed) == [0, 1, 2]
