@@ -77,9 +77,9 @@ def validate(
 
     def correct(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
         here = check(file, rules, memory)
-        if file == STDIN or not any(one.fix for one in here):
+        if not any(one.fix for one in here):
             return here
-        changed = _corrected(file, here, partial(_check_text, file, asked))
+        changed = _corrected(file, partial(_check_text, file, asked))
         if changed is None:
             return here
         if diff:
@@ -90,6 +90,9 @@ def validate(
         return here if fault is None else [fault, *here]
 
     if fix or diff:
+        if STDIN in paths:
+            option = "'--fix'" if fix else "'--diff'"
+            raise typer.BadParameter("standard input cannot be corrected: name a file", param_hint=option)
         if others["jobs"] is not None:
             raise typer.BadParameter("files are corrected one after the other", param_hint="'--jobs'")
         others["cache"] = False
@@ -111,18 +114,23 @@ Check = Callable[[str], "list[Diagnostic]"]
 """What checks a text as if it were the file's."""
 
 
-def _corrected(file: str, diagnostics: list[Diagnostic], check: Check) -> tuple[str, str] | None:
+def _corrected(file: str, check: Check) -> tuple[str, str] | None:
     """The text of a file before and after its corrections; None where there is none to make.
 
-    A correction that leads to a new error, or does not remove its finding, is not made.
+    A correction that leads to a new error, or does not remove its finding, is not made. A stage whose mistakes are
+    corrected lets the next one find its own.
     """
     with open_regular(file) as stream:
         before = text = stream.read().decode("utf-8", errors="surrogateescape")
-    tried = [one for one in diagnostics if one.fix is not None and one.file == one.fix.location.file == file]
-    for found in sorted(tried, key=lambda one: (one.line or 0, one.column or 0), reverse=True):
-        changed = with_fix(text, found)
-        if changed is not None and is_better(check(changed), check(text), found):
-            text = changed
+    then, last = check(text), ""
+    while text != last:
+        last = text
+        tried = [one for one in then if one.fix is not None and one.file == one.fix.location.file == file]
+        for found in sorted(tried, key=lambda one: (one.line or 0, one.column or 0), reverse=True):
+            changed = with_fix(text, found)
+            now = then if changed is None else check(changed)
+            if changed is not None and is_better(now, then, found):
+                text, then = changed, now
     return None if text == before else (before, text)
 
 

@@ -9,7 +9,10 @@ if TYPE_CHECKING:
 
 
 def with_fix(text: str, found: Diagnostic) -> str | None:
-    """The text with one correction; None where its place is not a whole key or list on one line."""
+    """The text with one correction; None where its place is not a whole key or list on one line.
+
+    The text may have other corrections behind it already.
+    """
     if found.fix is None or (place := found.fix.location).line is None or place.column is None or not place.end_column:
         return None
     lines = text.split("\n")
@@ -18,7 +21,8 @@ def with_fix(text: str, found: Diagnostic) -> str | None:
     is_list = found.fix.text.startswith("[")
     quote = old[:1] if old[:1] in {"'", '"'} and old[:1] == old[-1:] and not is_list else ""
     key = old[len(quote) : len(old) - len(quote)]
-    if line.rstrip("\r") != place.text or not (old[:1] == "[" and old[-1:] == "]" if is_list else key.isidentifier()):
+    is_same = place.text is not None and line[: place.end_column - 1] == place.text[: place.end_column - 1]
+    if not is_same or not (old[:1] == "[" and old[-1:] == "]" if is_list else key.isidentifier()):
         return None
     lines[place.line - 1] = line[: place.column - 1] + quote + found.fix.text + quote + rest
     return "\n".join(lines)
@@ -34,6 +38,4 @@ def is_better(now: list[Diagnostic], then: list[Diagnostic], found: Diagnostic) 
     def of_line(every: list[Diagnostic]) -> list[str]:
         return [one.code for one in every if one.line == found.line and (one.path or "").startswith(around)]
 
-    left = of_line(then)
-    left.remove(found.code)
-    return sorted(of_line(now)) == sorted(left)
+    return sorted([*of_line(now), found.code]) == sorted(of_line(then))

@@ -16,17 +16,16 @@ entities:
 """
 
 
-def repeated(run, file: Path, *arguments: str) -> str:
-    """The file after as many runs as there are stages of mistakes."""
-    for _ in range(3):
-        run("validate", *arguments, file)
+def fixed(run, file: Path) -> str:
+    """The file after `--fix`."""
+    run("validate", "--fix", file)
     return file.read_text()
 
 
 def test_what_is_safe_is_corrected_and_all_else_stays(run, tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(BEFORE)
-    after = repeated(run, file, "--fix")
+    after = fixed(run, file)
     lines = after.splitlines()
     assert lines[3] == "  door:   {pose: {p: [0,0,1], rpy_deg: [0, 0, 90]},  # degrees"
     assert lines[4] == "    mass:  1, shapes: [{type: box, half_size: [0.1, 0.1, 1]}]}"
@@ -67,4 +66,22 @@ def test_quoted_keys_and_several_mistakes_of_one_line_are_corrected(run, tmp_pat
     shapes = '"shapes": [{"type": "sphere", "radios": 1}]'
     scene = f'{{"scenecc": 1, "entities": {{"a": {{"pose": {{"rpy": [0, 0, 90]}}, {shapes}}}}}}}'
     file.write_text(scene)
-    assert repeated(run, file, "--fix") == scene.replace("rpy", "rpy_deg").replace("radios", "radius")
+    assert fixed(run, file) == scene.replace("rpy", "rpy_deg").replace("radios", "radius")
+
+
+def test_several_mistakes_of_one_line_are_corrected_in_one_run(run, tmp_path: Path) -> None:
+    file = tmp_path / "s.yaml"
+    body = "{pose: {rpy: [0, 0, 90]}, shapes: [{type: sphere, radios: 0.1}, {type: box, half_sizes: [1, 1, 1]}]}"
+    file.write_text(f"scenecc: 1\nentities: {{a: {body}, b: {body}}}\n")
+    right = body.replace("rpy", "rpy_deg").replace("radios", "radius").replace("half_sizes", "half_size")
+    assert f"+entities: {{a: {right}, b: {right}}}\n" in run("validate", "--diff", file).stderr
+    assert run("validate", "--fix", file).returncode == 0
+    assert file.read_text() == f"scenecc: 1\nentities: {{a: {right}, b: {right}}}\n"
+
+
+@pytest.mark.parametrize("option", ["--fix", "--diff"])
+def test_standard_input_is_not_corrected(run, option: str) -> None:
+    done = run("validate", option, "-", stdin=BEFORE)
+    assert done.returncode == 2
+    assert f"Invalid value for '{option}'" in done.stderr
+    assert "standard input cannot be corrected" in done.stderr
