@@ -197,7 +197,7 @@ def _need(target: str, sink: Sink) -> None:
         import_module(module)
     except ImportError as error:
         message = f"`{target}` is written by {package}: {error}"
-        sink.report("SC813", message, Location("scenecc"), hint=install_hint("export"))
+        sink.report("SC813", message, Location(None), hint=install_hint("export"))
         raise SceneError(sink.diagnostics()) from error
 
 
@@ -222,7 +222,7 @@ def check_choice(target: str, asked: Collection[str]) -> None:
 
 
 def _one_scene(scene: int, plan: ScenePlan, sink: Sink) -> list[int]:
-    chosen = select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "--scene")
+    chosen = select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "scene")
     if chosen is None:
         raise SceneError(sink.diagnostics())
     return list(chosen)

@@ -604,13 +604,13 @@ def list_document_params(document: Document, scope: AssetScope, limits: Limits, 
     return list_params(document, load=scene_loader(scope, limits, sink), limits=limits, sink=sink)
 
 
-def select_scenes(scenes: str, num_scenes: int, sink: Sink, option: str = "--scenes") -> tuple[int, ...] | None:
-    """The scenes that an option selects, in the notation of a file; None where that was reported."""
+def select_scenes(scenes: str, num_scenes: int, sink: Sink, argument: str = "scenes") -> tuple[int, ...] | None:
+    """The scenes that an argument selects, in the notation of a file; None where that was reported."""
     from scenecc.spec.references import resolve_scene_idxs
 
     found = Sink()
     items = [int(item) if _INDEX.fullmatch(item) else item for item in scenes.split(",")]
     chosen = resolve_scene_idxs(items, num_scenes, Origin(None), found)
     for diagnostic in found.diagnostics():
-        sink.report("SC908", diagnostic.message, Location(option), hint=diagnostic.hint)
+        sink.report("SC908", diagnostic.message, Location(None), hint=diagnostic.hint, path=(argument,))
     return chosen

@@ -34,7 +34,7 @@ def explain(
     if text is None:
         near = nearest_codes(code)
         hint = f"did you mean {' or '.join(near)}?" if near else "`scenecc explain` without a code lists them all"
-        unknown = usage_error("SC905", f"unknown code `{code}`", file="scenecc", hint=hint)
+        unknown = usage_error("SC905", f"unknown code `{code}`", hint=hint)
         end([unknown])
     print_out(text)
 

@@ -77,7 +77,7 @@ def choose_files(
         changes = _changes_since(changed_since)
         if isinstance(changes, str):
             found.files = []
-            return [usage_error("SC918", changes, file="--changed-since")]
+            return [usage_error("SC918", changes, option="--changed-since")]
         found.narrow([file for file in found.files if _may_differ(file, cache, changes)], "unchanged")
     if shard is not None:
         part, parts = shard

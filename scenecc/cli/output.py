@@ -180,24 +180,37 @@ def status(diagnostics: Iterable[Diagnostic], *, strict: bool = False) -> Status
 def _blamed(diagnostic: Diagnostic) -> Status:
     from scenecc.diagnostics.codes import CODES
 
-    if diagnostic.line is None and (diagnostic.file or "").startswith(_SET):
+    if diagnostic.file is None and diagnostic.path.startswith(_SET):
         return Status.usage
     # A house rule is not in the table.
     return Status[CODES[diagnostic.code].at_fault] if diagnostic.code in CODES else Status.scene
 
 
-def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> list[Diagnostic]:
-    """The same diagnostics, those about `params=` of the API as ones about `--set`. `settings`: its names."""
+_OPTIONS: Final = {"target": "--to"}
+"""Options whose names are not those of the API's arguments."""
+
+
+def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str], **options: str) -> list[Diagnostic]:
+    """The same diagnostics, those about arguments of the API as ones about options.
+
+    Args:
+        diagnostics: of the API.
+        settings: names of parameters that the command line sets: `params=` is `--set`.
+        options: argument → option, where the command calls it otherwise.
+    """
     from dataclasses import replace
 
+    from scenecc.diagnostics.codes import CODES
     from scenecc.diagnostics.diagnostic import Location
 
     found: list[Diagnostic] = []
-    for diagnostic in diagnostics:
-        if diagnostic.file == _PARAMS and diagnostic.line is None:
-            place = f"{_SET} {diagnostic.path}" if diagnostic.path in settings else _SET
-            diagnostic = replace(diagnostic, location=Location(place), path="")  # noqa: PLW2901 - the same, elsewhere
-        found.append(diagnostic)
+    for one in diagnostics:
+        option = ""
+        if one.file == _PARAMS and one.line is None:
+            option = f"{_SET} {one.path}" if one.path in settings else _SET
+        elif one.file is None and one.path and one.code in CODES and CODES[one.code].at_fault == "usage":
+            option = (_OPTIONS | options).get(one.path, f"--{one.path.replace('_', '-')}")
+        found.append(replace(one, location=Location(None), path=option) if option else one)
     return found
 
 
@@ -244,12 +257,14 @@ def scene_errors(
         end(of_settings(error.diagnostics, options.get("params", ())), form, least=least)
 
 
-def usage_error(code: str, message: str, *, file: str | None = None, hint: str | None = None) -> Diagnostic:
-    """A diagnostic about the command line itself."""
+def usage_error(
+    code: str, message: str, *, file: str | None = None, option: str = "", hint: str | None = None
+) -> Diagnostic:
+    """A diagnostic about the command line itself: about a file that it names, or an option."""
     from scenecc.diagnostics import Diagnostic
     from scenecc.diagnostics.diagnostic import Location
 
-    return Diagnostic(code, "error", message, Location(file), hint=hint)
+    return Diagnostic(code, "error", message, Location(file), option, hint=hint)
 
 
 _PATIENCE: Final = 0.5

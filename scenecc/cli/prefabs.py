@@ -61,7 +61,7 @@ def _refuse(name: str, known: list[str]) -> NoReturn:
     # What all names start with would make any word look like them.
     near = nearest(name.removeprefix(_SHIPPED), [other.removeprefix(_SHIPPED) for other in known])
     hint = f"known here: {', '.join(known)}" if near is None else f"did you mean `{_SHIPPED}{near}`?"
-    unknown = usage_error("SC909", f"no prefab `{cut(name)}` ships with scenecc", file="scenecc", hint=hint)
+    unknown = usage_error("SC909", f"no prefab `{cut(name)}` ships with scenecc", hint=hint)
     end([unknown])
 
 

@@ -115,7 +115,7 @@ def render(
                 source_of(scene), **choices, **options, estimate=_tell_estimate, progress=told
             )
         except scenecc.SceneError as error:
-            return of_settings(error.diagnostics, options["params"]), ""
+            return of_settings(error.diagnostics, options["params"], scenes="--scene"), ""
         return _write(result, output, video, form)
 
     if many:

@@ -180,7 +180,8 @@ class Diagnostic:
         severity: errors stop the pipeline; warnings and notes do not.
         message: one sentence about this file, without its place.
         location: file, line and columns, as far as they are known.
-        path: the place in the document (`entities.cube.mass`); "" for the whole document.
+        path: the place in the document (`entities.cube.mass`); "" for the whole document. A fault of the caller has
+            the argument or option here.
         hint: what to do, where there is more to say than the message does.
         related: other places that belong to it, nearest first.
         fix: what `--fix` writes, where there is one safe correction.
@@ -197,7 +198,7 @@ class Diagnostic:
 
     @property
     def file(self) -> str | None:
-        """Name of the document; None for a dict."""
+        """Name of the document; None for a dict, and where no file is at fault."""
         return self.location.file
 
     @property
@@ -210,9 +211,28 @@ class Diagnostic:
         """1-based column; None where there is no text."""
         return self.location.column
 
+    @property
+    def place(self) -> str:
+        """Where it is, in words: a file, a dict, the argument that is at fault, or scenecc for the machine's faults."""
+        if self.file:
+            return self.file
+        return "<dict>" if self._is_in_dict else self.path or "scenecc"
+
+    @property
+    def node(self) -> str:
+        """The place in the document; "" for the whole document and where there is none."""
+        return self.path if self.file or self._is_in_dict else ""
+
+    @property
+    def _is_in_dict(self) -> bool:
+        fault = CODES[self.code].at_fault if self.code in CODES else "scene"
+        if self.path.startswith("--") or fault == "usage":
+            return False
+        return fault == "scene" or bool(self.path)
+
     def __str__(self) -> str:
-        where = ":".join(str(x) for x in (self.file or "<dict>", self.line, self.column) if x is not None)
-        path = f" ({self.path})" if self.path else ""
+        where = ":".join(str(x) for x in (self.place, self.line, self.column) if x is not None)
+        path = f" ({self.node})" if self.node else ""
         return f"{where}: {self.severity} {self.code}: {self.message}{path}"
 
 
@@ -333,6 +353,8 @@ class Sink:
         severity = severity or CODES[code].severity
         if severity in self._full:
             return
+        if isinstance(place, Origin) and not place.path and code in CODES and CODES[code].at_fault == "machine":
+            place = Location(None)  # no part of the scene is at fault
         given: tuple[Origin, ...] = ()
         overridden: tuple[Origin, ...] = ()
         if isinstance(place, Origin):

@@ -77,7 +77,8 @@ _FORMATS = """\
 ## Formats
 
 Lines and columns count from 1, and columns count characters (Unicode code points). A scene given as a dict has no
-lines: its places are the paths alone.
+lines: its places are the paths alone. A fault of the machine that no part of the scene leads to is in no file. So is
+a fault of the caller, whose path is the argument or option (`camera`, `--camera`).
 
 `--format` of `validate` and `check` is one of:
 

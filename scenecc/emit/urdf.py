@@ -342,13 +342,14 @@ def _select_entities(scene: MeasuredScene, options: ExportOptions, sink: Sink) -
         if options.entity in named:
             return (named[options.entity],)
         message = f"there is no entity `{options.entity}` in scene {scene.index}; its articulations: {words}"
-        sink.report("SC915", message, Location("--entity"))
+        sink.report("SC915", message, Location(None), path=("entity",))
     elif not robots:
-        hint = "name a body with --entity: it becomes a robot of one link"
-        sink.report("SC915", f"scene {scene.index} has no articulation", Location("--to"), hint=hint)
+        message, hint = f"scene {scene.index} has no articulation", "choose a body as `entity`: a robot of one link"
+        sink.report("SC915", message, Location(None), hint=hint, path=("target",))
     elif len(robots) > 1 and not options.folder:
-        hint = "name one with --entity, or a folder after -o"
-        sink.report("SC915", f"one file is one robot, and scene {scene.index} has {words}", Location("-o"), hint=hint)
+        message = f"one file is one robot, and scene {scene.index} has {words}"
+        hint = "choose one as `entity`, or write a folder of them"
+        sink.report("SC915", message, Location(None), hint=hint, path=("entity",))
     else:
         return tuple(robots.values())
     return ()

@@ -250,7 +250,7 @@ def _is_installed(chosen: SourceFormat, sink: Sink) -> bool:
         import_module(chosen.module)
     except ImportError as error:
         message = f"{chosen.name} files are read with {chosen.module}: {error}"
-        sink.report("SC813", message, Location("scenecc"), hint=install_hint("import"))
+        sink.report("SC813", message, Location(None), hint=install_hint("import"))
         return False
     return True
 

@@ -346,14 +346,15 @@ def inspect_source(source: Source, **given: Unpack[InspectArguments]) -> Inspect
 def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) -> list[Entity]:
     """The entities to describe. Raises SceneError if the scene or the entity does not exist."""
     if scene is not None:
-        select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "--scene")
+        select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "scene")
         if sink.failed:
             raise SceneError(sink.diagnostics())
     chosen = matching(plan, entity, scene)
     if entity is not None and not chosen:
         where = "" if scene is None else f" in scene {scene}"
         hint = suggest(entity, [one.name for one in matching(plan, None, scene)])
-        sink.report("SC910", f"no entity{where} is called `{cut(entity)}`", Location("--entity"), hint=hint)
+        message = f"no entity{where} is called `{cut(entity)}`"
+        sink.report("SC910", message, Location(None), hint=hint, path=("entity",))
         raise SceneError(sink.diagnostics())
     return chosen
 

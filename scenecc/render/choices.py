@@ -234,10 +234,12 @@ def choose_pictures(plan: ScenePlan, choices: RenderChoices, sink: Sink) -> Rend
     grid = choices.get("grid", False)
     scene_idxs = having if grid else having[:1]
     if (scenes := choices.get("scenes")) is not None:
-        scene_idxs = select_scenes(scenes, plan.num_scenes, sink, "--scene") or ()
+        scene_idxs = select_scenes(scenes, plan.num_scenes, sink) or ()
         if absent := sorted({*scene_idxs}.difference(having)):
             hint = f"it is in {index_ranges(having)}"
-            sink.report("SC911", f"camera '{name}' is not in scene {absent[0]}", Location("--camera"), hint=hint)
+            sink.report(
+                "SC911", f"camera '{name}' is not in scene {absent[0]}", Location(None), hint=hint, path=("camera",)
+            )
     _check_focus(plan, choices.get("focus"), scene_idxs, sink)
     raise_errors(sink)
     grid = grid or len(scene_idxs) > 1
@@ -263,15 +265,15 @@ def _check_size(whole: tuple[int, int], samples: int, choices: RenderChoices, si
     kind, most = ("film", _MOST_OF_A_FRAME) if film else ("picture", _MOST_OF_A_PICTURE)
     if pixels > most:
         message = f"a {kind} of {whole[0]} × {whole[1]} pixels is more than {most}"
-        hint = "take fewer scenes, or smaller pictures: `--size 160x120`"
-        sink.report("SC912", message, Location("--size"), hint=hint)
+        hint = "take fewer scenes, or smaller pictures, such as 160 × 120"
+        sink.report("SC912", message, Location(None), hint=hint, path=("size",))
     elif pixels * samples > _MOST_OF_ALL_SAMPLES:
         message = (
             f"a {kind} of {whole[0]} × {whole[1]} pixels with {samples} samples each takes more than "
             f"{_MOST_OF_ALL_SAMPLES} samples"
         )
-        hint = f"take smaller pictures, or at most `--samples {_MOST_OF_ALL_SAMPLES // pixels}`"
-        sink.report("SC912", message, Location("--samples"), hint=hint)
+        hint = f"take smaller pictures, or at most {_MOST_OF_ALL_SAMPLES // pixels} samples"
+        sink.report("SC912", message, Location(None), hint=hint, path=("samples",))
     raise_errors(sink)
 
 
@@ -281,10 +283,10 @@ def _check_focus(plan: ScenePlan, focus: str | None, scene_idxs: tuple[int, ...]
     found = next((one for one in plan.entities if focus in _names_of(one)), None)
     if found is None:
         hint = suggest(focus, [name for one in plan.entities for name in _names_of(one)])
-        sink.report("SC910", f"the scene has no entity '{focus}'", Location("--focus"), hint=hint)
+        sink.report("SC910", f"the scene has no entity '{focus}'", Location(None), hint=hint, path=("focus",))
     elif absent := sorted({*scene_idxs}.difference(found.scene_idxs)):
-        hint = f"it is in {index_ranges(found.scene_idxs)}; select one of these with `--scene`"
-        sink.report("SC910", f"'{focus}' is not in scene {absent[0]}", Location("--focus"), hint=hint)
+        hint = f"it is in {index_ranges(found.scene_idxs)}"
+        sink.report("SC910", f"'{focus}' is not in scene {absent[0]}", Location(None), hint=hint, path=("focus",))
 
 
 def _names_of(entity: Any) -> list[str]:
@@ -298,13 +300,13 @@ def _camera(plan: ScenePlan, name: str, choices: RenderChoices, sink: Sink) -> C
     camera = {camera.name: camera for camera in plan.cameras}.get(name)
     if camera is None:
         hint = suggest(name, [camera.name for camera in plan.cameras]) or "leave it out to see the whole scene"
-        sink.report("SC911", f"the scene has no camera '{name}'", Location("--camera"), hint=hint)
+        sink.report("SC911", f"the scene has no camera '{name}'", Location(None), hint=hint, path=("camera",))
         return None
     shader = choices.get("shader") or camera.shader
     if choices.get("what") == "normal" and shader in SHADERS_WITHOUT_NORMALS:
-        place = camera.origin.child("shader") if camera.origin else Location("--what")
-        hint = "take another camera, or leave `--camera` out"
-        sink.report("SC913", f"a camera with the shader `{shader}` sees no normals", place, hint=hint)
+        place = camera.origin.child("shader") if camera.origin else Location(None)
+        hint = "take another camera, or none"
+        sink.report("SC913", f"a camera with the shader `{shader}` sees no normals", place, hint=hint, path=("what",))
     return camera
 
 

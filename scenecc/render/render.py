@@ -166,7 +166,7 @@ def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
 
 def _take(plan: ScenePlan, batch: SceneBatch, setup: RenderSetup, sink: Sink) -> Rendering:
     """Raises SceneError."""
-    choices, place = setup.choices, plan.origin or Location(None)
+    choices = setup.choices
     camera, focus, hidden = choices.get("camera"), choices.get("focus"), choices.get("hidden")
     steps, film, every = choices.get("steps", 0), choices.get("film"), choices.get("every")
     try:
@@ -184,10 +184,11 @@ def _take(plan: ScenePlan, batch: SceneBatch, setup: RenderSetup, sink: Sink) ->
     except KeyError as error:
         if focus is None:
             raise
-        sink.report("SC910", f"nothing is seen of '{focus}'", Location("--focus"), hint="name an entity with visuals")
+        hint = "name an entity with visuals"
+        sink.report("SC910", f"nothing is seen of '{focus}'", Location(None), hint=hint, path=("focus",))
         raise SceneError(sink.diagnostics()) from error
     except (RuntimeError, OSError) as error:
-        sink.report("SC814", f"the picture cannot be made: {error}", place)
+        sink.report("SC814", f"the picture cannot be made: {error}", Location(None))
         raise SceneError(sink.diagnostics()) from error
     explained = choices.get("legend", False)
     return Rendering(plan, camera, setup.what, setup.grid, pictures, *made, explained=explained, cell=cell)
@@ -208,7 +209,7 @@ def _need_packages(sink: Sink, *, mp4: bool) -> None:
         sink.report(
             "SC812",
             f"pictures need {' and '.join(lacking)}, not installed here",
-            Location("scenecc"),
+            Location(None),
             hint=install_hint("pictures"),
         )
     raise_errors(sink)

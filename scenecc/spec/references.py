@@ -146,7 +146,7 @@ def resolve_scene_idxs(
                 break
             first[index] = place
     if not first and not failed:
-        sink.report("SC309", "this selects no scene", origin, hint="leave `scene_idxs` out to select every scene")
+        sink.report("SC309", "this selects no scene", origin, hint="leave it out to select every scene")
     return None if failed or not first else tuple(sorted(first))
 
 
@@ -197,7 +197,7 @@ def _report_out_of_range(index: int, num_scenes: int, place: Origin, sink: Sink)
         "SC307",
         f"there is no scene {index}: {scenes}",
         place,
-        hint="raise `num_scenes` in the file, or on the command line with --num-scenes",
+        hint="raise `num_scenes`",
     )
 
 

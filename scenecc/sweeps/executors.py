@@ -94,7 +94,7 @@ def _connection(jobs: int, address: str | None) -> Generator[Any]:
     try:
         ray: Any = import_module("ray")
     except ImportError:
-        fail("SC828", "Ray is not installed here", "scenecc", install_hint("ray"))
+        fail("SC828", "Ray is not installed here", None, install_hint("ray"))
     if ray.is_initialized():
         yield ray
         return
@@ -105,7 +105,7 @@ def _connection(jobs: int, address: str | None) -> Generator[Any]:
     try:
         ray.init(address or "local", **options, log_to_driver=False, logging_level="error")
     except (RuntimeError, OSError, ValueError) as error:
-        fail("SC828", f"Ray does not start: {error}", address or "scenecc")
+        fail("SC828", f"Ray does not start: {error}", None)
     finally:
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, handler)  # Ray puts its own in its place
@@ -121,4 +121,4 @@ def _reach(address: str) -> None:
         socket.create_connection((host, int(port)), _PATIENCE).close()
     except (OSError, ValueError) as error:
         reason = f"no Ray cluster answers at `{address}`: {error}"
-        fail("SC828", reason, address, "give HOST:PORT of its head node, as `ray start --head` prints it")
+        fail("SC828", reason, None, "give HOST:PORT of its head node, as `ray start --head` prints it")

@@ -49,10 +49,10 @@ Counts = Counter[tuple[str, str]]
 """How often each code is found, by code and severity."""
 
 
-def fail(code: str, message: str, place: str, hint: str | None = None) -> NoReturn:
-    """Raises SceneError with one diagnostic."""
+def fail(code: str, message: str, file: str | None, hint: str | None = None) -> NoReturn:
+    """Raises SceneError with one diagnostic. `file`: None: no file is at fault."""
     sink = Sink()
-    sink.report(code, message, Location(place), hint=hint)
+    sink.report(code, message, Location(file), hint=hint)
     raise SceneError(sink.diagnostics())
 
 

@@ -183,7 +183,7 @@ def _plan_work(
 ) -> Work:
     """Compiles each file with each set of parameters, to know its scenes and all files that it uses."""
     if find_spec("pyarrow") is None:
-        fail("SC828", "the table of a sweep needs pyarrow, not installed here", "scenecc", install_hint("sweep"))
+        fail("SC828", "the table of a sweep needs pyarrow, not installed here", None, install_hint("sweep"))
     if not 0 <= settle < float("inf"):
         raise ValueError(f"settle must be 0 or more and finite, not {settle!r}")
     paths = [files] if isinstance(files, str | PathLike) else [*files]

@@ -86,5 +86,5 @@ def _fitted(frame: NDArray[np.uint8], first: NDArray[np.uint8]) -> NDArray[np.ui
 
 def _error(code: str, message: str, hint: str | None = None) -> SceneError:
     sink = Sink()
-    sink.report(code, message, Location("scenecc"), hint=hint)
+    sink.report(code, message, Location(None), hint=hint)
     return SceneError(sink.diagnostics())

@@ -157,8 +157,8 @@ def _opened(place: PageAddress, label: str) -> viser.ViserServer:
         known = error.errno is not None and error.errno > 0
         reason = os.strerror(error.errno) if known and error.errno else error.strerror or str(error)
         sink = Sink()
-        hint = "take another with `--port`, or leave it out for one that is free"
-        sink.report("SC815", f"no page can be served at {where}: {reason}", Location("--port"), hint=hint)
+        hint = "take another port, or none for one that is free"
+        sink.report("SC815", f"no page can be served at {where}: {reason}", Location(None), hint=hint)
         raise SceneError(sink.diagnostics()) from error
 
 
@@ -192,7 +192,7 @@ def _need_packages() -> None:
     if lacking:
         sink = Sink()
         message = f"a page needs {' and '.join(lacking)}, not installed here"
-        sink.report("SC816", message, Location("scenecc"), hint=install_hint("view"))
+        sink.report("SC816", message, Location(None), hint=install_hint("view"))
         raise SceneError(sink.diagnostics())
 
 

@@ -287,7 +287,7 @@ def _bodies_of(scenes: tuple[SceneMeshes, ...], key: Key) -> tuple[BodyMeshes, .
 def check_scene(look: ViewOptions, plan: ScenePlan) -> None:
     """Raises SceneError if the plan has no such scene as is looked at, ValueError if none can have it."""
     sink = Sink()
-    if select_scenes(str(integer(look.scene, "scene", 0)), plan.num_scenes, sink, "--scene") is None or sink.failed:
+    if select_scenes(str(integer(look.scene, "scene", 0)), plan.num_scenes, sink, "scene") is None or sink.failed:
         raise SceneError(sink.diagnostics())
 
 

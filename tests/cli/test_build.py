@@ -242,3 +242,12 @@ def test_all_rows_of_a_long_table_are_printed_where_they_are_asked_for(run, tmp_
     whole = run("build", "many.yaml", "--dry-run", "--all").stdout
     assert "b34" in whole
     assert "more rows" not in whole
+
+
+def test_a_fault_of_an_option_is_in_no_file(run, scene: Path) -> None:
+    for arguments, option in ((("--scenes", "9"), "--scenes"), (("--set", "nothing=1"), "--set nothing")):
+        command = ("build", scene, "--dry-run", *arguments)
+        assert run(*command).stderr.startswith(f"{option}: error SC")
+        assert run(*command, "--format", "github").stdout.startswith("::error title=SC")
+        (record,) = json.loads(run(*command, "--format", "json").stdout)["diagnostics"]
+        assert (record["file"], record["path"]) == (None, option)

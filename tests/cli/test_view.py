@@ -209,4 +209,4 @@ def test_a_port_in_use_is_3(run, scene: Path) -> None:
         port = taken.getsockname()[1]
         done = run("view", scene, "--port", port)
     assert (done.returncode, done.stdout) == (3, "")
-    assert f"--port: error SC815: no page can be served at 127.0.0.1, port {port}: Address already" in done.stderr
+    assert f"scenecc: error SC815: no page can be served at 127.0.0.1, port {port}: Address already" in done.stderr

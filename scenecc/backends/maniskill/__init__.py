@@ -42,7 +42,7 @@ def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink) -> LoadedSce
     Returns:
         What was built, or None after a failure.
     """
-    if not _check_installed(sink, plan):
+    if not _check_installed(sink):
         return None
     from scenecc.backends.maniskill.build import build_plan
 
@@ -55,7 +55,7 @@ def sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> 
     Raises:
         ValueError: `control_freq` does not divide the steps a second.
     """
-    if not _check_installed(sink, plan):
+    if not _check_installed(sink):
         return None
     from scenecc.backends.maniskill import build
 
@@ -70,13 +70,13 @@ def __getattr__(name: str) -> object:
     return getattr(import_module("scenecc.backends.maniskill.loaded_scene"), name)
 
 
-def _check_installed(sink: Sink, plan: ScenePlan) -> bool:
+def _check_installed(sink: Sink) -> bool:
     """Whether ManiSkill can be used here; the sink is told why not."""
     try:
         for name in ("mani_skill", "torch", "scenecc.backends.maniskill.compat"):
             import_module(name)
     except ImportError as error:
         message = f"ManiSkill cannot be used: {error}"
-        sink.report("SC805", message, plan.origin or Location(None), hint=INSTALL_HINT)
+        sink.report("SC805", message, Location(None), hint=INSTALL_HINT)
         return False
     return True

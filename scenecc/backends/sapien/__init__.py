@@ -75,7 +75,7 @@ def instantiate(
     problem = _engine_problem()
     if problem is not None:
         message, hint = problem
-        sink.report("SC805", message, plan.origin or Location(None), hint=hint)
+        sink.report("SC805", message, Location(None), hint=hint)
         return None
     from scenecc.backends.sapien.build import build_batch
 

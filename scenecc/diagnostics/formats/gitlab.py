@@ -24,7 +24,7 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     issues: list[dict[str, object]] = []
     seen: dict[str, int] = {}
     for diagnostic in diagnostics:
-        file = encodable(relative_file(diagnostic.file or "<dict>", style.root)[0])
+        file = encodable(relative_file(diagnostic.place, style.root)[0])
         about = "\0".join(map(encodable, (file, diagnostic.code, diagnostic.path, diagnostic.message)))
         count = seen[about] = seen.get(about, 0) + 1
         issues.append(

@@ -22,7 +22,7 @@ def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     """
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in style.files}
     for diagnostic in diagnostics:
-        by_file.setdefault(diagnostic.file or "<dict>", []).append(diagnostic)
+        by_file.setdefault(diagnostic.place, []).append(diagnostic)
     cases = [_case(relative_file(file, style.root)[0], found) for file, found in by_file.items()]
     counts = f'tests="{len(cases)}" failures="{sum("<failure" in case for case in cases)}" errors="0"'
     suite = f'  <testsuite name="scenecc" {counts}>\n{"".join(cases)}  </testsuite>\n'

@@ -122,13 +122,13 @@ class _Page:
         message, hint = visible(diagnostic.message), diagnostic.hint or ""
         if hint and "\n" not in hint and len(message) + len(hint) <= _ONE_LINE:
             message, hint = f"{message}; {self._paint('hint', visible(hint))}", ""
-        lines = [f"{self._place(diagnostic.location)} {head}: {message}"]
-        if diagnostic.path:
-            lines.append(f"{indent} {self._paint('gutter', '-->')} {visible(diagnostic.path)}")
+        lines = [f"{self._place(diagnostic.place, diagnostic.location)} {head}: {message}"]
+        if diagnostic.node:
+            lines.append(f"{indent} {self._paint('gutter', '-->')} {visible(diagnostic.node)}")
         lines += self._source(diagnostic.location, severity, len(indent))
         lines += self._hint(hint, indent)
         for related in diagnostic.related:
-            where = self._place(related.location)
+            where = self._place(related.location.file or "<dict>", related.location)
             note = self._paint("note", "note")
             lines.append(f"{indent} {self._paint('gutter', '=')} {note}: {where} {visible(related.message)}")
             lines += self._source(related.location, "note", len(indent))
@@ -149,8 +149,8 @@ class _Page:
             if counts[s] or s != "note"
         )
 
-    def _place(self, location: Location) -> str:
-        parts = (location.file or "<dict>", location.line, location.column)
+    def _place(self, name: str, location: Location) -> str:
+        parts = (name, location.line, location.column)
         place = ":".join(visible(str(part)) for part in parts if part is not None)
         return self._paint("place", place + ":")
 
