@@ -549,23 +549,29 @@ class Scene:
         """Pictures of the scene.
 
         Args:
-            path: where the picture, or the sheet, is written as a PNG; None: it is not.
+            path: the file to write; None: none. Its suffix says what: `.png` the picture or the sheet, `.mp4` or `.gif`
+                a film over the `steps`.
             choices: those of `RenderChoices`.
 
         Raises:
             SceneError: as of `render_scene`.
             TypeError: a flag is neither True nor False, or a number is no integer.
-            ValueError: an argument is out of its range.
+            ValueError: an argument is out of its range, or the suffix stands for nothing, or for another film than
+                `film`.
             OSError: the file cannot be written.
         """
         from scenecc.files import replace_all
         from scenecc.render import RenderChoices, render_scene
+        from scenecc.render.choices import written_film
 
         check_keywords(Scene.render, choices, RenderChoices)
         file = None if path is None else path_argument(Scene.render, "path", path)
+        wanted = None if file is None else written_film(file, choices.get("film"))
+        if wanted is not None:
+            choices["film"] = wanted
         made = render_scene(self._compiled, **choices, **self._given)
         if file is not None:
-            replace_all({file: made.png()})
+            replace_all({file: made.png() if wanted is None or made.film is None else made.film})
         return made
 
     def view(

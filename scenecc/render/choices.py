@@ -28,6 +28,8 @@ from scenecc.plan.schema import PIXEL_BOUNDS
 from scenecc.render.images import Film, What, sheet_size
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
     from scenecc.plan.rendering import Camera
@@ -164,6 +166,24 @@ def _check_numbers(given: Mapping[str, Any]) -> None:
     if every is not None and (film is None or integer(every, "every", 1) > steps):
         raise ChoiceError("every", "is for a film, and at most its steps")
 
+
+def written_film(file: Path, film: Film | None) -> Film | None:
+    """The film that a file's suffix stands for; None for `.png`, a picture.
+
+    Raises:
+        ValueError: the suffix stands for nothing, or for another film than is asked for.
+    """
+    suffix = file.suffix.lower()
+    if suffix not in _WRITTEN:
+        raise ValueError(f"{file.name} ends in none of {', '.join(_WRITTEN)}")
+    found = _WRITTEN[suffix]
+    if found is not None and film not in {None, found}:
+        raise ValueError(f"film is {film!r}, and {file.name} ends in another suffix")
+    return found
+
+
+_WRITTEN: Final[dict[str, Film | None]] = {".png": None, ".mp4": "mp4", ".gif": "gif"}
+"""Suffix of a file → the film that it holds; None: it holds a picture."""
 
 _FARTHEST: Final = 1e6
 

@@ -333,3 +333,31 @@ def test_a_stream_that_is_closed_too_early_is_refused_with_the_remedy(file: Path
     for use in (lambda: scene.diagnostics, lambda: scene.plan, lambda: scenecc.validate(stream)):
         with pytest.raises(ValueError, match="closed before the scene was read: keep it open"):
             use()
+
+
+@pytest.mark.parametrize(
+    ("name", "choices", "words"),
+    [
+        ("picture.jpg", {}, "picture.jpg ends in none of .png, .mp4, .gif"),
+        ("picture", {}, "picture ends in none of"),
+        ("film.mp4", {"film": "gif", "steps": 1}, "film is 'gif', and film.mp4 ends in another suffix"),
+        ("film.gif", {}, "a film needs steps"),
+    ],
+)
+def test_a_picture_is_written_by_its_suffix_or_not_at_all(
+    file: Path, name: str, choices: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(ValueError, match=words):
+        open_scene(file).render(file.parent / name, **choices)
+    assert not (file.parent / name).exists()
+
+
+@pytest.mark.render
+def test_the_suffix_says_what_a_rendering_writes(file: Path) -> None:
+    scene = open_scene(file)
+    made = scene.render(file.parent / "picture.PNG", size=(16, 16), steps=2, film="gif")
+    assert (file.parent / "picture.PNG").read_bytes() == made.png()
+    assert made.film is not None
+    film = scene.render(file.parent / "film.gif", size=(16, 16), steps=2)
+    assert (file.parent / "film.gif").read_bytes() == film.film
+    assert made.film == film.film
