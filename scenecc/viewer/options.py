@@ -47,7 +47,7 @@ class PageAddress:
         token: what a page's address must carry; None: anyone who reaches the address may use the page.
 
     Raises:
-        ValueError: there is no such port, or the token has no characters or some beyond ASCII.
+        ValueError: the host is empty, there is no such port, or the token has no characters or some beyond ASCII.
     """
 
     host: str = "127.0.0.1"
@@ -55,6 +55,8 @@ class PageAddress:
     token: str | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
+        if not self.host.strip():  # which the system takes for every address
+            raise ValueError("a host is an address or the name of a machine; 0.0.0.0 listens at every address")
         if self.port is not None and not 0 <= self.port <= _LAST_PORT:
             raise ValueError(f"a port is 0 to {_LAST_PORT}, not {self.port}")
         if self.token is not None and not (self.token.isascii() and self.token):

@@ -73,6 +73,13 @@ def test_every_loopback_address_is_closed_to_other_sites(host: str, closed: bool
     assert PageAddress(host).is_local is closed
 
 
+@pytest.mark.parametrize("host", ["", " "])
+def test_an_empty_host_is_refused(host: str) -> None:
+    """The system takes it for every address of the machine."""
+    with pytest.raises(ValueError, match=r"a host is an address or the name of a machine.*0\.0\.0\.0"):
+        PageAddress(host=host)
+
+
 def test_a_page_cannot_make_it_public(server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:
     def never(*given: object) -> None:
         raise AssertionError(f"a tunnel was asked for: {given}")
