@@ -58,6 +58,10 @@ Scenes = Annotated[
 Output = Annotated[
     str | None, typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan; - is standard output.")
 ]
+AuditOption = Annotated[
+    Audit | None,
+    typer.Option("--audit", help="How much of the engine's state to compare with the plan.", show_default="fast"),
+]
 Render = Annotated[
     bool | None,
     typer.Option("--render/--no-render", help="Build visuals too.", show_default="where a device exists"),
@@ -74,9 +78,7 @@ def build(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Compile only, without starting the engine.")] = False,
     output: Output = None,
     render: Render = None,
-    audit: Annotated[
-        Audit, typer.Option("--audit", help="How much of the engine's state to compare with the plan.")
-    ] = Audit.fast,
+    audit: AuditOption = None,
     every: Annotated[bool, typer.Option("--all", help="Print all rows of long tables.")] = False,
     form: FormatOption = Format.text,
     options: dict[str, Any],
@@ -95,6 +97,11 @@ def build(
     """
     import scenecc
 
+    if dry_run:
+        for option, is_given in (("--steps", steps), ("--audit", audit), ("--render", render is not None)):
+            if is_given:
+                message = "it needs the engine, which --dry-run does not start"
+                raise typer.BadParameter(message, param_hint=f"'{option}'")
     source = checked_source(scene, output, form)
     with scene_errors(options, form), progress("build") as show:
         result = scenecc.build_scene(
@@ -104,7 +111,7 @@ def build(
             backend=backend.value,
             dry_run=dry_run,
             render=render,
-            audit=audit.value,
+            audit=(audit or Audit.fast).value,
             progress=show,
         )
     _conclude(result, steps, output, form, whole=every)

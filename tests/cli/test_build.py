@@ -251,3 +251,15 @@ def test_a_fault_of_an_option_is_in_no_file(run, scene: Path) -> None:
         assert run(*command, "--format", "github").stdout.startswith("::error title=SC")
         (record,) = json.loads(run(*command, "--format", "json").stdout)["diagnostics"]
         assert (record["file"], record["path"]) == (None, option)
+
+
+@pytest.mark.parametrize(
+    "option", [("--steps", "3"), ("--audit", "full"), ("--audit", "fast"), ("--render",), ("--no-render",)]
+)
+def test_a_dry_run_takes_no_options_of_the_engine(run, scene: Path, option: tuple[str, ...]) -> None:
+    done = run("build", scene, "--dry-run", *option)
+    assert done.returncode == 2
+    assert (
+        f"Invalid value for '{option[0].replace('no-', '')}': it needs the engine, which --dry-run does not start"
+        in done.stderr
+    )
