@@ -2,11 +2,11 @@
 
 What the loader takes as it is and what is left to others:
 
-- Its `scale` and `collision_is_visual` act here. `load_multiple_collisions_from_file`, the decomposition,
-materials, densities and patch radii are of what is built from a description, and `fix_root_link` is the scene's to
-say. - `package_dir` is looked in first (SAPIEN's loader takes it and looks elsewhere only). - `effort`, `velocity`
-and `friction`, which the loader drops, are in the description; so is `mimic`, by URDF's meaning. - A link below a
-floating joint is a robot of its own; the loader knows this of single links only.
+- Its `scale` and `collision_is_visual` act here. `load_multiple_collisions_from_file`, the decomposition, materials,
+  densities and patch radii are of what is built from a description, and `fix_root_link` is the scene's to say.
+- `package_dir` is searched first (SAPIEN's loader takes it, but searches elsewhere only).
+- `effort`, `velocity` and `friction`, which the loader drops, are in the description; so is `mimic`, by URDF's meaning.
+- A link below a floating joint is a robot of its own; the loader does this for single links only.
 """
 
 from __future__ import annotations

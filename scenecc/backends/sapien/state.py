@@ -6,11 +6,11 @@ targets of kinematic bodies. Links are taken out from the last to the root and a
 makes the articulation anew, and `qpos` can be set once all links are in. Three differences from a new scene remain:
 
 - The engine reuses contact numbers in the order in which they were freed, and solves in that order. Bodies that
-touch nothing, or the ground and one another in pairs, move as in a new scene to the bit; a heap may differ in the
-last bit, and then more. A new simulation (`restore_in_new_scene`) has no such history. - How long a body has been
-slow cannot be read, so a body that is awake gets the time that a new body has. - A pose is that of the entity,
-while the engine keeps that of the centre of mass: converting from one to the other and back may round the last bit,
-once.
+  touch nothing, or the ground and one another in pairs, move as in a new scene to the bit; a heap may differ in the
+  last bit, and then more. A new simulation (`restore_in_new_scene`) has no such history.
+- How long a body has been slow cannot be read, so a body that is awake gets the time that a new body has.
+- A pose is that of the entity, while the engine keeps that of the centre of mass: converting from one to the other
+  and back may round the last bit, once.
 """
 
 from __future__ import annotations
