@@ -51,7 +51,8 @@ def judge(folder: Path, *, render: bool | None) -> str | None:
     1. Nothing but a `SceneError` is raised, and none without an error in it.
     2. Diagnostics stand inside the files that they name.
     3. What `validate` finds no error in compiles.
-    4. What compiles is built, has finite masses, and moves finitely unless its numbers are extreme.
+    4. What compiles is built, has finite masses, and moves finitely unless its numbers are extreme. An image that
+       Pillow reads and SAPIEN does not is only refused by the build.
     5. What is imported is written, valid and built, or nothing is written.
 
     Args:
@@ -155,7 +156,8 @@ def _built(plan: ScenePlan, *, render: bool) -> str | None:
     try:
         batch = scenecc.load_scene(plan, render=render)
     except scenecc.SceneError as error:
-        return f"validate is clean, build is not: {_said(error)}"
+        only_image = all(one.code == "SC807" and "cannot load the image" in one.message for one in error.diagnostics)
+        return None if only_image else f"validate is clean, build is not: {_said(error)}"
     with batch:
         _finite(batch, "built")
         batch.step(3)
