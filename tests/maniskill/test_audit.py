@@ -124,7 +124,10 @@ CASES: dict[str, tuple[Callable[[Any], object], str]] = {
         lambda scene: scene.remove_entity(find(scene, "scene-2_cube")),
         "the scene in scene 2: the engine holds entities in the scene = 3, and the plan asks for 4",
     ),
-    "constraint": (untie, "'cube' in scene 2: the engine holds constraints = none, and the plan asks for 'tie'"),
+    "constraint": (
+        untie,
+        "'tie' in scene 2: the engine holds constraints of 'cube' = none, and the plan asks for 'tie'",
+    ),
 }
 
 

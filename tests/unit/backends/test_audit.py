@@ -169,7 +169,9 @@ def test_constraints_are_counted_on_their_bodies(plan: ScenePlan, monkeypatch: p
 
     monkeypatch.setattr(build, "ConstraintSet", forgetful)
     (found,) = complaints(tied)
-    assert "'cube' in scene 2: the engine holds constraints = 'b', and the plan asks for 'a', 'b'" in found.message
+    assert (
+        "'a' in scene 2: the engine holds constraints of 'cube' = 'b', and the plan asks for 'a', 'b'" in found.message
+    )
 
 
 def test_every_cooked_mesh_is_weighed_once(

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.plan import Constraint, Entity
+    from scenecc.plan.rendering import Camera, Light
 
 AUDIT_CODE = "SC802"
 
@@ -21,40 +23,47 @@ class Difference(NamedTuple):
     """One thing in one scene that is not as the plan says.
 
     Attributes:
-        who: has it, for people: "'cube'", "link 'tip' of 'arm'".
+        held: of the plan, has it; None: the scene as a whole.
         what: differs, by the engine's name.
         expected, found: what the plan asks for and what the engine holds, for people.
         scene_idx: index of the scene in the plan.
-        origin: of the node that asked.
-        entity: the entity of the plan; "": it is of none.
+        link: name of the link that has it; "": it is of no link.
+        origin: of the node that asked; None: of `held`.
         code: of the diagnostic.
     """
 
-    who: str
+    held: Entity | Light | Camera | Constraint | None
     what: str
     expected: object
     found: object
     scene_idx: int
-    origin: Origin | None
-    entity: str = ""
+    link: str = ""
+    origin: Origin | None = None
     code: str = AUDIT_CODE
+
+    @property
+    def who(self) -> str:
+        """What has it, for people."""
+        name = "the scene" if self.held is None else f"'{self.held.name}'"
+        return f"link '{self.link}' of {name}" if self.link else name
 
 
 def report_differences(differences: Iterable[Difference], sink: Sink) -> bool:
     """Reports one diagnostic for each thing that differs, however many scenes have it. Returns True if nothing does."""
     found = list(differences)
     # A wrong pose follows from a mass that is beyond the engine, and is not reported beside it.
-    causes = {one.entity for one in found if one.entity and one.code != AUDIT_CODE}
+    causes = {id(one.held) for one in found if one.code != AUDIT_CODE}
     groups: dict[tuple[object, ...], list[Difference]] = {}
     for one in found:
-        if one.code != AUDIT_CODE or one.entity not in causes:
+        if one.code != AUDIT_CODE or id(one.held) not in causes:
             groups.setdefault((one.who, one.what, one.origin, one.code), []).append(one)
     for group in groups.values():
         first, scenes = group[0], len({one.scene_idx for one in group})
         more = f" (and in {scenes - 1} more)" if scenes > 1 else ""
         values = f"{first.what} = {first.found}, and the plan asks for {first.expected}"
         message = f"{first.who} in scene {first.scene_idx}{more}: the engine holds {values}"
-        sink.report(first.code, message, first.origin or Location(None))
+        origin = first.origin or (first.held and first.held.origin)
+        sink.report(first.code, message, origin or Location(None))
     return not groups
 
 

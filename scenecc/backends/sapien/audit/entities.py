@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulation
-    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.geometry.rotation_arrays import Floats
     from scenecc.plan import ArticulationStructure, Entity, Value
     from scenecc.plan.rendering import Camera, Light
@@ -35,8 +34,7 @@ class EntityBlock:
     """The entities of one thing of the plan, in the order in which they came into each scene.
 
     Attributes:
-        name: of the thing.
-        origin: of it.
+        held: the thing.
         scene_idxs: (N,) the scene of each entity, as an index in the plan.
         objs: (N,) the `sapien.Entity`s.
         poses: (N, 7) float32 where they belong.
@@ -44,8 +42,7 @@ class EntityBlock:
         links: (N,) names of the links that they are; empty of what is no articulation.
     """
 
-    name: str
-    origin: Origin | None
+    held: Entity | Light | Camera
     scene_idxs: Sequence[int]
     objs: list[Any]
     poses: NDArray[np.float32]
@@ -54,16 +51,17 @@ class EntityBlock:
 
     def difference(self, number: int, what: str, expected: object, found: object) -> Difference:
         """What is wrong with one of the entities."""
-        who = f"link '{self.links[number]}' of '{self.name}'" if self.links else f"'{self.name}'"
-        return Difference(who, what, expected, found, self.scene_idxs[number], self.origin, self.name)
+        link = self.links[number] if self.links else ""
+        return Difference(self.held, what, expected, found, self.scene_idxs[number], link)
 
 
 def plain_block(
     held: Entity | Light | Camera, scene_idxs: Sequence[int], rows: NDArray[np.intp], objs: list[Any]
 ) -> EntityBlock:
     """Bodies, lights or cameras that are at their pose. `rows`: of the plan's values."""
-    poses = _pose_rows(held.pose, rows).astype(np.float32)
-    return EntityBlock(held.name, held.origin, scene_idxs, objs, poses, np.zeros(len(rows)))
+    poses = np.empty((len(rows), 7), np.float32)
+    poses[:] = select_rows(held.pose, rows)
+    return EntityBlock(held, scene_idxs, objs, poses, np.zeros(len(rows)))
 
 
 def articulation_block(prepared: PreparedArticulation, *, moved: bool) -> EntityBlock:
@@ -80,8 +78,7 @@ def articulation_block(prepared: PreparedArticulation, *, moved: bool) -> Entity
             poses[places] = rows
             tolerances[places] = tolerance if moved or which == 0 else np.inf
     return EntityBlock(
-        entity.name,
-        entity.origin,
+        entity,
         np.repeat(prepared.scene_idxs, counts).tolist(),
         list(chain.from_iterable(prepared.entities)),
         poses,
@@ -124,48 +121,71 @@ def _normalize(poses: Floats) -> Floats:
     return found
 
 
-def order_differences(blocks: Sequence[EntityBlock], lookup: EntityLookup, *, shared: bool) -> Iterator[Difference]:
-    """Whether each scene holds the entities of some blocks, in build order. `shared`: it may hold others, too."""
+def entity_differences(
+    blocks: Sequence[EntityBlock], lookup: EntityLookup, *, shared: bool, poses: bool
+) -> Iterator[Difference]:
+    """Whether each scene holds the entities of some blocks, in build order and where they belong.
+
+    Args:
+        blocks: in build order.
+        lookup: the scenes.
+        shared: whether the scenes hold other entities, too.
+        poses: whether poses are compared, once every scene holds what it should.
+    """
     # Environments of ManiSkill may share one `sapien.Scene`.
     scenes = {id(scene): (index, scene) for index, scene in zip(lookup.scene_idxs, lookup.scenes, strict=True)}
     key_of = {index: id(scene) for index, scene in zip(lookup.scene_idxs, lookup.scenes, strict=True)}
-    expected: dict[int, list[Any]] = {key: [] for key in scenes}
-    for block in blocks:
-        for index, entity in zip(block.scene_idxs, block.objs, strict=True):
-            expected[key_of[index]].append(entity)
+    objs = [entity for block in blocks for entity in block.objs]
+    rows_of: dict[int, list[int]] = {key: [] for key in scenes}
+    for row, index in enumerate(chain.from_iterable(block.scene_idxs for block in blocks)):
+        rows_of[key_of[index]].append(row)
+    order: list[int] = []
+    packed = [np.empty((0, 7), np.float32)]
     for key, (index, scene) in scenes.items():
-        wanted, present = expected[key], scene.entities
+        wanted, present = [objs[row] for row in rows_of[key]], scene.entities
+        own: Any = slice(None)
         if shared:
-            own = set(map(id, wanted))
-            present = [entity for entity in present if id(entity) in own]
+            known = set(map(id, wanted))
+            own = [place for place, entity in enumerate(present) if id(entity) in known]
+            present = [present[place] for place in own]
         # Comparing lists looks at identity first, and needs no loop in Python for the usual case.
-        if len(wanted) != len(present):
-            yield Difference("the scene", "entities in the scene", len(wanted), len(present), index, None)
-        elif wanted != present:
-            row = next(row for row, entity in enumerate(wanted) if entity is not present[row])
-            block, number = next(
-                (block, block.objs.index(wanted[row])) for block in blocks if wanted[row] in block.objs
-            )
-            name, found = block.links[number] if block.links else block.name, present[row].name
-            other = f"'{found}'" if found != name else f"another entity '{found}'"
-            yield block.difference(number, f"entity {row} of the build order", f"'{name}'", other)
+        if wanted != present:
+            poses = False
+            yield _order_difference(blocks, wanted, present, index)
+        order += rows_of[key]
+        # SAPIEN packs q, then p, of each entity of a scene in the order in which they were added.
+        packed.append(np.frombuffer(scene.pack_poses(), np.float32).reshape(-1, 7)[own])
+    if poses:
+        found = np.empty((len(objs), 7), np.float32)
+        found[order] = np.concatenate(packed)[:, [4, 5, 6, 0, 1, 2, 3]]
+        yield from _pose_differences(blocks, found)
 
 
-def pose_differences(blocks: Sequence[EntityBlock]) -> Iterator[Difference]:
-    """Whether the entities of some blocks are where they belong."""
-    poses = [entity.get_pose().__getstate__() for block in blocks for entity in block.objs]
-    found = np.array(poses, np.float32).reshape(-1, 7)
+def _order_difference(blocks: Sequence[EntityBlock], wanted: list[Any], present: list[Any], index: int) -> Difference:
+    if len(wanted) != len(present):
+        return Difference(None, "entities in the scene", len(wanted), len(present), index)
+    row = next(row for row, entity in enumerate(wanted) if entity is not present[row])
+    block = next(block for block in blocks if wanted[row] in block.objs)
+    number = block.objs.index(wanted[row])
+    name, found = block.links[number] if block.links else block.held.name, present[row].name
+    other = f"'{found}'" if found != name else f"another entity '{found}'"
+    return block.difference(number, f"entity {row} of the build order", f"'{name}'", other)
+
+
+def _pose_differences(blocks: Sequence[EntityBlock], found: NDArray[np.float32]) -> Iterator[Difference]:
+    """`found`: (N, 7) of all entities, block by block."""
     wanted = np.concatenate([np.empty((0, 7), np.float32), *(block.poses for block in blocks)])
     wrong = (found != wanted).any(axis=1)
-    if wrong.any():
-        tolerances = np.concatenate([block.tolerances for block in blocks])
-        # A rotation has two quaternions, and the engine may hold either.
-        sign = np.where((found[:, 3:] * wanted[:, 3:]).sum(axis=1) < 0, -1.0, 1.0)
-        far = np.maximum(1.0, np.abs(wanted[:, :3]).max(axis=1))
-        position = np.abs(found[:, :3] - wanted[:, :3]).max(axis=1)
-        rotation = np.abs(found[:, 3:] - sign[:, None] * wanted[:, 3:]).max(axis=1)
-        wrong &= (tolerances == 0) | ~(np.maximum(position, rotation) <= tolerances * far)
-    places = ((block, number) for block in blocks for number in range(len(block.objs)))
-    for row, (block, number) in enumerate(places) if wrong.any() else ():
-        if wrong[row]:
-            yield block.difference(number, "pose", format_numbers(wanted[row]), format_numbers(found[row]))
+    if not wrong.any():
+        return
+    tolerances = np.concatenate([block.tolerances for block in blocks])
+    # A rotation has two quaternions, and the engine may hold either.
+    sign = np.where((found[:, 3:] * wanted[:, 3:]).sum(axis=1) < 0, -1.0, 1.0)
+    far = np.maximum(1.0, np.abs(wanted[:, :3]).max(axis=1))
+    position = np.abs(found[:, :3] - wanted[:, :3]).max(axis=1)
+    rotation = np.abs(found[:, 3:] - sign[:, None] * wanted[:, 3:]).max(axis=1)
+    wrong &= (tolerances == 0) | ~(np.maximum(position, rotation) <= tolerances * far)
+    places = [(block, number) for block in blocks for number in range(len(block.objs))]
+    for row in np.flatnonzero(wrong).tolist():
+        block, number = places[row]
+        yield block.difference(number, "pose", format_numbers(wanted[row]), format_numbers(found[row]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import takewhile
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from scenecc.plan.geometry import RevolvedSolid, Solid
 from scenecc.plan.properties import DEFAULT_DENSITY
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable
+    from collections.abc import Hashable
 
     from numpy.typing import NDArray
 
@@ -30,8 +30,7 @@ MASS_TOLERANCE = 1e-4
 """Relative, between masses that the engine adds in single precision and masses in double precision."""
 
 MESH_TOLERANCE = 1e-2
-"""Relative, between the volume by which PhysX weighs a mesh and that of its triangles: a hull's polygons are not quite
-plane.
+"""Relative, between the volumes by which PhysX weighs a mesh and of its triangles: a hull's polygons are not quite plane.
 """
 
 CYLINDER_AREA_RATIO = 32 / (2 * math.pi) * math.sin(2 * math.pi / 32)
@@ -43,67 +42,60 @@ MeshKey = tuple[int, AxisSigns]
 """Index of a file in the plan, and along which axes it is mirrored."""
 
 
+class Volumes(NamedTuple):
+    """What the triangles of a shape enclose, and by which the engine weighs it [m³]: 0 if a hull looks inwards."""
+
+    enclosed: float
+    weighed: float
+
+
 class CookedMeshes:
-    """Fresh shapes of the meshes of a plan, unscaled, each made once."""
+    """The meshes of a plan as PhysX cooks them, unscaled: fresh shapes, each made and weighed once."""
 
     def __init__(self, plan: ScenePlan) -> None:
         self._plan = plan
         self._material: Any = physx.get_default_material()
-        self._known: dict[Hashable, Any] = {}
+        self._known: dict[Hashable, list[Volumes]] = {}
 
-    def parts(self, geometry: MeshGeometry, mesh: MeshKey) -> list[Any]:
+    def parts(self, geometry: MeshGeometry, mesh: MeshKey) -> list[Volumes]:
         """The shapes of a mesh: several of `ConvexParts`, otherwise one."""
-        # PhysX finds what it has cooked of a file by whether it has a distance field, too.
-        key = (type(geometry), mesh, getattr(geometry, "coacd", None), getattr(geometry, "sdf", False))
-        return self._once(key, lambda: self._load(geometry, *mesh))
+        key = (type(geometry), mesh, getattr(geometry, "coacd", None))
+        if key not in self._known:
+            self._known[key] = list(map(_weigh, self._load(geometry, *mesh)))
+        return self._known[key]
+
+    def revolved_parts(self, geometry: RevolvedSolid, row: int) -> list[Volumes]:
+        """The convex parts of a solid of revolution, of unit size."""
+        profile, _ = geometry.unit_profile(*geometry.sizes(row))
+        if profile not in self._known:
+            self._known[profile] = list(map(_weigh, make_revolved_parts(profile, _UNIT_SCALE, self._material)))
+        return self._known[profile]
 
     def _load(self, geometry: MeshGeometry, file: int, signs: AxisSigns) -> list[Any]:
-        asset = self._plan.files[file]
+        asset, several = self._plan.files[file], isinstance(geometry, ConvexParts)
         if isinstance(geometry, ConvexParts) and geometry.coacd is not None:
             path = str(decompose(asset, geometry.coacd))
         else:
             path = str(collision_file(asset))
         if isinstance(geometry, TriangleMesh):
             return [physx.PhysxCollisionShapeTriangleMesh(path, _UNIT_SCALE, self._material, geometry.sdf)]
-        path = mirror_mesh(path, signs, parts=isinstance(geometry, ConvexParts))
         hull = physx.PhysxCollisionShapeConvexMesh
-        if isinstance(geometry, ConvexParts):
-            return hull.load_multiple(path, _UNIT_SCALE, self._material)
-        return [hull(path, _UNIT_SCALE, self._material)]
-
-    def revolved_parts(self, geometry: RevolvedSolid, row: int) -> list[Any]:
-        """The convex parts of a solid of revolution, of unit size."""
-        profile, _ = geometry.unit_profile(*geometry.sizes(row))
-        return self._once(("revolved", profile), lambda: make_revolved_parts(profile, _UNIT_SCALE, self._material))
-
-    def volume(self, geometry: MeshGeometry, mesh: MeshKey) -> float:
-        """[m³] by which the engine weighs a mesh."""
-        return sum(weighed for _, weighed in self.volumes(self.parts(geometry, mesh)))
-
-    def volumes(self, shapes: Iterable[Any]) -> list[tuple[float, float]]:
-        """[m³] that the triangles of each of these shapes enclose, and by which the engine weighs it.
-
-        The second is 0 where the faces of a hull look inwards.
-        """
-        return [self._once(("volumes", id(shape)), lambda shape=shape: _weigh(shape)) for shape in shapes]
-
-    def _once(self, key: Hashable, make: Callable[[], Any]) -> Any:
-        if key not in self._known:
-            self._known[key] = make()
-        return self._known[key]
+        make = hull.load_multiple if several else hull
+        made = make(mirror_mesh(path, signs, parts=several), _UNIT_SCALE, self._material)
+        return made if several else [made]
 
 
-def _weigh(shape: Any) -> tuple[float, float]:
+def _weigh(shape: Any) -> Volumes:
     volume = enclosed_volume(shape)
     if not isinstance(shape, physx.PhysxCollisionShapeConvexMesh):
         volume = abs(volume)
     if not volume > 0:
-        return volume, 0.0
+        return Volumes(volume, 0.0)
     # The engine gives no body less than a milligram: this one weighs a kilogram, or the mesh is wrong.
     shape.set_density(1 / volume)
     body = physx.PhysxRigidDynamicComponent()
     body.attach(shape)
-    return volume, body.mass * volume
+    return Volumes(volume, body.mass * volume)
 
 
 def enclosed_volume(shape: Any) -> float:
@@ -123,38 +115,49 @@ def mesh_keys(geometry: MeshGeometry, rows: NDArray[np.intp]) -> list[MeshKey]:
     return list(zip(np.broadcast_to(files, count).tolist(), signs, strict=True))
 
 
-def shapes_mass(structure: BodyStructure, rows: NDArray[np.intp], meshes: CookedMeshes) -> Any:
-    """What the shapes of a body weigh [kg] in each of these rows, or one number for all."""
+def given_mass(structure: BodyStructure, rows: NDArray[np.intp]) -> list[float] | None:
+    """The mass [kg] that the plan gives a body in each of these rows; None: it follows from the shapes."""
+    given = structure.mass if structure.inertial is None else structure.inertial.mass
+    return None if given is None else _spread(_columns(given, rows)[0], len(rows))
+
+
+def shapes_mass(structure: BodyStructure, rows: NDArray[np.intp], meshes: CookedMeshes) -> list[float]:
+    """What the shapes of a body weigh [kg] in each of these rows, as SAPIEN gives it."""
     total: Any = 0.0
     # SAPIEN weighs a body again with each shape; PhysX cannot once one of them is endless.
     for shape in takewhile(lambda shape: not isinstance(shape.geometry, Plane), structure.collisions):
-        density = DEFAULT_DENSITY if shape.density is None else columns(shape.density, rows)[0]
+        density = DEFAULT_DENSITY if shape.density is None else _columns(shape.density, rows)[0]
         total = total + density * _volume(shape.geometry, rows, meshes)
+    masses = _spread(total, len(rows))
     if structure.body_type == "kinematic":
         # No force moves it, so that its mass does not matter.
-        return np.maximum(total, MINIMUM_MASS)
-    return total + MINIMUM_MASS * (total == 0)
+        return [max(mass, MINIMUM_MASS) for mass in masses]
+    return [mass or MINIMUM_MASS for mass in masses]
 
 
 def _volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedMeshes) -> Any:
     """[m³]; PhysX gives none to planes and to triangle meshes without a distance field."""
     if isinstance(geometry, Solid):
-        volume = geometry.volume(*(column for value in geometry.values for column in columns(value, rows)))
+        volume = geometry.volume(*(column for value in geometry.values for column in _columns(value, rows)))
         return volume * CYLINDER_AREA_RATIO if isinstance(geometry, Cylinder) else volume
     if not isinstance(geometry, MeshGeometry) or (isinstance(geometry, TriangleMesh) and not geometry.sdf):
         return 0.0
     keys = mesh_keys(geometry, rows)
-    volume_of = {mesh: meshes.volume(geometry, mesh) for mesh in dict.fromkeys(keys)}
+    volume_of = {key: sum(part.weighed for part in meshes.parts(geometry, key)) for key in dict.fromkeys(keys)}
     found = np.array([volume_of[mesh] for mesh in keys]) * np.abs(np.prod(select_rows(geometry.scale, rows), axis=1))
     return found if len(found) > 1 else found.item()
 
 
-def columns(value: Value, rows: NDArray[np.intp]) -> list[Any]:
+def _columns(value: Value, rows: NDArray[np.intp]) -> list[Any]:
     """Each component of a value: one number, which takes less time than an array of it, or an array with all rows."""
     if not value.varies:
         return list(value.as_drawn())
     data = value.data[rows].astype(np.float64)
     return list(np.atleast_2d(data.T))
+
+
+def _spread(numbers: Any, count: int) -> list[float]:
+    return numbers.tolist() if isinstance(numbers, np.ndarray) else [numbers] * count
 
 
 def part_count(geometry: CollisionGeometry, row: int, meshes: CookedMeshes) -> int:

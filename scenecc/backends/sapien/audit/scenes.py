@@ -13,16 +13,16 @@ import numpy as np
 from scenecc.backends.sapien.audit.differences import AUDIT_CODE, Difference, format_numbers, report_differences
 from scenecc.backends.sapien.audit.entities import (
     articulation_block,
-    order_differences,
+    entity_differences,
     plain_block,
-    pose_differences,
 )
 from scenecc.backends.sapien.audit.masses import (
     MASS_TOLERANCE,
     MESH_TOLERANCE,
     MINIMUM_MASS,
     CookedMeshes,
-    columns,
+    Volumes,
+    given_mass,
     mesh_keys,
     part_count,
     shapes_mass,
@@ -36,7 +36,7 @@ from scenecc.plan.properties import FLOAT32_MAX, MAX_BODY_OFFSET
 from scenecc.plan.rendering import Camera, Light
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -92,26 +92,18 @@ def _differences(built: BuiltScenes) -> Iterator[Difference]:
         if held.mount is None:
             rows = np.searchsorted(held.scene_idxs, batch.scene_idxs)
             blocks.append(plain_block(held, batch.scene_idxs, rows, [one.get_entity() for one in batch.objs]))
-    misplaced = list(order_differences(blocks, built.lookup, shared=built.shared))
-    yield from misplaced
-    if built.poses and not misplaced:
-        yield from pose_differences(blocks)
+    yield from entity_differences(blocks, built.lookup, shared=built.shared, poses=built.poses)
     meshes = CookedMeshes(built.plan)
     for group in _body_groups(built.prepared):
-        if group.structure.body_type != "none":
+        if group.part.structure.body_type != "none":
             yield from group.shape_differences(meshes)
-        if group.structure.body_type not in {"static", "none"}:
+        if group.part.structure.body_type not in {"static", "none"}:
             yield from group.mass_differences(meshes)
     for prepared in built.prepared:
         if isinstance(prepared, PreparedArticulation):
             yield from _articulation_differences(prepared)
     yield from _constraint_differences(built)
     yield from _seen_differences(built)
-
-
-_get_collision_shapes: Callable[[Any], list[Any]] = physx.PhysxRigidBaseComponent.get_collision_shapes
-
-_get_mass: Callable[[Any], float] = physx.PhysxRigidBodyComponent.get_mass
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,63 +121,55 @@ class _BodyGroup:
     components: Sequence[Any]
     link: str = ""
 
-    @property
-    def structure(self) -> BodyStructure:
-        """The structure of the body."""
-        return self.part.structure
-
     def difference(self, number: int, what: str, expected: object, found: object, code: str = AUDIT_CODE) -> Difference:
         """What is wrong with the body in one of the scenes."""
-        name = self.prepared.entity.name
-        who = f"link '{self.link}' of '{name}'" if self.link else f"'{name}'"
         scene = self.prepared.scene_idxs[int(self.part.numbers[number])]
         return Difference(
-            who, what, expected, found, scene, self.structure.origin or self.prepared.entity.origin, name, code
+            self.prepared.entity, what, expected, found, scene, self.link, self.part.structure.origin, code
         )
 
     def shape_differences(self, meshes: CookedMeshes) -> Iterator[Difference]:
         """The number of its shapes, and the volumes of meshes that were cooked for it."""
-        shapes, rows = self.structure.collisions, self.part.rows
+        shapes, rows = self.part.structure.collisions, self.part.rows
         several = [shape.geometry for shape in shapes if COLLISION_SHAPES[type(shape.geometry)].many]
         single = len(shapes) - len(several)
         # One body at a time: Python's objects for the shapes of all bodies take too much memory.
-        for number, component in enumerate(self.components):
-            expected = single + sum(part_count(geometry, int(rows[number]), meshes) for geometry in several)
-            if (found := len(_get_collision_shapes(component))) != expected:
-                yield self.difference(number, "collision_shapes", expected, found)
+        found = [len(component.get_collision_shapes()) for component in self.components]
+        if several or found.count(single) != len(found):
+            for number, row in enumerate(rows.tolist()):
+                expected = single + sum(part_count(geometry, row, meshes) for geometry in several)
+                if found[number] != expected:
+                    yield self.difference(number, "collision_shapes", expected, found[number])
         for shape in shapes:
-            for number, enclosed, weighed in _badly_cooked(shape.geometry, rows, meshes):
-                values = format_numbers(enclosed), format_numbers(weighed)
+            for number, volumes in _badly_cooked(shape.geometry, rows, meshes):
+                values = map(format_numbers, volumes)
                 yield self.difference(number, "volume of the cooked mesh", *values)._replace(origin=shape.origin)
 
     def mass_differences(self, meshes: CookedMeshes) -> Iterator[Difference]:
         """Its mass and, of meshes, whether its weight and its centre of mass are what single precision can hold."""
-        given = self.structure.mass if self.structure.inertial is None else self.structure.inertial.mass
-        expected = (
-            shapes_mass(self.structure, self.part.rows, meshes) if given is None else columns(given, self.part.rows)[0]
-        )
-        masses = list(map(_get_mass, self.components))
-        wanted = np.broadcast_to(expected, len(masses))
-        for number in np.flatnonzero(~(np.abs(np.array(masses) - wanted) <= MASS_TOLERANCE * wanted)).tolist():
-            code = _mass_code(wanted[number]) if given is None else AUDIT_CODE
-            yield self.difference(number, "mass", format_numbers(wanted[number]), format_numbers(masses[number]), code)
-        if self.structure.inertial is None and self.structure.body_type != "kinematic" and self._has_mesh():
+        structure, rows = self.part.structure, self.part.rows
+        given = given_mass(structure, rows)
+        wanted = shapes_mass(structure, rows, meshes) if given is None else given
+        for number, (component, expected) in enumerate(zip(self.components, wanted, strict=True)):
+            mass: float = component.get_mass()
+            if not abs(mass - expected) <= MASS_TOLERANCE * expected:
+                code = _mass_code(expected) if given is None else AUDIT_CODE
+                yield self.difference(number, "mass", format_numbers(expected), format_numbers(mass), code)
+        has_mesh = any(isinstance(shape.geometry, MeshGeometry) for shape in structure.collisions)
+        if has_mesh and structure.inertial is None and structure.body_type != "kinematic":
             yield from self._mesh_mass_differences(meshes)
 
     def _mesh_mass_differences(self, meshes: CookedMeshes) -> Iterator[Difference]:
-        """What of other shapes is checked before anything is built."""
-        weight = np.broadcast_to(shapes_mass(self.structure, self.part.rows, meshes), len(self.components))
-        for number, component in enumerate(self.components):
-            if self.structure.mass is not None and weight[number] < MINIMUM_MASS:
+        """Of other shapes these are checked before anything is built."""
+        weights = shapes_mass(self.part.structure, self.part.rows, meshes)
+        for number, (component, weight) in enumerate(zip(self.components, weights, strict=True)):
+            if self.part.structure.mass is not None and weight < MINIMUM_MASS:
                 least = f"{MINIMUM_MASS:g} at least"
-                yield self.difference(number, "mass by density", least, format_numbers(weight[number]), "SC511")
+                yield self.difference(number, "mass by density", least, format_numbers(weight), "SC511")
             centre = component.cmass_local_pose.p
             if not (np.abs(centre) <= MAX_BODY_OFFSET).all():
                 near = "a place within 10 km"
                 yield self.difference(number, "cmass_local_pose.p", near, format_numbers(centre), PRECISION_CODE)
-
-    def _has_mesh(self) -> bool:
-        return any(isinstance(shape.geometry, MeshGeometry) for shape in self.structure.collisions)
 
 
 def _mass_code(expected: float) -> str:
@@ -195,19 +179,19 @@ def _mass_code(expected: float) -> str:
 
 def _badly_cooked(
     geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedMeshes
-) -> Iterator[tuple[int, float, float]]:
-    """Meshes whose volume the engine has wrong: the number of a row that has one, its volume and the engine's [m³]."""
+) -> Iterator[tuple[int, Volumes]]:
+    """Parts of meshes whose volume the engine has wrong, each with the number of a row that has one."""
+    cooked: list[tuple[int, list[Volumes]]] = []
     if isinstance(geometry, RevolvedSolid):
-        cooked = [(0, meshes.revolved_parts(geometry, int(rows[0])))]
+        several = rows if any(value.varies for value in geometry.values) else rows[:1]
+        cooked = [(number, meshes.revolved_parts(geometry, row)) for number, row in enumerate(several.tolist())]
     elif isinstance(geometry, MeshGeometry) and not (isinstance(geometry, TriangleMesh) and not geometry.sdf):
         keys = mesh_keys(geometry, rows)
         cooked = [(keys.index(key), meshes.parts(geometry, key)) for key in dict.fromkeys(keys)]
-    else:
-        return
-    for number, shapes in cooked:
-        for enclosed, weighed in meshes.volumes(shapes):
-            if not abs(weighed - enclosed) < MESH_TOLERANCE * enclosed:
-                yield number, enclosed, weighed
+    for number, parts in cooked:
+        for part in parts:
+            if not abs(part.weighed - part.enclosed) < MESH_TOLERANCE * part.enclosed:
+                yield number, part
 
 
 def _body_groups(prepared_entities: Sequence[PreparedEntity]) -> Iterator[_BodyGroup]:
@@ -228,7 +212,6 @@ def _body_groups(prepared_entities: Sequence[PreparedEntity]) -> Iterator[_BodyG
 
 def _articulation_differences(prepared: PreparedArticulation) -> Iterator[Difference]:
     """Numbers of links and of joints that move."""
-    name = prepared.entity.name
     for part in prepared.parts:
         wanted = {"links": len(part.structure.links), "dof": len(part.structure.active_joints)}
         numbers: list[int] = part.numbers.tolist()
@@ -237,22 +220,22 @@ def _articulation_differences(prepared: PreparedArticulation) -> Iterator[Differ
             counts: dict[str, int] = {"links": len(made.get_links()), "dof": made.dof}
             for what, found in counts.items():
                 if found != wanted[what]:
-                    place, scene = part.structure.origin or prepared.entity.origin, prepared.scene_idxs[number]
-                    yield Difference(f"'{name}'", what, wanted[what], found, scene, place, name)
+                    yield Difference(prepared.entity, what, wanted[what], found, prepared.scene_idxs[number])
 
 
 def _constraint_differences(built: BuiltScenes) -> Iterator[Difference]:
     """Whether each body carries the constraints of the plan, in its order."""
+    number_of = {index: number for number, index in enumerate(built.lookup.scene_idxs)}
     expected: dict[int, tuple[Any, list[Any], int, Constraint]] = {}
     for constraint, batch in built.constraints:
         for index, component in zip(batch.scene_idxs, batch.objs, strict=True):
-            entity = built.lookup.entity(constraint.child, built.lookup.scene_idxs.index(index))
+            entity = built.lookup.entity(constraint.child, number_of[index])
             expected.setdefault(id(entity), (entity, [], index, constraint))[1].append(component)
     for entity, wanted, index, constraint in expected.values():
         found = [one for one in entity.components if isinstance(one, physx.PhysxJointComponent)]
         if found != wanted:
-            who = f"'{constraint.child}'"
-            yield Difference(who, "constraints", _names(wanted), _names(found), index, constraint.origin)
+            what = f"constraints of '{constraint.child}'"
+            yield Difference(constraint, what, _names(wanted), _names(found), index)
 
 
 def _seen_differences(built: BuiltScenes) -> Iterator[Difference]:
@@ -268,12 +251,8 @@ def _seen_differences(built: BuiltScenes) -> Iterator[Difference]:
         for (index, wanted), scene in zip(expected.items(), scenes, strict=True):
             found = set(getattr(scene.render_system, name))
             if not wanted <= found or (found != wanted and not built.shared):
-                yield Difference("the scene", name, _names(_by_name(wanted)), _names(_by_name(found)), index, origin)
+                yield Difference(None, name, _names(wanted), _names(found), index, origin=origin)
 
 
-def _by_name(components: set[Any]) -> list[Any]:
-    return sorted(components, key=lambda component: component.name)
-
-
-def _names(components: Sequence[Any]) -> str:
-    return ", ".join(f"'{component.name}'" for component in components) or "none"
+def _names(components: Iterable[Any]) -> str:
+    return ", ".join(sorted(f"'{component.name}'" for component in components)) or "none"
