@@ -30,8 +30,7 @@ MASS_TOLERANCE = 1e-4
 """Relative, between masses that the engine adds in single precision and masses in double precision."""
 
 MESH_TOLERANCE = 1e-2
-"""Relative, between the volumes by which PhysX weighs a mesh and of its triangles: a hull's polygons are not quite plane.
-"""
+"""Relative, between the volume by which PhysX weighs a mesh and that of its triangles: polygons are not quite plane."""
 
 CYLINDER_AREA_RATIO = 32 / (2 * math.pi) * math.sin(2 * math.pi / 32)
 """Area of the 32-sided prism that PhysX has for a cylinder, by that of the circle around it."""
