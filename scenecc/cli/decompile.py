@@ -34,7 +34,7 @@ def decompile(
 ) -> None:
     """Write the scene of a ManiSkill task as a scene file.
 
-    The task is built and reset, and its live scene becomes a file: bodies, robots by their file with what the task
+    The task is built and reset, and its live scene becomes a file: bodies, robots by their URDF with what the task
     changes, lights and cameras. The file is then built, and what is not equal in its scene is printed. The task runs
     its own code. The extra `maniskill` and a device that renders are needed. With `--num-envs`, the file has parallel
     scenes: environments that are reset with the seeds N, N + 1, and so on.
