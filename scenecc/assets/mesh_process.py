@@ -108,7 +108,7 @@ def _read(
         raise AssetError("SC607", "the mesh takes too much memory", "simplify it") from error
     except Exception as error:  # the libraries raise whatever comes
         if isinstance(error, OSError) and error.errno == EMFILE:  # for text in another encoding a codec would be loaded
-            error = ValueError("it is truncated, or not text in UTF-8")  # noqa: PLW2901
+            error = ValueError("it is truncated, or not text in UTF-8")
         words = " ".join(str(error).split())[:200] or type(error).__name__
         raise AssetError("SC412", f"the mesh cannot be read: {words}", "export the mesh again") from error
 
