@@ -13,17 +13,22 @@ from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import SCENES, Case, box_shape, built, by_hand, component, counts, plan_of
 from plugins.sample_plans import indices, look
 
+from scenecc.backends.sapien.geometry import VISUAL_SHAPES
 from scenecc.plan import (
     BodyStructure,
     Box,
     Capsule,
+    Cone,
     Cylinder,
     Entity,
+    Heightfield,
     Mesh,
     Physics,
+    Ring,
     ScenePlan,
     Sphere,
     TiledPlane,
+    VisualGeometry,
     VisualPlane,
     VisualShape,
     constant,
@@ -214,6 +219,46 @@ def test_tiled_plane_repeats_its_texture() -> None:
     corners = part.vertices[part.triangles]
     faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (faces[:, 2] > 0).all()
+
+
+def shown(geometry: VisualGeometry) -> Any:
+    """The part of the render shape of a geometry."""
+    it = case(seen(VisualShape(geometry)), lambda _builder, _scene: None)
+    return component(built(plan_of(it), render=True), "body").render_shapes[0].parts[0]
+
+
+def test_a_cone_is_drawn_from_its_base_to_its_tip() -> None:
+    vertices = shown(Cone(constant(0.2), constant(0.3))).vertices.astype(np.float64)
+    x, radius = vertices[:, 0], np.hypot(vertices[:, 1], vertices[:, 2])
+    on_side = np.isclose(radius, 0.2 * (0.3 - x) / 0.6, atol=1e-6)
+    on_base = np.isclose(x, -0.3, atol=1e-6) & (radius <= 0.2 + 1e-6)
+    assert (on_side | on_base).all()
+    assert (x.max(), radius.max()) == pytest.approx((0.3, 0.2))
+
+
+def test_a_ring_is_drawn_with_its_hole() -> None:
+    vertices = shown(Ring(constant(0.1), constant(0.2), constant(0.05))).vertices.astype(np.float64)
+    radius = np.hypot(vertices[:, 1], vertices[:, 2])
+    assert np.abs(vertices[:, 0]) == pytest.approx(0.05)
+    assert {round(float(number), 6) for number in radius} == {0.1, 0.2}
+
+
+def test_terrain_is_drawn_from_the_rear_left_corner_to_the_front_right() -> None:
+    heights = ((0.0, 0.5, 0.25), (1.0, 0.0, -0.5))
+    vertices = shown(Heightfield(constant([0.4, 0.6, 2.0]), heights)).vertices
+    expected = {
+        (x, y, 2 * z)
+        for y, row in zip((0.3, -0.3), heights, strict=True)
+        for x, z in zip((-0.2, 0, 0.2), row, strict=True)
+    }
+    assert {tuple(round(float(number), 6) for number in vertex) for vertex in vertices} == expected
+
+
+TESTED = {Box, Sphere, Capsule, Cylinder, VisualPlane, Mesh, TiledPlane, Cone, Ring, Heightfield}
+
+
+def test_every_geometry_that_is_seen_has_a_case() -> None:
+    assert set(VISUAL_SHAPES) == TESTED
 
 
 def test_none_is_only_seen() -> None:

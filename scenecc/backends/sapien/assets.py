@@ -318,12 +318,6 @@ AxisSigns = tuple[float, float, float]
 UNMIRRORED: AxisSigns = (1.0, 1.0, 1.0)
 
 
-def axis_signs(scale: Value, row: int) -> AxisSigns:
-    """Along which axes a scale mirrors, in one row."""
-    x, y, z = np.sign(scale.row(row)).tolist()
-    return x, y, z
-
-
 def mirror_meshes(meshes: Column, scale: NDArray[np.float64], *, parts: bool) -> Column:
     """As `mirror_mesh`, a row; one for all where both have one."""
     if (scale > 0).all():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.assets import AxisSigns, collision_file, decompose, mirror_mesh
+from scenecc.backends.sapien.assets import UNMIRRORED, AxisSigns, collision_file, decompose, mirror_mesh
 from scenecc.backends.sapien.engine import physx
 from scenecc.backends.sapien.geometry import make_revolved_parts
 from scenecc.backends.sapien.properties import select_rows
@@ -30,12 +30,10 @@ MASS_TOLERANCE = 1e-4
 """Relative, between masses that the engine adds in single precision and masses in double precision."""
 
 MESH_TOLERANCE = 1e-2
-"""Relative, between the volume by which PhysX weighs a mesh and that of its triangles: polygons are not quite plane."""
+"""Relative, between the volumes of a mesh by PhysX and by its triangles: a hull's polygons are not quite plane."""
 
 CYLINDER_AREA_RATIO = 32 / (2 * math.pi) * math.sin(2 * math.pi / 32)
 """Area of the 32-sided prism that PhysX has for a cylinder, by that of the circle around it."""
-
-_UNIT_SCALE = (1.0, 1.0, 1.0)
 
 MeshKey = tuple[int, AxisSigns]
 """Index of a file in the plan, and along which axes it is mirrored."""
@@ -67,7 +65,7 @@ class CookedMeshes:
         """The convex parts of a solid of revolution, of unit size."""
         profile, _ = geometry.unit_profile(*geometry.sizes(row))
         if profile not in self._known:
-            self._known[profile] = list(map(_weigh, make_revolved_parts(profile, _UNIT_SCALE, self._material)))
+            self._known[profile] = list(map(_weigh, make_revolved_parts(profile, UNMIRRORED, self._material)))
         return self._known[profile]
 
     def _load(self, geometry: MeshGeometry, file: int, signs: AxisSigns) -> list[Any]:
@@ -77,10 +75,10 @@ class CookedMeshes:
         else:
             path = str(collision_file(asset))
         if isinstance(geometry, TriangleMesh):
-            return [physx.PhysxCollisionShapeTriangleMesh(path, _UNIT_SCALE, self._material, geometry.sdf)]
+            return [physx.PhysxCollisionShapeTriangleMesh(path, UNMIRRORED, self._material, geometry.sdf)]
         hull = physx.PhysxCollisionShapeConvexMesh
         make = hull.load_multiple if several else hull
-        made = make(mirror_mesh(path, signs, parts=several), _UNIT_SCALE, self._material)
+        made = make(mirror_mesh(path, signs, parts=several), UNMIRRORED, self._material)
         return made if several else [made]
 
 
