@@ -14,7 +14,7 @@ from scenecc.backends.sapien import build, builder, instantiate
 from scenecc.backends.sapien.audit import masses
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.plan import Constraint, Mount, ScenePlan, Weld, constant
+from scenecc.plan import CollisionShape, Constraint, ConvexMesh, Mount, Ring, ScenePlan, Weld, constant
 
 Sabotage = Callable[[list[Any]], object]
 
@@ -74,8 +74,11 @@ def reorder(scenes: list[Any]) -> None:
     scenes[2].add_entity(first)
 
 
-def one_shape_more(scenes: list[Any]) -> None:
-    body(scenes[2], "cube").attach(physx.PhysxCollisionShapeSphere(0.1, physx.get_default_material()))
+def one_shape_more(scene: int) -> Sabotage:
+    def sabotage(scenes: list[Any]) -> None:
+        body(scenes[scene], "cube").attach(physx.PhysxCollisionShapeSphere(0.1, physx.get_default_material()))
+
+    return sabotage
 
 
 CASES: dict[str, tuple[Sabotage, str, tuple[str, ...]]] = {
@@ -85,7 +88,8 @@ CASES: dict[str, tuple[Sabotage, str, tuple[str, ...]]] = {
     "one entity less": (remove, "", ("the scene in scene 3", "entities in the scene")),
     "one entity more": (lambda scenes: scenes[3].add_entity(sapien.Entity()), "", ("entities in the scene", "scene 3")),
     "another order": (reorder, "entities.table", ("entity 0 of the build order", "scene 2")),
-    "one shape more": (one_shape_more, "entities.cube", ("collision_shapes = 3", "asks for 2", "scene 2")),
+    "one shape more, first scene": (one_shape_more(0), "entities.cube", ("collision_shapes = 3", "asks for 2")),
+    "one shape more, last scene": (one_shape_more(3), "entities.cube", ("mass", "scene 3")),
 }
 
 
@@ -104,18 +108,39 @@ def test_nothing_is_reported_of_a_good_build(plan: ScenePlan) -> None:
     assert not complaints(plan)
 
 
-def test_a_shape_that_the_builder_drops(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("scene", "words"), [(0, "collision_shapes = 1"), (0, "mass"), (2, "mass")])
+def test_a_shape_that_the_builder_drops(
+    scene: int, words: str, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
     attach = builder.attach_shape
 
     def forgetful(component: Any, shape: Any, row: int) -> None:
         second = shape.origin is not None and shape.origin.path == ("entities", "cube", "shapes", 1)
-        if not (second and row == 2):
+        if not (second and row == scene):
             attach(component, shape, row)
 
     monkeypatch.setattr(builder, "attach_shape", forgetful)
     messages = [d.message for d in complaints(plan)]
-    assert any("'cube' in scene 2:" in m and "collision_shapes = 1" in m for m in messages), messages
-    assert any("'cube' in scene 2:" in m and "mass" in m for m in messages), messages
+    assert any(f"'cube' in scene {scene}:" in m and words in m for m in messages), messages
+
+
+def test_a_part_of_a_mesh_that_the_builder_drops_in_one_scene(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ring is 32 convex meshes, and static, so that its mass does not tell."""
+    ring = CollisionShape(Ring(constant(0.1), constant(0.2), constant(0.05)))
+    table = plan.entities[0]
+    structure = replace(table.structures[0], collisions=(ring,))
+    plan = replace(plan, entities=(replace(table, structures=(structure,)), *plan.entities[1:]))
+    assert not complaints(plan)
+    attach = builder.attach_shape
+
+    def forgetful(component: Any, shape: Any, row: int) -> None:
+        if shape.many and row == 2:
+            shape = shape._replace(make=lambda row, make=shape.make: make(row)[1:])
+        attach(component, shape, row)
+
+    monkeypatch.setattr(builder, "attach_shape", forgetful)
+    (found,) = complaints(plan)
+    assert "'table' in scene 2: the engine holds collision_shapes = 31, and the plan asks for 32" in found.message
 
 
 def alike(plan: ScenePlan) -> ScenePlan:
@@ -177,8 +202,6 @@ def test_constraints_are_counted_on_their_bodies(plan: ScenePlan, monkeypatch: p
 def test_every_cooked_mesh_is_weighed_once(
     plan_of_shapes: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from scenecc.plan import CollisionShape, ConvexMesh
-
     path = tmp_path / "wedge.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     shape = CollisionShape(ConvexMesh(constant(0, np.int64), constant([1, 2, 1])))
