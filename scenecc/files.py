@@ -130,6 +130,13 @@ def keep_file(kind: str, content: bytes, suffix: str) -> Path:
     return file
 
 
+def keep_result(file: Path, content: bytes) -> None:
+    """Writes a file of the cache folder. Where it cannot be written, it is left out: it is made again the next time."""
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        replace_all({file: content})
+
+
 State = tuple[int, int, int, int, int]
 """Device, inode, size, and when its content and anything about it last changed [ns]: tells that a file changed."""
 

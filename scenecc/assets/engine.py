@@ -5,12 +5,11 @@ Files of installed packages and asset roots are trusted.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from hashlib import sha256
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Final, Literal
 
-from scenecc.files import cache_folder, read_checked
+from scenecc.files import cache_folder, keep_result, read_checked
 from scenecc.worker import Worker, WorkerError
 
 if TYPE_CHECKING:
@@ -55,7 +54,5 @@ def engine_fault(file: AssetFile, use: EngineUse) -> str | None:
     if "error" in header:
         return str(header["error"])
     _read.add(key)
-    with suppress(OSError):  # it is read again the next time
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        kept.touch()
+    keep_result(kept, b"")
     return None

@@ -17,7 +17,7 @@ import numpy as np
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.images import check_image
 from scenecc.assets.meshes import MESH_SUFFIXES, MeshContent, MeshRecord, read_hulls, read_mesh, read_triangles
-from scenecc.files import cache_folder, open_regular, state_of
+from scenecc.files import cache_folder, keep_result, open_regular, state_of
 from scenecc.geometry.rotations import MAX_COORDINATE
 
 if TYPE_CHECKING:
@@ -113,9 +113,7 @@ class AssetFiles:
         if _unpacked.get(key, self.max_bytes + 1) <= self.max_bytes:
             return
         _unpacked[key] = check_image(self.content(path), self.max_bytes, path.suffix)
-        with suppress(OSError):  # it is checked again the next time
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(str(_unpacked[key]))
+        keep_result(file, str(_unpacked[key]).encode())
 
     def resolve(self, asset: AssetFile, reference: AssetReference) -> Path:
         """The path of a file that an asset names.

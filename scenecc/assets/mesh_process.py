@@ -7,6 +7,7 @@ or group of an OBJ; a whole STL or PLY.
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator
 from dataclasses import asdict
 from errno import EMFILE
@@ -85,6 +86,10 @@ def _looks(names: MeshNames, max_bytes: int) -> dict[str, Any]:
     return {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}
 
 
+_WORDLESS = (ArithmeticError, AttributeError, LookupError, TypeError)
+"""Errors of the libraries whose text means nothing to a user."""
+
+
 def _read(
     libraries: tuple[Any, Any], data: bytes, suffix: str, buffers: dict[str, bytes], most: int, loose: list[Vertices]
 ) -> Iterator[Triangles]:
@@ -109,7 +114,7 @@ def _read(
     except Exception as error:  # the libraries raise whatever comes
         if isinstance(error, OSError) and error.errno == EMFILE:  # for text in another encoding a codec would be loaded
             error = ValueError("it is truncated, or not text in UTF-8")
-        words = " ".join(str(error).split())[:200] or type(error).__name__
+        words = "it is truncated or damaged" if isinstance(error, _WORDLESS) else " ".join(str(error).split())[:200]
         raise AssetError("SC412", f"the mesh cannot be read: {words}", "export the mesh again") from error
 
 
@@ -127,14 +132,28 @@ def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) ->
     if suffix == ".obj":
         options |= {"group_material": False, "split_objects": True, "split_groups": True}
     scene = trimesh.load_scene(io.BytesIO(data), suffix[1:], resolver=buffers, **options)
+    faces = 0
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh):
+            faces += len(mesh.faces)
             vertices = np.asarray(mesh.vertices, np.float64)
             if not np.array_equal(place, np.eye(4)):
                 vertices = vertices @ place[:3, :3].T + place[:3, 3]
             yield vertices, np.asarray(mesh.faces)
+    _check_length(data, suffix, faces)
+
+
+_PLY_FACES = re.compile(rb"\nelement[ \t]+face[ \t]+(\d+)")
+
+
+def _check_length(data: bytes, suffix: str, faces: int) -> None:
+    """Raises ValueError where trimesh reads fewer faces than the header declares: of a truncated text, it keeps some."""
+    if suffix == ".ply" and (match := _PLY_FACES.search(data)) is not None and faces < int(match[1]):
+        raise ValueError(f"its header declares {int(match[1])} faces, but it has {faces}")
+    if suffix == ".stl" and not faces and not data.lstrip().startswith(b"solid"):
+        raise ValueError("its length does not match the number of triangles in its header")
 
 
 _MOST_INSTANCES = 20_000

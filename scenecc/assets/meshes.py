@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -22,7 +21,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.measures import Measures
-from scenecc.files import cache_folder, read_checked
+from scenecc.files import cache_folder, keep_result, read_checked
 from scenecc.worker import Worker, WorkerError
 from scenecc.worker_process import read_message, write_message
 
@@ -152,7 +151,9 @@ def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDAr
         found = read_message(stream)
     if found is None:
         found = _ask_again(content, record, "triangles")
-        _keep(file, *found)
+        whole = io.BytesIO()
+        write_message(whole, *found)
+        keep_result(file, whole.getvalue())
     arrays = iter(found[1])
     return [
         (np.frombuffer(next(arrays)).reshape(-1, 3), np.frombuffer(next(arrays), np.int64).reshape(-1, 3))
@@ -170,8 +171,7 @@ def read_hulls(content: MeshContent, *, parts: bool) -> tuple[Measures, ...]:
     header = _known(key)
     if header is None:
         header, _ = _ask_again(content, record, wanted)
-        _keep(cache_folder("meshes") / key, header)
-        _remember(key, header)
+        _keep(key, header)
     return tuple(map(_measures, header["hulls"]))
 
 
@@ -201,8 +201,7 @@ def _header(
     if header is None:
         names = [uri for uri, _ in buffers]
         header, _ = _ask(_request(content, names, "record"), [content.read(), *read()])
-        _keep(cache_folder("meshes") / key, header)
-        _remember(key, header)
+        _keep(key, header)
     return key, header
 
 
@@ -212,6 +211,12 @@ def _known(key: str) -> Header | None:
         with suppress(OSError, ValueError):
             _remember(key, json.loads((cache_folder("meshes") / key).read_bytes()))
     return _headers.get(key)
+
+
+def _keep(key: str, header: Header) -> None:
+    """Keeps a header in memory and in the cache folder."""
+    _remember(key, header)
+    keep_result(cache_folder("meshes") / key, json.dumps(header).encode())
 
 
 def _remember(key: str, header: Header) -> None:
@@ -236,17 +241,3 @@ def _ask(request: Header, parts: list[bytes]) -> Message:
     if "error" in header:
         raise AssetError(*header["error"])
     return header, arrays
-
-
-def _keep(file: Path, header: Header, arrays: list[bytes] | None = None) -> None:
-    """Writes a file of the cache. Where it cannot be written, it is made again the next time."""
-    data = io.BytesIO()
-    if arrays is None:
-        data.write(json.dumps(header).encode())
-    else:
-        write_message(data, header, arrays)
-    with suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        part = file.with_name(f"{file.name}.{os.getpid()}")
-        part.write_bytes(data.getvalue())
-        part.replace(file)

@@ -9,7 +9,6 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.assets.files import check_measures
-from scenecc.assets.measures import PLANE_TOLERANCE
 
 if TYPE_CHECKING:
     from scenecc.assets.measures import Measures
@@ -20,9 +19,6 @@ AssetUse = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"
 
 MIN_THICKNESS = 1e-5
 """Thickness below which a hull is refused [m]. PhysX cooks a thinner one to something else, or not at all."""
-
-_MIN_LENGTH = 0.01
-"""Length of a mesh at which that may take a tenth of its volume and more [m]."""
 
 
 class ReadHulls(Protocol):
@@ -80,11 +76,3 @@ def _hull_faults(hulls: tuple[Measures, ...], whose: str) -> Iterator[AssetError
                 "export it about its own centre",
             )
             return
-    small = min(hull.length for hull in hulls)
-    if thin < 2 * PLANE_TOLERANCE or small < _MIN_LENGTH:
-        yield AssetError(
-            "SC416",
-            f"the hull{whose} is {thin:.3g} m thick and {small:.3g} m long, and PhysX drops vertices within "
-            f"{PLANE_TOLERANCE} m",
-            "store the mesh larger and give the shape a `scale`: vertices are dropped before it is scaled",
-        )

@@ -7,7 +7,6 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from hashlib import sha256
@@ -16,8 +15,7 @@ from typing import Any, Final
 
 from scenecc.diagnostics import Diagnostic
 from scenecc.diagnostics.diagnostic import Fix, Location, Related
-from scenecc.files import State, cache_folder, state_now
-from scenecc.interrupt import undoing
+from scenecc.files import State, cache_folder, keep_result, state_now
 from scenecc.source.paths import PathCache
 from scenecc.source.provenance import content_hash
 from scenecc.version import VERSION
@@ -94,13 +92,7 @@ class FindingsCache:
             "missing": sorted(map(str, missing)),
             "diagnostics": [asdict(one) for one in found],
         }
-        part = entry.with_suffix(f".{os.getpid()}")
-        with suppress(OSError, ValueError):  # a cache that cannot be written is none
-            self._folder.mkdir(parents=True, exist_ok=True)
-            with undoing() as undo:
-                undo.callback(part.unlink, missing_ok=True)
-                part.write_text(json.dumps(record))
-                part.replace(entry)
+        keep_result(entry, json.dumps(record).encode())
 
     def prune(self) -> None:
         """Removes the entries that were not written for the longest time, where there are very many."""

@@ -173,9 +173,10 @@ class _Check:
         if number == 0:
             self._count(0, plan)
         for first in range(0, plan.num_scenes, SCENES_AT_ONCE):
-            scene_idxs = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes))
+            scene_idxs, built = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes)), sink.another()
             try:
-                with build_batch(plan, sink.another(), scene_idxs=scene_idxs, render=False, audit=True) as batch:
+                with build_batch(plan, built, scene_idxs=scene_idxs, render=False, audit=True) as batch:
+                    self._tell(built)
                     found = batch_findings(batch, self._settle, self._excused)
                     self._findings += (replace(finding, seed=plan.seed) for finding in found)
             except SceneError as error:

@@ -188,16 +188,9 @@ def outcome(folder: Path, mass: float | None) -> str:
     except scenecc.SceneError as error:
         return next((one.code for one in error.diagnostics if one.severity == "error"), "no code")
     ratio = found[0] / mass if mass and found else 1
-    if not mass or not found or (abs(ratio - 1) > 0.4 and _is_told(folder)):
+    if not mass or not found:
         return f"built {contacts} -"
     return f"built {contacts} {ratio}"
-
-
-def _is_told(folder: Path) -> bool:
-    """Whether a warning says that PhysX cooks another hull. By how much is foretold, and not always right."""
-    import scenecc
-
-    return "SC416" in {one.code for one in scenecc.validate(folder / "scene.yaml")}
 
 
 def main() -> None:

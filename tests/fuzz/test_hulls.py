@@ -14,7 +14,7 @@ from scenecc.diagnostics.codes import CODES
 
 ROOT = Path(__file__).parents[2]
 MASSES = (0.45, 1.6)
-"""By the solid's: what SC423 allows, and 5 percent more, since checks foretell what PhysX cooks."""
+"""By the solid's: what SC423 allows, and 5 percent more for vertices that a format rounds."""
 
 
 def run(first: int, end: int, home: Path) -> list[list[str]]:

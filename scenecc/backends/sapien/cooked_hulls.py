@@ -45,8 +45,8 @@ def report_changed_hulls(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sin
         change = abs(ratio - 1)
         if change <= REPORTED_CHANGE:
             continue
-        whose = "hulls" if use == "parts" else "hull"
-        message = f"{file.uri}: PhysX cooks the {whose} to {ratio:.0%} of their volume, since it drops vertices within"
+        whose = "hulls to {:.0%} of their" if use == "parts" else "hull to {:.0%} of its"
+        message = f"{file.uri}: PhysX cooks the {whose.format(ratio)} volume, since it drops vertices within"
         hint = "store the mesh larger, about 1 m long, and give the shape a `scale`; or use a box or another solid"
         code = "SC423" if change > MAX_CHANGE else "SC416"
         sink.report(code, f"{message} {PLANE_TOLERANCE} m", place, hint=hint)

@@ -165,7 +165,7 @@ SHAPES: dict[str, tuple[np.ndarray, dict[str, list[str]]]] = {
     ),
     "a millimetre": (
         POINTS / 100,
-        {"hull": ["SC416"], "parts": ["SC416"], "triangles": [], "decomposed": [], "seen": []},
+        {"hull": [], "parts": [], "triangles": [], "decomposed": [], "seen": []},
     ),
     "a micrometre": (
         POINTS / 1e5,
