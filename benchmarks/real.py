@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib.util
 import os
 import statistics
@@ -94,9 +95,10 @@ def _loading(rounds: int) -> list[Row]:
 
 
 def _seconds(code: str, argument: str) -> list[float]:
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", code, argument], check=True, stdout=subprocess.PIPE, text=True
-    )
+    command = [sys.executable, "-W", "ignore", "-c", code, argument]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{argument}: {done.stderr}")
     return [float(line) for line in done.stdout.split()[-2:]]
 
 
@@ -127,11 +129,23 @@ def _validation(repetitions: int) -> list[Row]:
     ]
 
 
+_PR_SET_CHILD_SUBREAPER = 36
+"""See prctl(2)."""
+
+
 def _process(arguments: Sequence[str], variables: Mapping[str, str]) -> float:
-    """CPU seconds of a process."""
-    process = subprocess.Popen([sys.executable, *arguments], env=variables, stdout=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise subprocess.CalledProcessError(process.returncode, arguments)
-    return usage.ru_utime + usage.ru_stime
+    """CPU seconds of a process and of all that it starts, which may outlive it."""
+    ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
+    quiet = subprocess.DEVNULL
+    process = subprocess.Popen([sys.executable, *arguments], env=variables, stdout=quiet, stderr=quiet)
+    seconds = 0.0
+    while True:
+        try:
+            child, status, usage = os.wait4(-1, 0)
+        except ChildProcessError:
+            return seconds
+        seconds += usage.ru_utime + usage.ru_stime
+        if child == process.pid:
+            process.returncode = os.waitstatus_to_exitcode(status)
+            if process.returncode:
+                raise subprocess.CalledProcessError(process.returncode, arguments)

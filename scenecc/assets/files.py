@@ -146,9 +146,9 @@ class AssetFiles:
         check_measures(self.mesh(asset))
         return read_triangles(self._mesh_content(asset))
 
-    def hulls(self, asset: AssetFile, *, parts: bool) -> tuple[Measures, ...]:
-        """Measures of the convex hull of a mesh, or of its convex parts. Raises AssetError."""
-        return read_hulls(self._mesh_content(asset), parts=parts)
+    def hull_parts(self, asset: AssetFile) -> tuple[Measures, ...]:
+        """Measures of the convex parts that SAPIEN makes of a mesh. Raises AssetError."""
+        return read_hulls(self._mesh_content(asset), parts=True)
 
     def _mesh_content(self, asset: AssetFile) -> MeshContent:
         suffix = Path(asset.path).suffix.lower()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import re
+import sys
 from collections.abc import Iterator
 from dataclasses import asdict
 from errno import EMFILE
@@ -33,8 +34,13 @@ if TYPE_CHECKING:
     """Vertices (n, 3) [m] and faces (m, 3)."""
 
 
+_UNUSED = ("networkx", "scipy", "shapely")
+"""Packages that trimesh imports if they are there, which takes longer than all else. Nothing here needs them."""
+
+
 def prepare() -> Answer:
     """What answers a request: the libraries are imported now, since the process may open no file later."""
+    sys.modules.update(dict.fromkeys(_UNUSED))  # so that importing them raises ImportError
     libraries = import_module("trimesh"), import_module("collada")
     import_module("PIL.Image").init()
 
@@ -149,7 +155,7 @@ _PLY_FACES = re.compile(rb"\nelement[ \t]+face[ \t]+(\d+)")
 
 
 def _check_length(data: bytes, suffix: str, faces: int) -> None:
-    """Raises ValueError where trimesh reads fewer faces than the header declares: of a truncated text, it keeps some."""
+    """Raises ValueError where trimesh reads fewer faces than a header declares: it keeps those of a truncated text."""
     if suffix == ".ply" and (match := _PLY_FACES.search(data)) is not None and faces < int(match[1]):
         raise ValueError(f"its header declares {int(match[1])} faces, but it has {faces}")
     if suffix == ".stl" and not faces and not data.lstrip().startswith(b"solid"):

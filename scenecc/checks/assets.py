@@ -269,10 +269,9 @@ def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse,
         return {}
     _check_references(checker, asset, mesh, by_use, named)
     suffix = Path(asset.path).suffix.lower()
-    hulls = partial(checker.files.hulls, asset)
     reported: set[str] = set()
     for use, origin in by_use.items():
-        for fault in check_mesh_use(mesh, use, suffix, hulls):
+        for fault in check_mesh_use(mesh, use, suffix, partial(checker.files.hull_parts, asset)):
             if fault.code not in reported:
                 reported.add(fault.code)
                 _report(checker.sink, asset, origin, fault)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal, Protocol
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -21,25 +21,19 @@ MIN_THICKNESS = 1e-5
 """Thickness below which a hull is refused [m]. PhysX cooks a thinner one to something else, or not at all."""
 
 
-class ReadHulls(Protocol):
-    """Measures the convex hull of a mesh, or those of its convex parts."""
-
-    def __call__(self, *, parts: bool) -> tuple[Measures, ...]:
-        """The measures, without scale."""
-        ...
-
-
-def check_mesh_use(mesh: MeshRecord, use: AssetUse, suffix: str, hulls: ReadHulls) -> Iterator[AssetError]:
+def check_mesh_use(
+    mesh: MeshRecord, use: AssetUse, suffix: str, parts: Callable[[], tuple[Measures, ...]]
+) -> Iterator[AssetError]:
     """Faults of a mesh in one use, of parts only that of the first.
 
     Args:
         mesh: what was read.
         use: "hull", "parts", "triangles", "decomposed" or "seen".
         suffix: of the file, in lower case.
-        hulls: measures what SAPIEN cooks to one convex shape each.
+        parts: measures the convex parts that SAPIEN makes of the mesh.
     """
     try:
-        check_measures(mesh)
+        whole = check_measures(mesh)
     except AssetError as fault:
         yield fault
         return
@@ -54,9 +48,9 @@ def check_mesh_use(mesh: MeshRecord, use: AssetUse, suffix: str, hulls: ReadHull
     if use in {"triangles", "decomposed"} and all(part.degenerate for part in mesh.parts):
         yield AssetError("SC415", "all triangles of the mesh are degenerate", "export the mesh again")
     if use == "hull":
-        yield from _hull_faults(hulls(parts=False), "")
+        yield from _hull_faults((whole,), "")
     if use == "parts":
-        yield from _hull_faults(hulls(parts=True), " of one of its parts")
+        yield from _hull_faults(parts(), " of one of its parts")
 
 
 def _hull_faults(hulls: tuple[Measures, ...], whose: str) -> Iterator[AssetError]:
