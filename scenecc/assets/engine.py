@@ -9,7 +9,9 @@ from hashlib import sha256
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Final, Literal
 
-from scenecc.files import cache_folder, keep_result, read_checked
+from scenecc.assets.errors import AssetError
+from scenecc.assets.meshes import read_again
+from scenecc.files import cache_folder, keep_result
 from scenecc.worker import Worker, WorkerError
 
 if TYPE_CHECKING:
@@ -40,7 +42,10 @@ def engine_fault(file: AssetFile, use: EngineUse) -> str | None:
     """
     if file.uri.startswith(_TRUSTED):
         return None
-    digest = file.sha256 or sha256(read_checked(file.path, None)).hexdigest()
+    try:
+        digest = file.sha256 or sha256(read_again(file.path, None)).hexdigest()
+    except AssetError as fault:
+        return fault.message
     identity = (digest, [(one.uri, one.sha256) for one in file.names], use, file.path.suffix, version("sapien"))
     key = sha256(repr(identity).encode()).hexdigest()
     kept = cache_folder("engine") / key

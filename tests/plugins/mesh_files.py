@@ -145,7 +145,7 @@ def diagnose(path: Path, *uses: str, max_asset_bytes: int = 256 * 2**20) -> list
 def checked(path: Path, *uses: str) -> AssetFile:
     """A file without fault, as its check leaves it."""
     sink = Sink()
-    (file,) = check_assets(plan_of([path], *uses), sink, resolve_named=named_by(path.parent))
+    (file,) = check_assets(plan_of([path], *uses), sink, resolve_named=named_by(path.parent), max_asset_bytes=2**26)
     assert not sink.diagnostics()
     return file
 
