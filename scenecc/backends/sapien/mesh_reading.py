@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendered: bool) -> bool:
-    """Whether SAPIEN cannot read a mesh of these scenes; each is reported at the first shape that uses it so."""
+    """Whether SAPIEN cannot read a mesh of these scenes; reported where the first shape that uses it names it."""
     failed = False
     for (index, use), origin in mesh_uses(plan, scene_idxs, rendered=rendered).items():
         file = plan.files[index]
@@ -38,7 +38,7 @@ def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink:
 def mesh_uses(
     plan: ScenePlan, scene_idxs: tuple[int, ...], *, rendered: bool
 ) -> dict[tuple[int, EngineUse], Origin | None]:
-    """Each file that the engine opens, by its index, with its use; and the first shape that uses it so."""
+    """Each file that the engine opens, by its index, with its use; and where the first shape that uses it names it."""
     found: dict[tuple[int, EngineUse], Origin | None] = {}
     for entity in plan.entities:
         present, rows = rows_in_scenes(entity, scene_idxs)
@@ -49,7 +49,8 @@ def mesh_uses(
                 if use is None or not isinstance(geometry, MeshGeometry):
                     continue
                 for index in np.unique(select_rows(geometry.file, rows)).tolist():
-                    found.setdefault((index, use), shape.origin or body.origin)
+                    place = shape.origin or body.origin
+                    found.setdefault((index, use), place and place.child("file"))
     return found
 
 
