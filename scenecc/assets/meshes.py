@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import io
 import json
+import sys
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
@@ -21,7 +21,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.measures import Measures
-from scenecc.files import cache_folder, keep_result, read_checked
+from scenecc.files import cache_folder, keep_result, read_checked, read_result
 from scenecc.worker import Worker, WorkerError
 from scenecc.worker_process import read_message, write_message
 
@@ -91,12 +91,8 @@ class MeshContent:
     open_buffer: Callable[[AssetReference], tuple[str, Callable[[], bytes]]]
 
 
-DEFAULT_BYTES: Final = 64 * 2**20
-"""`MeshContent.max_bytes` of a file that was checked before."""
-
-
 def checked_content(file: AssetFile) -> MeshContent:
-    """A mesh of a plan whose files were checked. AssetError (SC422) where it changed since."""
+    """A mesh of a plan whose files were checked, by whatever limit. AssetError (SC422) where it changed since."""
     buffers = {one.uri: one for one in file.names}
 
     def open_buffer(reference: AssetReference) -> tuple[str, Callable[[], bytes]]:
@@ -108,7 +104,7 @@ def checked_content(file: AssetFile) -> MeshContent:
 
     digest = file.sha256 or sha256(_read_again(file.path, None)).hexdigest()
     suffix = Path(file.path).suffix.lower()
-    return MeshContent(digest, suffix, lambda: _read_again(file.path, digest), DEFAULT_BYTES, open_buffer)
+    return MeshContent(digest, suffix, lambda: _read_again(file.path, digest), sys.maxsize, open_buffer)
 
 
 def _read_again(path: Path, digest: str | None) -> bytes:
@@ -146,9 +142,8 @@ def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDAr
     """Vertices (n, 3) [m] and faces (m, 3) of each part of a mesh file. Raises AssetError."""
     record = read_mesh(content)
     file = cache_folder("meshes") / f"{record.key}.triangles"
-    found: Message | None = None
-    with suppress(OSError, ValueError, KeyError), file.open("rb") as stream:
-        found = read_message(stream)
+    kept = read_result(file)
+    found = None if kept is None else read_message(io.BytesIO(kept))
     if found is None:
         found = _ask_again(content, record, "triangles")
         whole = io.BytesIO()
@@ -207,14 +202,17 @@ def _header(
 
 def _known(key: str) -> Header | None:
     """A header from memory or from the cache folder."""
-    if key not in _headers:
-        with suppress(OSError, ValueError):
-            _remember(key, json.loads((cache_folder("meshes") / key).read_bytes()))
-    return _headers.get(key)
+    header = _headers.get(key)
+    if header is None and (kept := read_result(cache_folder("meshes") / key)) is not None:
+        header = json.loads(kept)
+        _remember(key, header)
+    return header
 
 
 def _keep(key: str, header: Header) -> None:
-    """Keeps a header in memory and in the cache folder."""
+    """Keeps a header in memory and in the cache folder, unless a limit decided it, which may be raised."""
+    if any(code == "SC607" for code, _, _ in header.get("visual_faults", ())):
+        return
     _remember(key, header)
     keep_result(cache_folder("meshes") / key, json.dumps(header).encode())
 

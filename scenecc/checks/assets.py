@@ -17,7 +17,6 @@ import numpy as np
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.files import AssetFiles, MissingError, ResolveNamed, check_measures
 from scenecc.assets.images import IMAGE_SUFFIXES, image_size
-from scenecc.assets.meshes import DEFAULT_BYTES, MeshRecord
 from scenecc.assets.names import material_images
 from scenecc.assets.obj_materials import fallback_materials
 from scenecc.checks.mesh_rules import AssetUse, check_mesh_use
@@ -30,6 +29,7 @@ from scenecc.plan.rendering import CubeMap, TexturedLight
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from scenecc.assets.meshes import MeshRecord
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
     from scenecc.plan.body import AssetFile, VisualMaterial
@@ -139,7 +139,7 @@ def check_assets(
     sink: Sink,
     *,
     resolve_named: ResolveNamed,
-    max_asset_bytes: int = DEFAULT_BYTES,
+    max_asset_bytes: int,
     file_origins: Mapping[int, Origin] | None = None,
 ) -> tuple[AssetFile, ...]:
     """Reports every file of a plan that SAPIEN could not use as planned, or that changed since.

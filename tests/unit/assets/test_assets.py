@@ -397,7 +397,7 @@ def test_every_alternative_of_a_varying_file(tmp_path: Path) -> None:
     paths = [write(tmp_path, f"{i}.obj", text) for i, text in enumerate([TETRA, "", TETRA, "v 0 0 0\nf 1 2 3\n"])]
     sink = Sink()
     plan = plan_of(paths, "hull", files=per_scene([0, 1, 0, 3], np.int64))
-    check_assets(plan, sink, resolve_named=named_by(tmp_path))
+    check_assets(plan, sink, resolve_named=named_by(tmp_path), max_asset_bytes=2**26)
     assert sorted((d.code, d.message.split(":")[0]) for d in sink.diagnostics()) == [
         ("SC412", "3.obj"),
         ("SC413", "1.obj"),
@@ -440,10 +440,11 @@ def test_textures(tmp_path: Path, name: str) -> None:
     data, code = IMAGES[name]
     plan = textured(write(tmp_path, name, data))
     sink = Sink()
-    check_assets(plan, sink, resolve_named=named_by(tmp_path))
+    check_assets(plan, sink, resolve_named=named_by(tmp_path), max_asset_bytes=2**26)
     assert [(d.code, d.path) for d in sink.diagnostics()] == ([(code, "ball.material")] if code else [])
     sink = Sink()
-    check_assets(plan, sink, resolve_named=named_by(tmp_path), file_origins={0: Origin("s", ("materials", "m"))})
+    origins = {0: Origin("s", ("materials", "m"))}
+    check_assets(plan, sink, resolve_named=named_by(tmp_path), max_asset_bytes=2**26, file_origins=origins)
     assert [(d.code, d.path) for d in sink.diagnostics()] == ([(code, "materials.m")] if code else [])
 
 
