@@ -185,6 +185,23 @@ def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
     raise NotAFileError(errno.EINVAL, "this is a pipe or a device, not a file", os.fspath(path))
 
 
+class TooLongError(OSError):
+    """A file has more bytes than it may have."""
+
+
+def read_at_most(path: str | os.PathLike[str], limit: int) -> bytes:
+    """The content of a regular file.
+
+    Raises:
+        OSError: it cannot be read; `TooLongError`: it has more than `limit` bytes.
+    """
+    with open_regular(path) as file:
+        data = file.read(limit + 1)
+    if len(data) > limit:
+        raise TooLongError(errno.EFBIG, f"it has more than {limit} bytes", os.fspath(path))
+    return data
+
+
 def read_checked(path: str | os.PathLike[str], digest: str | None) -> bytes:
     """The content of a file.
 

@@ -19,13 +19,13 @@ from scenecc.diagnostics.diagnostic import Location, Origin, Severity
 from scenecc.diagnostics.diagnostic import Path as KeyPath
 from scenecc.errors import SceneError
 from scenecc.expand.documents import SceneDocument
-from scenecc.files import PACK_SUFFIX, open_regular, replace_all
+from scenecc.files import PACK_SUFFIX, TooLongError, read_at_most, replace_all
 from scenecc.interrupt import temporary_folder
 from scenecc.options import CompileOptions, Options, check_types, path_argument
 from scenecc.pipeline import CompileResult, compile_source, list_result_params
 from scenecc.plan.diff import diff_plans
 from scenecc.source import Document, read_text
-from scenecc.source.pack import OWN_FOLDER, InvalidPackError, Manifest, Pack, open_pack, pack_bytes
+from scenecc.source.pack import MAX_PACK_BYTES, OWN_FOLDER, InvalidPackError, Manifest, Pack, open_pack, pack_bytes
 from scenecc.source.paths import Lookup, PathCache, ResolvedFile, resolve_path
 from scenecc.spec.nodes import is_mapping, is_sequence
 
@@ -70,7 +70,7 @@ def read_pack(path: str | PathLike[str]) -> Pack:
         SceneError: it is no pack, or damaged.
     """
     sink = Sink()
-    pack = open_pack(os.fspath(path), sink, Options.of().limits)
+    pack = open_pack(os.fspath(path), sink)
     if pack is None:
         raise SceneError(sink.diagnostics())
     return pack
@@ -210,17 +210,15 @@ class _Packer:
             return self._refuse(f"a pack cannot hold what an absolute path names: `{absolute}`", hint)
         layout = _Layout(entry, self._memory, result.scope.asset_roots)
         files: dict[str, bytes] = {}
-        left = self._options.limits.assets_bytes + self._options.limits.text_bytes
+        left = MAX_PACK_BYTES
         for member, path in layout.files.items():
             if member.startswith(OWN_FOLDER) and path.is_relative_to(entry.parent / OWN_FOLDER):
                 return self._refuse(f"a folder `{OWN_FOLDER}` beside a scene cannot be packed", "rename it")
-            with open_regular(path) as stream:
-                files[member] = stream.read(left + 1)
+            try:
+                files[member] = read_at_most(path, left)
+            except TooLongError:
+                return self._refuse(f"the files take more than {MAX_PACK_BYTES} bytes", "leave out large meshes")
             left -= len(files[member])
-            if left < 0:
-                return self._refuse(
-                    "the files take more than the limit assets_bytes", "raise it: --limit assets_bytes=N"
-                )
         try:
             return pack_bytes(
                 layout.member(entry, None),

@@ -100,7 +100,7 @@ def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
             from scenecc.source.pack import is_pack, open_pack
 
             if is_pack(name):
-                pack = open_pack(name, sink, limits)
+                pack = open_pack(name, sink)
                 if pack is None:
                     return None
                 name, path = f"{name}!/{pack.manifest.entry}", pack.entry

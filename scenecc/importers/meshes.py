@@ -11,7 +11,7 @@ import numpy as np
 from scenecc.assets.errors import AssetError
 from scenecc.assets.images import read_heights
 from scenecc.emit.output import format_obj
-from scenecc.files import open_regular
+from scenecc.files import read_at_most
 from scenecc.lower.shapes import MAX_HEIGHTS
 from scenecc.meshes.primitives import sphere
 from scenecc.named_files import asset_files
@@ -73,13 +73,9 @@ def load_mesh(path: Path, context: ImportContext) -> MeshFile:
 
 def _read(path: Path, most: int) -> bytes:
     try:
-        with open_regular(path) as stream:
-            data = stream.read(most + 1)
+        return read_at_most(path, most)
     except OSError as error:
         raise MeshError(f"{path.name} cannot be read: {error.strerror}") from error
-    if len(data) > most:
-        raise MeshError(f"{path.name} has more than {most} bytes")
-    return data
 
 
 def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: bool) -> bytes:

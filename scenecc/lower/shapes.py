@@ -178,7 +178,7 @@ def count_heights(heights: tuple[tuple[float, ...], ...], tables: PlanTables) ->
 
 def _file_heights(uri: str, tables: PlanTables, origin: Origin, sink: Sink) -> tuple[tuple[float, ...], ...] | None:
     from scenecc.assets.images import read_heights  # noqa: PLC0415 - loaded where a heightfield has a file
-    from scenecc.files import open_regular  # noqa: PLC0415
+    from scenecc.files import TooLongError, read_at_most  # noqa: PLC0415
 
     found = tables.resolve(uri, origin)
     if found is None:
@@ -186,12 +186,10 @@ def _file_heights(uri: str, tables: PlanTables, origin: Origin, sink: Sink) -> t
     if found.path in tables.heights:
         return tables.heights[found.path]
     try:
-        with open_regular(found.path) as file:
-            data = file.read(_MAX_PNG_BYTES + 1)
-        if len(data) > _MAX_PNG_BYTES:
-            raise ValueError(f"it has more than {_MAX_PNG_BYTES} bytes")  # noqa: TRY301 - told as what the reader tells
-        heights = tables.heights[found.path] = read_heights(data, MAX_HEIGHTS)
+        heights = tables.heights[found.path] = read_heights(read_at_most(found.path, _MAX_PNG_BYTES), MAX_HEIGHTS)
         return heights  # noqa: TRY300 - what may raise stands above
+    except TooLongError as error:
+        sink.report("SC529", f"cannot read heights from {uri}: {error.strerror}", origin)
     except OSError as error:
         sink.report("SC407", f"{uri} may not be read: {error.strerror}", origin)
     except ValueError as error:

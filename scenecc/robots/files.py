@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.diagnostic import Location, Origin, RelatedPlace
 from scenecc.diagnostics.messages import nearest
-from scenecc.files import open_regular
+from scenecc.files import TooLongError, read_at_most
 from scenecc.robots.description import DescribedFile
 from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_asset_reference, shorten_uri
 
@@ -124,13 +124,12 @@ def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) ->
         limit: its largest size [bytes].
     """
     try:
-        with open_regular(path) as stream:
-            data = stream.read(limit + 1)
+        data = read_at_most(path, limit)
+    except TooLongError as error:
+        findings.report("SC452", f"the file is too large: {error.strerror}", findings.top(file))
+        return None
     except OSError as error:
         findings.report("SC450", f"the file cannot be read: {error.strerror or error}", findings.top(file))
-        return None
-    if len(data) > limit:
-        findings.report("SC452", f"the file is too large: it has more than {limit} bytes", findings.top(file))
         return None
     if findings.budget is not None and not findings.budget.take(data):
         findings.report(

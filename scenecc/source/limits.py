@@ -27,7 +27,6 @@ class Limits:
         objects: entities, each counted as often as it has shapes, and once for every eight values that it has.
         scenes: parallel scenes.
         asset_bytes: size of one mesh, texture or robot description [bytes].
-        assets_bytes: sizes of all meshes and of what they name, with what they take in memory [bytes].
     """
 
     text_bytes: int = 16 * 2**20
@@ -36,7 +35,6 @@ class Limits:
     objects: int = 130_000
     scenes: int = 65_536
     asset_bytes: int = 64 * 2**20
-    assets_bytes: int = 512 * 2**20
 
     @property
     def objects_in_all_scenes(self) -> int:

@@ -32,7 +32,6 @@ from scenecc.version import VERSION
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
-    from scenecc.source.limits import Limits
 
 OWN_FOLDER: Final = ".scenecc"
 """What a pack has beside the scene's own folder: its manifest, asset roots and packages."""
@@ -45,6 +44,9 @@ _KIND: Final = "packs"
 
 _KEPT: Final = 30 * 24 * 3600
 """[s] How long a pack stays in the cache that nobody opens."""
+
+MAX_PACK_BYTES: Final = 512 * 2**20
+"""Size of a pack, whose files are not compressed."""
 
 _MOST_FILES: Final = 20_000
 
@@ -126,12 +128,11 @@ def is_pack(name: str | os.PathLike[str]) -> bool:
         return False
 
 
-def open_pack(name: str, sink: Sink, limits: Limits) -> Pack | None:
+def open_pack(name: str, sink: Sink) -> Pack | None:
     """Reads a pack into the cache folder, unless it is there; None where that was reported."""
-    most = limits.assets_bytes + limits.text_bytes
     try:
         with open_regular(name) as stream:
-            archive = _open_archive(stream, most)
+            archive = _open_archive(stream)
             manifest, digest = _read_manifest(archive)
             try:
                 folder = _extracted(archive, manifest, digest)
@@ -148,12 +149,11 @@ def open_pack(name: str, sink: Sink, limits: Limits) -> Pack | None:
     return None
 
 
-def _open_archive(stream: BinaryIO, most: int) -> zipfile.ZipFile:
-    """The archive, whose members may all be read. `most`: its size [bytes]."""
+def _open_archive(stream: BinaryIO) -> zipfile.ZipFile:
+    """The archive, whose members may all be read."""
     size = os.fstat(stream.fileno()).st_size
-    if size > most:
-        hint = "`--limit assets_bytes=N` or `limits={'assets_bytes': N}` raises the limit"
-        raise InvalidPackError(f"the pack is longer than {most} bytes (limits assets_bytes and text_bytes)", hint)
+    if size > MAX_PACK_BYTES:
+        raise InvalidPackError(f"the pack is longer than {MAX_PACK_BYTES} bytes", "unpack it, and use the scene in it")
     stream.seek(max(0, size - _END.size))
     end = stream.read()
     if len(end) < _END.size or end[:4] != b"PK\x05\x06":

@@ -28,7 +28,7 @@ share, seconds = int(sys.argv[2]), int(sys.argv[3])
 resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 import scenecc
 from scenecc.source import Limits
-limits = {name: getattr(Limits(), name) // share for name in ("assets_bytes", "objects")}
+limits = {name: getattr(Limits(), name) // share for name in ("asset_bytes", "objects")}
 print(*sorted({found.code for found in scenecc.validate(sys.argv[1], limits=limits)}))
 # Not `ru_maxrss`, which begins with what the process had that started this one.
 with open("/proc/self/status") as status:

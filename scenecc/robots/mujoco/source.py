@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
 
 from scenecc.diagnostics.messages import cut
-from scenecc.robots.files import read_robot_bytes
+from scenecc.robots.files import MAX_READ_MEMORY, read_robot_bytes
 from scenecc.robots.mujoco.worker import MODEL_PREFIX
 from scenecc.robots.xml import SourceElement, parse_number
 
@@ -301,10 +301,9 @@ class SourceBuilder:
                 return ""
             self._known[found.path] = name
             self.source.assets[name], self.source.files[name] = data, found
-            most = self.files.limits.assets_bytes
-            if sum(map(len, self.source.assets.values())) > most:
-                message = f"the files that the model names have together more than {most} bytes"
-                self.report.error("SC452", message, element.location, "raise it with --limit assets_bytes=N")
+            if sum(map(len, self.source.assets.values())) > MAX_READ_MEMORY:
+                message = f"the files that the model names have together more than {MAX_READ_MEMORY} bytes"
+                self.report.error("SC452", message, element.location)
         name = self._known[found.path]
         if element.tag == "hfield":
             # A PNG says how large it is before all else.

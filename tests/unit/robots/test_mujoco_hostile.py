@@ -303,15 +303,15 @@ def test_pictures_are_not_unpacked_by_the_compiler(tmp_path: Path, attribute: st
     assert [one.code for one in told] == ([] if attribute == "file" else ["SC484"])
 
 
-def test_all_files_together_have_a_limit(tmp_path: Path) -> None:
+def test_all_files_together_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for number in range(3):
         (tmp_path / f"{number}.stl").write_bytes(bytes(600))
     asset = "<asset>" + "".join(f'\n<mesh file="{number}.stl"/>' for number in range(3)) + "</asset>"
     path, sink = tmp_path / "robot.xml", Sink()
     path.write_text(model_of(asset))
-    limits = Limits(assets_bytes=1500)
+    monkeypatch.setattr("scenecc.robots.mujoco.source.MAX_READ_MEMORY", 1500)
     file = ResolvedFile(path, path.name)
-    assert read_mjcf(file, scope=AssetScope(tmp_path), sink=sink, limits=limits) is None
+    assert read_mjcf(file, scope=AssetScope(tmp_path), sink=sink, limits=Limits()) is None
     (fault,) = sink.diagnostics()
     assert (fault.code, fault.line) == ("SC452", 4)
     assert fault.message == "the files that the model names have together more than 1500 bytes"

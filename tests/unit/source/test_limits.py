@@ -16,7 +16,6 @@ def test_the_defaults_are_those_of_the_language() -> None:
         objects=130_000,
         scenes=65_536,
         asset_bytes=64 * 2**20,
-        assets_bytes=512 * 2**20,
     )
     assert Limits().objects_in_all_scenes == 13_000_000
 

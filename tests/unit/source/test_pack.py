@@ -171,8 +171,9 @@ def test_random_damage_is_told_or_does_no_harm(tmp_path: Path) -> None:
         assert {one.code for one in found(tmp_path, bytes(content)[: generator.choice([None, 900])])} <= {"SC019"}
 
 
-def test_a_pack_larger_than_the_limits_is_not_read(tmp_path: Path) -> None:
-    (diagnostic,) = found(tmp_path, archive(), limits={"assets_bytes": 300, "text_bytes": 200})
+def test_a_pack_that_is_too_large_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.source.pack.MAX_PACK_BYTES", 500)
+    (diagnostic,) = found(tmp_path, archive())
     assert diagnostic.code == "SC019"
     assert "longer than 500 bytes" in diagnostic.message
 
