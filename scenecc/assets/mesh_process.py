@@ -40,7 +40,8 @@ _UNUSED = ("networkx", "scipy", "shapely")
 
 def prepare() -> Answer:
     """What answers a request: the libraries are imported now, since the process may open no file later."""
-    sys.modules.update(dict.fromkeys(_UNUSED))  # so that importing them raises ImportError
+    none: dict[str, Any] = dict.fromkeys(_UNUSED)
+    sys.modules.update(none)  # so that importing them raises ImportError
     libraries = import_module("trimesh"), import_module("collada")
     import_module("PIL.Image").init()
 
@@ -155,11 +156,15 @@ _PLY_FACES = re.compile(rb"\nelement[ \t]+face[ \t]+(\d+)")
 
 
 def _check_length(data: bytes, suffix: str, faces: int) -> None:
-    """Raises ValueError where trimesh reads fewer faces than a header declares: it keeps those of a truncated text."""
+    """Raises ValueError where trimesh reads fewer faces than a file has: of a truncated text it keeps the first."""
     if suffix == ".ply" and (match := _PLY_FACES.search(data)) is not None and faces < int(match[1]):
         raise ValueError(f"its header declares {int(match[1])} faces, but it has {faces}")
-    if suffix == ".stl" and not faces and not data.lstrip().startswith(b"solid"):
-        raise ValueError("its length does not match the number of triangles in its header")
+    if suffix == ".stl" and len(data) != 84 + 50 * int.from_bytes(data[80:84], "little"):  # so it is no binary STL
+        vertices = data.lower().count(b"vertex")
+        if vertices > 3 * faces:
+            raise ValueError(f"it is truncated or damaged: only {faces} triangles of its {vertices} vertices are whole")
+        if not faces and not data.lstrip().startswith(b"solid"):
+            raise ValueError("its length does not match the number of triangles in its header")
 
 
 _MOST_INSTANCES = 20_000
