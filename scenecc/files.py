@@ -19,6 +19,9 @@ PACK_SUFFIX: Final = ".scn"
 ARCHIVE: Final = b"PK"
 """What it begins with, as every ZIP archive does."""
 
+PACKS: Final = "packs"
+"""The kind of `cache_folder` into which packs are read."""
+
 
 def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> None:
     """Makes folders and writes files: all of them or none, also where a signal ends the process.
