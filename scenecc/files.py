@@ -19,6 +19,9 @@ PACK_SUFFIX: Final = ".scn"
 ARCHIVE: Final = b"PK"
 """What it begins with, as every ZIP archive does."""
 
+PACKS: Final = "packs"
+"""The kind of `cache_folder` into which packs are read."""
+
 
 def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> None:
     """Makes folders and writes files: all of them or none, also where a signal ends the process.
@@ -111,7 +114,11 @@ def _remove(folder: Path) -> None:
 def cache_folder(kind: str) -> Path:
     """Where files of a kind are kept that are made of others: under `$XDG_CACHE_HOME`, or `~/.cache` without it."""
     base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "scenecc" / kind
+    try:
+        folder = Path(base) if base else Path.home() / ".cache"
+    except RuntimeError:  # a user without a home: nothing can be kept
+        folder = Path(os.devnull)
+    return folder / "scenecc" / kind
 
 
 def keep_file(kind: str, content: bytes, suffix: str) -> Path:
@@ -134,7 +141,22 @@ def keep_result(file: Path, content: bytes) -> None:
     """Writes a file of the cache folder. Where it cannot be written, it is left out: it is made again the next time."""
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        replace_all({file: content})
+        replace_all({file: _checksum(content) + content})
+
+
+def read_result(file: Path) -> bytes | None:
+    """What `keep_result` wrote; None: it wrote nothing, or the file is damaged."""
+    try:
+        checksum, end, content = file.read_bytes().partition(b"\n")
+    except OSError:
+        return None
+    return content if checksum + end == _checksum(content) else None
+
+
+def _checksum(content: bytes) -> bytes:
+    from hashlib import sha256  # noqa: PLC0415 - few commands keep anything
+
+    return sha256(content).hexdigest().encode() + b"\n"
 
 
 State = tuple[int, int, int, int, int]

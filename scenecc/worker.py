@@ -68,6 +68,10 @@ class Worker:
         try:
             stream = _TimedStream(process.stdout.fileno(), self._name, self._seconds)
             answer = worker_process.read_message(stream)  # pyright: ignore[reportArgumentType] - it reads, which is enough
+        except (LookupError, OSError, RecursionError, TypeError, ValueError) as error:
+            # A file may have overwritten the process's memory.
+            self.stop()
+            raise WorkerError(f"the answer of {self._name} cannot be read") from error
         except BaseException:
             self.stop()
             raise

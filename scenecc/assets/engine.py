@@ -5,13 +5,13 @@ Files of installed packages and asset roots are trusted.
 
 from __future__ import annotations
 
+import os
 from hashlib import sha256
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from scenecc.assets.errors import AssetError
-from scenecc.assets.meshes import read_again
-from scenecc.files import cache_folder, keep_result
+from scenecc.files import PACKS, cache_folder, keep_result, read_checked, read_result, state_now
 from scenecc.worker import Worker, WorkerError
 
 if TYPE_CHECKING:
@@ -38,16 +38,16 @@ def engine_fault(file: AssetFile, use: MeshUse) -> str | None:
 
     What it could read once is kept in the user's cache folder, by content and SAPIEN's version.
     """
-    if file.uri.startswith(_TRUSTED):
+    if _is_trusted(file):
         return None
     try:
-        digest = file.sha256 or sha256(read_again(file.path, None)).hexdigest()
-    except AssetError as fault:
-        return fault.message
+        digest = file.sha256 or sha256(read_checked(file.path, None)).hexdigest()
+    except OSError as error:
+        return str(error)
     identity = (digest, [(one.uri, one.sha256) for one in file.names], use, file.path.suffix, version("sapien"))
     key = sha256(repr(identity).encode()).hexdigest()
     kept = cache_folder("engine") / key
-    if key in _read or kept.exists():
+    if key in _read or read_result(kept) is not None:
         _read.add(key)
         return None
     try:
@@ -56,6 +56,20 @@ def engine_fault(file: AssetFile, use: MeshUse) -> str | None:
         return str(error)
     if "error" in header:
         return str(header["error"])
-    _read.add(key)
-    keep_result(kept, b"")
+    if _is_unchanged(file):
+        _read.add(key)
+        keep_result(kept, b"")
     return None
+
+
+def _is_trusted(file: AssetFile) -> bool:
+    """Whether a file is of an installed package or an asset root. A pack has packages and roots of its own."""
+    if not file.uri.startswith(_TRUSTED):
+        return False
+    packs = os.path.realpath(cache_folder(PACKS))
+    return not Path(os.path.realpath(file.path)).is_relative_to(packs)
+
+
+def _is_unchanged(file: AssetFile) -> bool:
+    """Whether SAPIEN has read what was checked. What changed is reported by the build."""
+    return all(one.path is None or one.state is None or state_now(one.path) == one.state for one in (file, *file.names))

@@ -10,6 +10,9 @@ if TYPE_CHECKING:
 
 _UNSCALED = [1.0, 1.0, 1.0]
 
+_NOT_LOADED = "failed to load scene"
+"""In SAPIEN's error where its renderer cannot load a file either. What it only cannot cook may still be shown."""
+
 
 def prepare() -> Answer:
     """What answers a request."""
@@ -30,8 +33,8 @@ def prepare() -> Answer:
                 case _:  # the renderer reads a file as PhysX does for a triangle mesh
                     physx.PhysxCollisionShapeTriangleMesh(path, _UNSCALED, material)
         except RuntimeError as error:
-            # What cannot be cooked may still be shown.
-            return {} if header["use"] == "visual" else {"error": str(error)}, []
+            if header["use"] != "visual" or _NOT_LOADED in str(error):
+                return {"error": str(error)}, []
         return {}, []
 
     return answer

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import sha256
 from importlib.metadata import version
@@ -16,8 +15,8 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.images import check_image
-from scenecc.assets.meshes import MESH_SUFFIXES, MeshContent, MeshRecord, read_hulls, read_mesh, read_triangles
-from scenecc.files import cache_folder, keep_result, open_regular, state_of
+from scenecc.assets.meshes import MESH_SUFFIXES, MeshContent, MeshRecord, read_mesh, read_parts, read_triangles
+from scenecc.files import cache_folder, keep_result, open_regular, read_result, state_of
 from scenecc.geometry.rotations import MAX_COORDINATE
 
 if TYPE_CHECKING:
@@ -107,9 +106,8 @@ class AssetFiles:
         identity = (_IMAGE_VERSION, version("pillow"), self.digest(path), path.suffix)
         key = sha256(repr(identity).encode()).hexdigest()
         file = cache_folder("images") / key
-        if key not in _unpacked:
-            with suppress(OSError, ValueError):
-                _unpacked[key] = int(file.read_bytes())
+        if key not in _unpacked and (kept := read_result(file)) is not None:
+            _unpacked[key] = int(kept)
         if _unpacked.get(key, self.max_bytes + 1) <= self.max_bytes:
             return
         _unpacked[key] = check_image(self.content(path), self.max_bytes, path.suffix)
@@ -148,7 +146,7 @@ class AssetFiles:
 
     def hull_parts(self, asset: AssetFile) -> tuple[Measures, ...]:
         """Measures of the convex parts that SAPIEN makes of a mesh. Raises AssetError."""
-        return read_hulls(self._mesh_content(asset), parts=True)
+        return read_parts(self._mesh_content(asset))
 
     def _mesh_content(self, asset: AssetFile) -> MeshContent:
         suffix = Path(asset.path).suffix.lower()

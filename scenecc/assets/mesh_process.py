@@ -1,7 +1,7 @@
 """Mesh files as trimesh and pycollada read them, in a process of its own: a file in, triangles and measures out.
 
-A part is what SAPIEN loads as one mesh: a primitive of a glTF or COLLADA, once for each node that shows it; an object
-or group of an OBJ; a whole STL or PLY.
+A part is what SAPIEN loads as one mesh: a mesh of a glTF or a primitive of a COLLADA, once for each node that shows it; an
+object or group of an OBJ; a whole STL or PLY.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
+from errno import EMFILE
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +44,10 @@ _UNUSED = ("networkx", "scipy", "shapely")
 """Packages that trimesh imports if they are there, which takes longer than all else. Nothing here needs them."""
 
 
+_HULLS = {"hull": (False, measure_hull), "hulls": (True, measure_hull), "parts": (True, measure)}
+"""What is wanted of hulls: whether of all convex parts, and what is measured."""
+
+
 def prepare() -> Answer:
     """What answers a request: the libraries are imported now, since the process may open no file later."""
     for name in _UNUSED:
@@ -56,13 +61,14 @@ def prepare() -> Answer:
         Args:
             header: `suffix` of the file in lower case; `buffers`, the names of further parts, or None where they are
                 not known yet; `max_bytes` of an image, and a third of the most that triangles may take; `wanted`:
-                "record", "triangles", "hull" or "hulls".
+                "record", "triangles", "hull", "hulls" or "parts".
             parts: content of the file and of its buffers.
 
         Returns:
             A header with `error` (code, message, hint), or with what `MeshRecord` holds; with `names` alone where it
             needs buffers. If triangles are wanted, vertices (float64) and faces (int64) of each part follow; if a hull
-            is, or those of all convex parts, the header has their measures as `hulls`.
+            is, those of all convex parts ("hulls") or these without their volumes ("parts"), the header has their
+            measures as `hulls`.
         """
         try:
             names = scan_names(parts[0], header["suffix"])
@@ -75,10 +81,10 @@ def prepare() -> Answer:
             read = list(_read(libraries, parts[0], header["suffix"], buffers, TRIANGLES_RATIO * most, loose))
             if header["wanted"] == "triangles":
                 return found, _arrays(read)
-            if header["wanted"] in {"hull", "hulls"}:
-                whole, suffix = header["wanted"] == "hull", header["suffix"]
-                hulls = [_cloud(read, loose, suffix)] if whole else hull_parts(read, suffix)
-                return found | {"hulls": [asdict(measure_hull(*hull)) for hull in hulls]}, []
+            if header["wanted"] in _HULLS:
+                suffix, (parts_only, measured) = header["suffix"], _HULLS[header["wanted"]]
+                hulls = hull_parts(read, suffix) if parts_only else [_cloud(read, loose, suffix)]
+                return found | {"hulls": [asdict(measured(*hull)) for hull in hulls]}, []
             faults, unpacked = _check_images(names, most)
             found |= {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}
             found |= {"bytes": max(unpacked, _triangle_bytes(read) // TRIANGLES_RATIO)}
@@ -131,6 +137,8 @@ def _read(
     except MemoryError as error:
         raise AssetError("SC607", "the mesh takes too much memory", "simplify it") from error
     except Exception as error:  # the libraries raise whatever comes
+        if isinstance(error, OSError) and error.errno == EMFILE:  # trimesh would load a codec for what is no UTF-8
+            error = ValueError("it is truncated, or not text in UTF-8")
         words = "it is truncated or damaged" if isinstance(error, _WORDLESS) else " ".join(str(error).split())[:200]
         raise AssetError("SC412", f"the mesh cannot be read: {words}", "export the mesh again") from error
 
@@ -150,17 +158,19 @@ def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) ->
     if suffix == ".obj":
         options |= {"group_material": False, "split_objects": True, "split_groups": True}
     scene = trimesh.load_scene(io.BytesIO(data), suffix[1:], resolver=buffers, **options)
-    faces = 0
+    found: dict[str, list[Triangles]] = {}
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh):
-            faces += len(mesh.faces)
             vertices = np.asarray(mesh.vertices, np.float64)
             if not np.array_equal(place, np.eye(4)):
                 vertices = vertices @ place[:3, :3].T + place[:3, 3]
-            yield vertices, np.asarray(mesh.faces)
-    _check_length(data, suffix, faces)
+            # Primitives of one mesh of a glTF are children of its node.
+            whole = scene.graph.transforms.parents[node] if mesh.metadata.get("from_gltf_primitive") else node
+            found.setdefault(whole, []).append((vertices, np.asarray(mesh.faces)))
+    _check_length(data, suffix, sum(len(faces) for parts in found.values() for _, faces in parts))
+    yield from (_joined(parts) if len(parts) > 1 else parts[0] for parts in found.values())
 
 
 _PLY_HEADER = re.compile(rb"ply\s.*?\bend_header\b", re.DOTALL)
@@ -171,12 +181,15 @@ def _plain_text(data: bytes, suffix: str) -> bytes:
     if suffix == ".obj":
         data = data.replace(b"\t", b" ")
     header = _PLY_HEADER.match(data) if suffix == ".ply" else None
-    end = header.end() if header is not None else len(data) if suffix == ".obj" or data.startswith(b"solid") else 0
+    is_text = suffix == ".obj" or (suffix == ".stl" and data.lstrip().startswith(b"solid") and not _is_binary(data))
+    end = header.end() if header is not None else len(data) if is_text else 0
     return data if data[:end].isascii() else data[:end].decode("utf-8", "replace").encode() + data[end:]
 
 
-_EMPTY_STL = 84
-"""Bytes of a binary STL without triangles."""
+def _is_binary(data: bytes) -> bool:
+    """Whether an STL is binary: its length decides, since its header may begin like a text."""
+    return len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+
 
 _OBJ_FACE = re.compile(rb"(?m)^f ")
 _PLY_FACES = re.compile(rb"\nelement[ \t]+face[ \t]+(\d+)")
@@ -188,8 +201,12 @@ def _check_length(data: bytes, suffix: str, faces: int) -> None:
         raise ValueError(f"it has {lines} faces, of which {lines - faces} cannot be read")
     if suffix == ".ply" and (match := _PLY_FACES.search(data)) is not None and faces < int(match[1]):
         raise ValueError(f"its header declares {int(match[1])} faces, but it has {faces}")
-    if suffix == ".stl" and not faces and not data.lstrip().startswith(b"solid") and len(data) != _EMPTY_STL:
-        raise ValueError("its length does not match the number of triangles in its header")
+    if suffix == ".stl" and not _is_binary(data):
+        vertices = data.lower().count(b"vertex")
+        if vertices > 3 * faces:
+            raise ValueError(f"it is truncated or damaged: only {faces} triangles of its {vertices} vertices are whole")
+        if not faces and not data.lstrip().startswith(b"solid"):
+            raise ValueError("its length does not match the number of triangles in its header")
 
 
 _MOST_INSTANCES = 20_000

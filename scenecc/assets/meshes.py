@@ -10,7 +10,6 @@ import io
 import json
 import math
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
@@ -22,7 +21,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.measures import Measures
-from scenecc.files import cache_folder, keep_result, read_checked
+from scenecc.files import cache_folder, keep_result, read_checked, read_result
 from scenecc.worker import Worker, WorkerError
 from scenecc.worker_process import read_message, write_message
 
@@ -93,7 +92,7 @@ class MeshContent:
 
 
 def checked_content(file: AssetFile) -> MeshContent:
-    """A mesh of a plan whose files were checked. AssetError (SC422) where it changed since."""
+    """A mesh of a plan whose files were checked, by whatever limit. AssetError (SC422) where it changed since."""
     buffers = {one.uri: one for one in file.names}
 
     def open_buffer(reference: AssetReference) -> tuple[str, Callable[[], bytes]]:
@@ -143,9 +142,8 @@ def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDAr
     """Vertices (n, 3) [m] and faces (m, 3) of each part of a mesh file. Raises AssetError."""
     record = read_mesh(content)
     file = cache_folder("meshes") / f"{record.key}.triangles"
-    found: Message | None = None
-    with suppress(OSError, ValueError, KeyError), file.open("rb") as stream:
-        found = read_message(stream)
+    kept = read_result(file)
+    found = None if kept is None else read_message(io.BytesIO(kept))
     if found is None:
         found = _ask_again(content, record, "triangles")
         whole = io.BytesIO()
@@ -160,8 +158,16 @@ def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDAr
 
 def read_hulls(content: MeshContent, *, parts: bool) -> tuple[Measures, ...]:
     """Measures of the convex hull of a mesh file, or of all convex parts that SAPIEN makes of it. Raises AssetError."""
+    return _read_measures(content, "hulls" if parts else "hull")
+
+
+def read_parts(content: MeshContent) -> tuple[Measures, ...]:
+    """Measures of all convex parts that SAPIEN makes of a mesh file, without volumes. Raises AssetError."""
+    return _read_measures(content, "parts")
+
+
+def _read_measures(content: MeshContent, wanted: str) -> tuple[Measures, ...]:
     record = read_mesh(content)
-    wanted = "hulls" if parts else "hull"
     key = f"{record.key}.{wanted}"
     if record.whole is None:
         return ()
@@ -198,21 +204,23 @@ def _header(
     if header is None or header.get("bytes", 0) > content.max_bytes:
         names = [uri for uri, _ in buffers]
         header, _ = _ask(_request(content, names, "record"), [content.read(), *read()])
-        if all(code != "SC607" for code, *_ in header.get("visual_faults", ())):  # another limit may allow it
-            _keep(key, header)
+        _keep(key, header)
     return key, header
 
 
 def _known(key: str) -> Header | None:
     """A header from memory or from the cache folder."""
-    if key not in _headers:
-        with suppress(OSError, ValueError):
-            _remember(key, json.loads((cache_folder("meshes") / key).read_bytes()))
-    return _headers.get(key)
+    header = _headers.get(key)
+    if header is None and (kept := read_result(cache_folder("meshes") / key)) is not None:
+        header = json.loads(kept)
+        _remember(key, header)
+    return header
 
 
 def _keep(key: str, header: Header) -> None:
-    """Keeps a header in memory and in the cache folder."""
+    """Keeps a header in memory and in the cache folder, unless a limit decided it, which may be raised."""
+    if any(code == "SC607" for code, _, _ in header.get("visual_faults", ())):
+        return
     _remember(key, header)
     keep_result(cache_folder("meshes") / key, json.dumps(header).encode())
 

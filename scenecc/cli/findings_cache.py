@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from scenecc.diagnostics import Diagnostic
 from scenecc.diagnostics.diagnostic import Fix, Location, Related
-from scenecc.files import State, cache_folder, keep_result, state_now
+from scenecc.files import State, cache_folder, keep_result, read_result, state_now
 from scenecc.source.paths import PathCache
 from scenecc.source.provenance import content_hash
 from scenecc.version import VERSION
@@ -57,11 +57,11 @@ class FindingsCache:
 
     def files_of(self, file: str) -> frozenset[Path] | None:
         """All files that a scene used when it was last looked at; None where that is not known."""
-        try:
-            record = json.loads(self._entry(file).read_bytes())
-            return frozenset(Path(path) for path, _, _ in record["files"]) | frozenset(map(Path, record["missing"]))
-        except (OSError, ValueError, KeyError, TypeError):
+        kept = read_result(self._entry(file))
+        if kept is None:
             return None
+        record = json.loads(kept)
+        return frozenset(Path(path) for path, _, _ in record["files"]) | frozenset(map(Path, record["missing"]))
 
     def _entry(self, file: str) -> Path:
         key = f"{self._basis}{(file, os.path.abspath(file))!r}"  # noqa: PTH100 - as it is named
@@ -76,12 +76,12 @@ class FindingsCache:
         return sha256(repr((VERSION, sys.version, own, installed, self.command, self.options)).encode()).hexdigest()
 
     def _kept(self, entry: Path) -> list[Diagnostic] | None:
-        try:
-            record = json.loads(entry.read_bytes())
-            if all(_is_same(*file) for file in record["files"]) and not any(map(os.path.lexists, record["missing"])):
-                return [_diagnostic(one) for one in record["diagnostics"]]
-        except (OSError, ValueError, KeyError, TypeError):
-            pass
+        kept = read_result(entry)
+        if kept is None:
+            return None
+        record = json.loads(kept)
+        if all(_is_same(*file) for file in record["files"]) and not any(map(os.path.lexists, record["missing"])):
+            return [_diagnostic(one) for one in record["diagnostics"]]
         return None
 
     def _keep(

@@ -25,7 +25,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
-from scenecc.files import ARCHIVE, cache_folder, open_regular
+from scenecc.files import ARCHIVE, PACKS, cache_folder, open_regular
 from scenecc.interrupt import interrupts_wait, temporary_folder
 from scenecc.source.paths import AssetScope, PathCache
 from scenecc.version import VERSION
@@ -39,8 +39,6 @@ OWN_FOLDER: Final = ".scenecc"
 MANIFEST: Final = f"{OWN_FOLDER}/manifest.json"
 
 _FORMAT: Final = 1
-
-_KIND: Final = "packs"
 
 _KEPT: Final = 30 * 24 * 3600
 """[s] How long a pack stays in the cache that nobody opens."""
@@ -137,7 +135,7 @@ def open_pack(name: str, sink: Sink) -> Pack | None:
             try:
                 folder = _extracted(archive, manifest, digest)
             except OSError as error:
-                hint = f"packs are read into '{cache_folder(_KIND)}'; XDG_CACHE_HOME names another place"
+                hint = f"packs are read into '{cache_folder(PACKS)}'; XDG_CACHE_HOME names another place"
                 message = f"the pack cannot be read into the cache: {error.strerror or error}"
                 sink.report("SC818", message, Location(name), hint=hint)
                 return None
@@ -257,7 +255,7 @@ def _blocks(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Iterator[bytes]:
 
 def _extracted(archive: zipfile.ZipFile, manifest: Manifest, digest: str) -> Path:
     """The folder with the files of a pack, made where it is not there whole."""
-    above = cache_folder(_KIND)
+    above = cache_folder(PACKS)
     folder = above / digest
     if not _is_whole(folder, archive):
         above.mkdir(parents=True, exist_ok=True)

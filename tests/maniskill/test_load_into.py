@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from plugins.maniskill_scenes import new_scene
+from plugins.mesh_files import POINTS, TETRA, ply
 
 import scenecc
 from scenecc import SceneError
@@ -95,6 +96,18 @@ def test_a_mesh_that_cannot_be_cooked_is_told_and_nothing_is_left_out(tmp_path: 
     text = "scenecc: 1\nentities:\n  a:\n    collisions:\n      - {type: convex_mesh, file: flat.obj}\n"
     found = refused(text, tmp_path)
     assert [line for _, line, _ in found] == [5]
+
+
+@pytest.mark.parametrize(
+    ("content", "code"), [(ply(POINTS * [0.003, 0.003, 3]), "SC423"), ((TETRA + "l 9 1\n").encode(), "SC801")]
+)
+def test_a_mesh_that_the_engine_takes_for_another_or_refuses(content: bytes, code: str, tmp_path: Path) -> None:
+    name = "a.ply" if code == "SC423" else "a.obj"
+    (tmp_path / name).write_bytes(content)
+    text = f"scenecc: 1\nentities:\n  a:\n    collisions:\n      - type: convex_mesh\n        file: {name}\n"
+    ((found, line, message),) = refused(text, tmp_path)
+    assert (found, line) == (code, 6)
+    assert name in message
 
 
 def test_without_maniskill_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

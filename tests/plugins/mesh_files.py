@@ -137,7 +137,7 @@ def plan_of(paths: list[Path], *uses: str, files: Any = None) -> ScenePlan:
     return ScenePlan("plan", 1 if files is None else len(files.data), tuple(entities), Physics(), files=table)
 
 
-def diagnose(path: Path, *uses: str, max_asset_bytes: int = 256 * 2**20) -> list[Diagnostic]:
+def diagnose(path: Path, *uses: str, max_asset_bytes: int = 2**28) -> list[Diagnostic]:
     sink = Sink()
     plan = plan_of([path], *uses)
     check_assets(plan, sink, resolve_named=named_by(path.parent), max_asset_bytes=max_asset_bytes)
@@ -147,7 +147,8 @@ def diagnose(path: Path, *uses: str, max_asset_bytes: int = 256 * 2**20) -> list
 def checked(path: Path, *uses: str) -> AssetFile:
     """A file without fault, as its check leaves it."""
     sink = Sink()
-    (file,) = check_assets(plan_of([path], *uses), sink, resolve_named=named_by(path.parent), max_asset_bytes=2**26)
+    plan = plan_of([path], *uses)
+    (file,) = check_assets(plan, sink, resolve_named=named_by(path.parent), max_asset_bytes=2**28)
     assert not sink.diagnostics()
     return file
 
@@ -157,7 +158,7 @@ def named(path: Path, *uses: str) -> dict[str, Path | None]:
     return {one.uri: one.path for one in checked(path, *(uses or ("visual",))).names}
 
 
-def codes(path: Path, *uses: str, max_asset_bytes: int = 256 * 2**20) -> list[str]:
+def codes(path: Path, *uses: str, max_asset_bytes: int = 2**28) -> list[str]:
     return [d.code for d in diagnose(path, *uses, max_asset_bytes=max_asset_bytes)]
 
 

@@ -103,7 +103,7 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     "header.stl": (stl()[:50], "SC412"),
     "no_triangles.stl": (bytes(84), "SC413"),
     "empty.stl": ("", "SC412"),
-    "text_cut.stl": (stl_text()[:200], "SC413"),
+    "text_cut.stl": (stl_text()[:200], "SC412"),
     "text_empty.stl": ("solid\nendsolid\n", "SC413"),
     "text_split.stl": (stl_text().replace(b"vertex 0.1 ", b"vertex 0.1\n"), "SC412"),
     "cut.ply": (ply()[:-1], "SC412"),
@@ -443,13 +443,8 @@ def test_textures(tmp_path: Path, name: str) -> None:
     check_assets(plan, sink, resolve_named=named_by(tmp_path), max_asset_bytes=2**26)
     assert [(d.code, d.path) for d in sink.diagnostics()] == ([(code, "ball.material")] if code else [])
     sink = Sink()
-    check_assets(
-        plan,
-        sink,
-        resolve_named=named_by(tmp_path),
-        max_asset_bytes=2**26,
-        file_origins={0: Origin("s", ("materials", "m"))},
-    )
+    origins = {0: Origin("s", ("materials", "m"))}
+    check_assets(plan, sink, resolve_named=named_by(tmp_path), max_asset_bytes=2**26, file_origins=origins)
     assert [(d.code, d.path) for d in sink.diagnostics()] == ([(code, "materials.m")] if code else [])
 
 

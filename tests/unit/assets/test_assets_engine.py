@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plugins.mesh_files import FACES, POINTS, TETRA, codes, glb, gltf_document, ply, stl, stl_text, write
+from plugins.mesh_files import FACES, POINTS, TETRA, checked, codes, glb, gltf_document, ply, stl, stl_text, write
 
 from scenecc import SceneError, load_scene
+from scenecc.assets.meshes import checked_content, read_parts
 from scenecc.diagnostics.codes import CODES
 
 pytest.importorskip("sapien")
@@ -102,6 +103,9 @@ def corpus(folder: Path) -> list[Path]:
     document["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [1, 0, 0]}]
     document["scenes"] = [{"nodes": [0, 1]}]
     files["two_nodes.glb"] = glb(document, body)
+    document, body = gltf_document()
+    document["meshes"][0]["primitives"] *= 3
+    files["three_primitives.glb"] = glb(document, body)
     return [write(folder, name, data) for name, data in files.items()] + [folder / "missing.obj"]
 
 
@@ -121,8 +125,9 @@ def test_the_corpus(tmp_path: Path) -> None:
 
 def test_parts_are_those_of_sapien(tmp_path: Path) -> None:
     paths = {path.name: path for path in corpus(tmp_path)}
-    counts = [len(part or ()) for part in cook([(paths["parts.obj"], "parts"), (paths["two_nodes.glb"], "parts")])]
-    assert counts == [2, 2]
+    files = [paths[name] for name in ("parts.obj", "two_nodes.glb", "three_primitives.glb")]
+    assert [len(parts or ()) for parts in cook([(path, "parts") for path in files])] == [2, 2, 1]
+    assert [len(read_parts(checked_content(checked(path, "parts")))) for path in files] == [2, 2, 1]
 
 
 def test_what_is_refused_cannot_be_cooked_or_comes_out_wrong(tmp_path: Path) -> None:

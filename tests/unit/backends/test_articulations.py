@@ -261,7 +261,7 @@ def test_a_mesh_of_a_link_that_cannot_be_cooked(tmp_path: Path) -> None:
     broken = replace(structure.links[1], body=BodyStructure("link", (shape,)))
     plan = alone(replace(structure, links=(structure.links[0], broken)), files=(AssetFile("words.obj", path),))
     (found,) = complaints(plan)
-    assert (found.code, found.path) == ("SC801", "entities.robot.root.shapes[0]")
+    assert (found.code, found.path) == ("SC801", "entities.robot.root.shapes[0].file")
 
 
 def link(name: str, scene: int, do: Callable[[Any], object]) -> Callable[[list[Any]], object]:

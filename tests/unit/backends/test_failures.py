@@ -71,7 +71,7 @@ def test_a_mesh_that_cannot_be_cooked(
     """SAPIEN's own builder builds a milligram without a shape here."""
     path = text if there else tmp_path / "missing.obj"
     (told,) = complaints(plan_of_shapes(mesh(geometry), files=(path,), kind="static"))
-    assert (told.code, told.path) == ("SC801", "entities.body.shapes[0]")
+    assert (told.code, told.path) == ("SC801", "entities.body.shapes[0]" + ".file" * there)
     assert ("SAPIEN cannot read" if there else f"no file '{path}'") in told.message
 
 
@@ -79,7 +79,7 @@ def test_all_that_cannot_be_cooked_are_told(text: Path, tmp_path: Path, plan_of_
     other = tmp_path / "others.obj"
     other.write_text("more words\n")
     told = complaints(plan_of_shapes(mesh(ConvexMesh, 0), mesh(ConvexMesh, 1), files=(text, other)))
-    assert [d.path for d in told] == ["entities.body.shapes[0]", "entities.body.shapes[1]"]
+    assert [d.path for d in told] == ["entities.body.shapes[0].file", "entities.body.shapes[1].file"]
 
 
 def test_nothing_is_built_where_a_mesh_fails(
