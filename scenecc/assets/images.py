@@ -67,7 +67,7 @@ def image_size(path: Path) -> ImageSize:
         return _read_size(data, _detect_format(data, path.suffix))
 
 
-def check_image(data: bytes, max_bytes: int, suffix: str = "") -> int:
+def check_image(data: bytes, max_bytes: float, suffix: str = "") -> int:
     """Checks a whole image.
 
     Args:

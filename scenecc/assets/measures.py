@@ -115,8 +115,8 @@ def hull_parts(parts: Sequence[Triangles], suffix: str) -> list[Triangles]:
 
 def weld(vertices: NDArray[np.floating], faces: NDArray[np.int64]) -> Triangles:
     """The same triangles with one vertex for all that are equal in single precision."""
-    single = np.ascontiguousarray(vertices, np.float32) + np.float32(0)  # no -0
-    _, first, index = np.unique(single.view("V12").ravel(), return_index=True, return_inverse=True)
+    # In the order of the values: emitted Python has the same.
+    _, first, index = np.unique(vertices.astype(np.float32), axis=0, return_index=True, return_inverse=True)
     return vertices[first], index.reshape(-1)[faces]
 
 

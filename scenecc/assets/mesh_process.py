@@ -11,7 +11,6 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
-from errno import EMFILE
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -34,14 +33,20 @@ if TYPE_CHECKING:
     """Vertices (n, 3) [m] and faces (m, 3)."""
 
 
+TRIANGLES_RATIO = 3
+"""How much more than the limit of a file its triangles may take."""
+
+_TRIANGLE_BYTES = 24
+"""Of a vertex, and of the indices of a face."""
+
 _UNUSED = ("networkx", "scipy", "shapely")
 """Packages that trimesh imports if they are there, which takes longer than all else. Nothing here needs them."""
 
 
 def prepare() -> Answer:
     """What answers a request: the libraries are imported now, since the process may open no file later."""
-    none: dict[str, Any] = dict.fromkeys(_UNUSED)
-    sys.modules.update(none)  # so that importing them raises ImportError
+    for name in _UNUSED:
+        sys.modules[name] = None  # pyright: ignore[reportArgumentType] - importing it raises ImportError
     libraries = import_module("trimesh"), import_module("collada")
     import_module("PIL.Image").init()
 
@@ -66,31 +71,38 @@ def prepare() -> Answer:
                 return found, []
             buffers: dict[str, bytes] = dict(zip(header["buffers"] or (), parts[1:], strict=True))
             loose: list[Vertices] = []
-            most = 3 * header["max_bytes"]
-            read = list(_read(libraries, parts[0], header["suffix"], buffers, most, loose))
+            most = header["max_bytes"]
+            read = list(_read(libraries, parts[0], header["suffix"], buffers, TRIANGLES_RATIO * most, loose))
             if header["wanted"] == "triangles":
                 return found, _arrays(read)
             if header["wanted"] in {"hull", "hulls"}:
                 whole, suffix = header["wanted"] == "hull", header["suffix"]
                 hulls = [_cloud(read, loose, suffix)] if whole else hull_parts(read, suffix)
                 return found | {"hulls": [asdict(measure_hull(*hull)) for hull in hulls]}, []
-            found |= {"parts": [asdict(measure(*part)) for part in read]} | _whole(read, loose)
-            return found | _looks(names, header["max_bytes"]), []
+            faults, unpacked = _check_images(names, most)
+            found |= {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}
+            found |= {"bytes": max(unpacked, _triangle_bytes(read) // TRIANGLES_RATIO)}
+            return found | {"parts": [asdict(measure(*part)) for part in read]} | _whole(read, loose), []
         except AssetError as error:
             return {"error": [error.code, error.message, error.hint]}, []
 
     return answer
 
 
-def _looks(names: MeshNames, max_bytes: int) -> dict[str, Any]:
-    """What is wrong with how a mesh looks."""
+def _check_images(names: MeshNames, max_bytes: float) -> tuple[list[AssetError], int]:
+    """Why a mesh cannot be rendered, and the size of its largest image [bytes]."""
     faults = [] if names.visual_fault is None else [names.visual_fault]
+    largest = 0
     for image in names.images:
         try:
-            check_image(image, max_bytes)
+            largest = max(largest, check_image(image, max_bytes))
         except AssetError as error:  # noqa: PERF203 - each image has its own
             faults.append(error)
-    return {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}
+    return faults, largest
+
+
+def _triangle_bytes(parts: list[Triangles]) -> int:
+    return sum(_TRIANGLE_BYTES * (len(vertices) + len(faces)) for vertices, faces in parts)
 
 
 _WORDLESS = (ArithmeticError, AttributeError, LookupError, TypeError)
@@ -98,7 +110,7 @@ _WORDLESS = (ArithmeticError, AttributeError, LookupError, TypeError)
 
 
 def _read(
-    libraries: tuple[Any, Any], data: bytes, suffix: str, buffers: dict[str, bytes], most: int, loose: list[Vertices]
+    libraries: tuple[Any, Any], data: bytes, suffix: str, buffers: dict[str, bytes], most: float, loose: list[Vertices]
 ) -> Iterator[Triangles]:
     """The parts of a file that have triangles. Adds vertices that no triangle uses to `loose`. Raises AssetError."""
     trimesh, collada = libraries
@@ -110,7 +122,7 @@ def _read(
             if not len(faces):
                 continue
             used, flat = np.unique(faces, return_inverse=True)
-            taken += 24 * (len(used) + len(faces))
+            taken += _TRIANGLE_BYTES * (len(used) + len(faces))
             _check_part(used, len(vertices), taken, most)
             loose.append(np.delete(vertices, used, axis=0))
             yield vertices[used], flat.reshape(-1, 3).astype(np.int64)
@@ -119,13 +131,11 @@ def _read(
     except MemoryError as error:
         raise AssetError("SC607", "the mesh takes too much memory", "simplify it") from error
     except Exception as error:  # the libraries raise whatever comes
-        if isinstance(error, OSError) and error.errno == EMFILE:  # for text in another encoding a codec would be loaded
-            error = ValueError("it is truncated, or not text in UTF-8")
         words = "it is truncated or damaged" if isinstance(error, _WORDLESS) else " ".join(str(error).split())[:200]
         raise AssetError("SC412", f"the mesh cannot be read: {words}", "export the mesh again") from error
 
 
-def _check_part(used: NDArray[np.int64], vertices: int, taken: int, most: int) -> None:
+def _check_part(used: NDArray[np.int64], vertices: int, taken: int, most: float) -> None:
     """Raises AssetError where faces refer to missing vertices, or all triangles so far take too many bytes."""
     if used[0] < 0 or used[-1] >= vertices:
         raise AssetError("SC412", "a face refers to a missing vertex", "export the mesh again")
@@ -136,6 +146,8 @@ def _check_part(used: NDArray[np.int64], vertices: int, taken: int, most: int) -
 
 def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) -> Iterator[Triangles]:
     options: dict[str, Any] = {"process": False, "skip_materials": True}
+    if suffix != ".stl" or not _is_binary_stl(data):  # the header of one may begin as a text does
+        data = _plain_text(data, suffix)
     if suffix == ".obj":
         options |= {"group_material": False, "split_objects": True, "split_groups": True}
     scene = trimesh.load_scene(io.BytesIO(data), suffix[1:], resolver=buffers, **options)
@@ -152,19 +164,45 @@ def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) ->
     _check_length(data, suffix, faces)
 
 
+_PLY_HEADER = re.compile(rb"ply\s.*?\bend_header\b", re.DOTALL)
+
+
+def _plain_text(data: bytes, suffix: str) -> bytes:
+    """A text as trimesh reads it: in UTF-8, which names and comments may not be; an OBJ without tabs."""
+    if suffix == ".obj":
+        data = data.replace(b"\t", b" ")
+    header = _PLY_HEADER.match(data) if suffix == ".ply" else None
+    end = header.end() if header is not None else len(data) if suffix == ".obj" or data.startswith(b"solid") else 0
+    return data if data[:end].isascii() else data[:end].decode("utf-8", "replace").encode() + data[end:]
+
+
+_EMPTY_STL = 84
+"""Bytes of a binary STL without triangles."""
+
+_STL_TRIANGLE = 50
+"""Bytes of a triangle in a binary STL."""
+
+_OBJ_FACE = re.compile(rb"(?m)^f ")
 _PLY_FACES = re.compile(rb"\nelement[ \t]+face[ \t]+(\d+)")
 
 
 def _check_length(data: bytes, suffix: str, faces: int) -> None:
-    """Raises ValueError where trimesh reads fewer faces than a file has: of a truncated text it keeps the first."""
+    """Raises ValueError where trimesh reads fewer faces than there are: it leaves out what it cannot read of a text."""
+    if suffix == ".obj" and (lines := len(_OBJ_FACE.findall(data))) > faces:
+        raise ValueError(f"it has {lines} faces, of which {lines - faces} cannot be read")
     if suffix == ".ply" and (match := _PLY_FACES.search(data)) is not None and faces < int(match[1]):
         raise ValueError(f"its header declares {int(match[1])} faces, but it has {faces}")
-    if suffix == ".stl" and len(data) != 84 + 50 * int.from_bytes(data[80:84], "little"):  # so it is no binary STL
-        vertices = data.lower().count(b"vertex")
-        if vertices > 3 * faces:
-            raise ValueError(f"it is truncated or damaged: only {faces} triangles of its {vertices} vertices are whole")
-        if not faces and not data.lstrip().startswith(b"solid"):
-            raise ValueError("its length does not match the number of triangles in its header")
+    if suffix == ".stl" and not _is_binary_stl(data) and (vertices := data.lower().count(b"vertex")) > 3 * faces:
+        raise ValueError(f"it is truncated or damaged: only {faces} triangles of its {vertices} vertices are whole")
+
+
+def _is_binary_stl(data: bytes) -> bool:
+    """Whether an STL has the length that its header declares. Raises ValueError where it is no text either."""
+    if len(data) == _EMPTY_STL + _STL_TRIANGLE * int.from_bytes(data[80:84], "little"):
+        return True
+    if not data.lstrip().startswith(b"solid"):
+        raise ValueError("its length does not match the number of triangles in its header")
+    return False
 
 
 _MOST_INSTANCES = 20_000

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import json
-import sys
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -80,14 +80,14 @@ class MeshContent:
         digest: SHA-256 of the file.
         suffix: its suffix in lower case, one of `MESH_SUFFIXES`.
         read: reads the file.
-        max_bytes: of an image in it, and a third of what its triangles may take, if nothing is known of it yet.
+        max_bytes: of an image in it, and a third of what its triangles may take; infinite where it was checked before.
         open_buffer: finds a buffer that the mesh names: its SHA-256, and what reads it. Raises AssetError.
     """
 
     digest: str
     suffix: str
     read: Callable[[], bytes]
-    max_bytes: int
+    max_bytes: float
     open_buffer: Callable[[AssetReference], tuple[str, Callable[[], bytes]]]
 
 
@@ -100,14 +100,14 @@ def checked_content(file: AssetFile) -> MeshContent:
         if one is None or one.path is None:
             raise AssetError("SC418", f"it names `{reference.uri[:60]}`, which was not checked")
         path, digest = one.path, one.sha256
-        return digest, lambda: _read_again(path, digest)
+        return digest, lambda: read_again(path, digest)
 
-    digest = file.sha256 or sha256(_read_again(file.path, None)).hexdigest()
+    digest = file.sha256 or sha256(read_again(file.path, None)).hexdigest()
     suffix = Path(file.path).suffix.lower()
-    return MeshContent(digest, suffix, lambda: _read_again(file.path, digest), sys.maxsize, open_buffer)
+    return MeshContent(digest, suffix, lambda: read_again(file.path, digest), math.inf, open_buffer)
 
 
-def _read_again(path: Path, digest: str | None) -> bytes:
+def read_again(path: Path, digest: str | None) -> bytes:
     """The content of a file that was checked. Raises AssetError where it changed since."""
     try:
         return read_checked(path, digest)
@@ -193,10 +193,11 @@ def _header(
     identity = (_versions(), content.digest, content.suffix, [(uri, each) for uri, (each, _) in buffers])
     key = sha256(repr(identity).encode()).hexdigest()
     header = _known(key)
-    if header is None:
+    if header is None or header.get("bytes", 0) > content.max_bytes:
         names = [uri for uri, _ in buffers]
         header, _ = _ask(_request(content, names, "record"), [content.read(), *read()])
-        _keep(key, header)
+        if all(code != "SC607" for code, *_ in header.get("visual_faults", ())):  # another limit may allow it
+            _keep(key, header)
     return key, header
 
 
@@ -210,9 +211,7 @@ def _known(key: str) -> Header | None:
 
 
 def _keep(key: str, header: Header) -> None:
-    """Keeps a header in memory and in the cache folder, unless a limit decided it, which may be raised."""
-    if any(code == "SC607" for code, _, _ in header.get("visual_faults", ())):
-        return
+    """Keeps a header in memory and in the cache folder."""
     _remember(key, header)
     keep_result(cache_folder("meshes") / key, json.dumps(header).encode())
 

@@ -55,6 +55,7 @@ def scan_names(data: bytes, suffix: str) -> MeshNames:
             case ".dae":
                 return MeshNames(tuple(AssetReference(name, "image") for name in _collada_names(data)))
             case ".ply":
+                _check_ply_data(data)
                 return MeshNames(visual_fault=_ply_fault(data))
             case _:
                 return MeshNames()
@@ -129,7 +130,7 @@ def _gltf_names(data: bytes) -> MeshNames:
     packed = _COMPRESSIONS & set(map(str, _list(whole, "extensionsUsed")))
     if packed:
         raise AssetError("SC410", f"the glTF is compressed with {min(packed)}", "export it without mesh compression")
-    _check_positions(whole)
+    _check_primitives(whole)
     buffers = [uri for buffer in _list(whole, "buffers") for uri in _uris(buffer)]
     if data[:4] == b"glTF" and any(_uris(_list(whole, "buffers")[:1])):
         raise ValueError("its first buffer refers to a file, but is the binary chunk")
@@ -145,10 +146,15 @@ def _reject_constant(word: str) -> NoReturn:
     raise ValueError(f"`{word}` is not JSON")
 
 
-def _check_positions(document: dict[str, Any]) -> None:
-    """Raises AssetError where positions are sparse, of which trimesh reads only the base."""
+_TRIANGLE_FAN = 6
+
+
+def _check_primitives(document: dict[str, Any]) -> None:
+    """Raises AssetError where trimesh reads other triangles than SAPIEN: of fans none, of sparse positions the base."""
     accessors = _list(document, "accessors")
     for primitive in (one for mesh in _list(document, "meshes") for one in _list(mesh, "primitives")):
+        if primitive.get("mode") == _TRIANGLE_FAN:
+            raise AssetError("SC410", "the glTF has a triangle fan", "export it with plain triangles")
         number = primitive.get("attributes", {}).get("POSITION")
         if isinstance(number, int) and 0 <= number < len(accessors) and "sparse" in accessors[number]:
             raise AssetError("SC410", "the glTF has sparse positions", "export it without sparse accessors")
@@ -218,6 +224,15 @@ def _decode_data_uri(uri: str) -> bytes:
         return base64.b64decode(body, validate=True)
     except binascii.Error as error:
         raise ValueError(f"a data: URI is not base64: {error}") from error
+
+
+_LINE_BREAK_FIRST = re.compile(rb"ply\s.*?\bformat binary_.*?\bend_header\r?\n[\r\n]", re.DOTALL)
+
+
+def _check_ply_data(data: bytes) -> None:
+    """Raises ValueError where the first byte of binary data equals a line break: SAPIEN skips it, and may crash."""
+    if _LINE_BREAK_FIRST.match(data) is not None:
+        raise ValueError("the first byte of its data equals a line break, which SAPIEN takes for a part of the header")
 
 
 _PLY_HEADER = re.compile(rb"ply\s.*?\nend_header", re.DOTALL)

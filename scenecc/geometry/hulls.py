@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -19,9 +19,9 @@ _JITTER: Final = 1e-6
 """By how much of its size points are moved: those in one plane would make triangles without area."""
 
 
-def hull_volume(points: NDArray[np.floating]) -> float:
+def hull_volume(points: NDArray[np.floating[Any]]) -> float:
     """The volume of the hull of points (n, 3), finite and not in one plane [m³]; within a few percent."""
-    cloud = points.astype(np.float64) - points.mean(axis=0, dtype=np.float64)
+    cloud: NDArray[np.float64] = points.astype(np.float64) - points.mean(axis=0, dtype=np.float64)
     size = float(np.ptp(cloud, axis=0).max())
     cloud += np.random.default_rng(0).uniform(-_JITTER * size, _JITTER * size, cloud.shape)
     a, b, c, d = first = _simplex(cloud)

@@ -96,6 +96,17 @@ def test_a_script_builds_it_to_the_bit(tmp_path: Path) -> None:
     assert_same(compile_scene(write(tmp_path), num_scenes=2), tmp_path)
 
 
+def test_a_script_gives_vertices_in_the_same_order(tmp_path: Path) -> None:
+    """The order in which PhysX gets them shows in how a hull of many vertices rolls."""
+    ball = trimesh.creation.icosphere(subdivisions=2).apply_scale([0.1, 0.2, 0.3])
+    (tmp_path / "ball.dae").write_bytes(trimesh.exchange.dae.export_collada(ball))
+    text = (
+        "scenecc: 1\nentities:\n  ball: {shapes: [{type: convex_mesh, file: ball.dae}], pose: [0, 0, 1]}\n"
+        "  ground: {body_type: static, shapes: [{type: plane}]}\n"
+    )
+    assert_same(compile_scene(write(tmp_path, text)), tmp_path)
+
+
 @pytest.mark.parametrize("target", ["mjcf", "urdf", "usd", "glb"])
 def test_it_is_exported(tmp_path: Path, target: str) -> None:
     pytest.importorskip({"mjcf": "mujoco", "usd": "pxr"}.get(target, "collada"))

@@ -86,7 +86,7 @@ OBJS = {
     "after a carriage return": ("# a comment\rmtllib ../outside.mtl\n", "SC412"),
     "with a blank behind": ("mtllib ok.mtl \n", "SC418"),
     "two of them": ("mtllib ok.mtl ok.mtl\n", "SC418"),
-    "in other letters": (b"mtllib \xe9.mtl\n", "SC412"),
+    "in other letters": (b"mtllib \xe9.mtl\n", "SC419"),
     "with a tab inside": ("mtllib\tok.mtl\tx\n", "SC418"),
     "on two lines": ("mtllib ../out\\\nside.mtl\n", "SC419"),
     "with a blank before": (" mtllib ok.mtl\n", "SC412"),

@@ -1,0 +1,80 @@
+"""Meshes in text as others write them, and meshes that only some readers understand."""
+
+from __future__ import annotations
+
+import base64
+import io
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from plugins.mesh_files import codes, diagnose, glb, gltf_document
+
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        TETRAHEDRON.replace(" ", "\t"),
+        TETRAHEDRON.replace("f 1 2", "f\t1 2"),
+        "# Größe\ng Größe\n" + TETRAHEDRON,
+    ],
+)
+def test_an_obj_is_read_whatever_separates_its_words(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "a.obj"
+    path.write_bytes(text.encode("latin-1"))
+    assert not codes(path, "hull", "triangles", "seen")
+
+
+def test_a_face_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text(TETRAHEDRON + "f 1 2\n")
+    (fault,) = diagnose(path, "hull")
+    assert (fault.code, fault.message.partition("read: ")[2]) == ("SC412", "it has 5 faces, of which 1 cannot be read")
+
+
+def test_a_name_in_another_encoding(tmp_path: Path) -> None:
+    path = tmp_path / "a.stl"
+    corners = [(0, 0, 0), (0, 1, 0), (1, 0, 0), (0, 0, 1)]
+    facets = [
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join(f"vertex {x} {y} {z}\n" for x, y, z in (corners[i] for i in face))
+        + "endloop\nendfacet\n"
+        for face in [(0, 1, 2), (0, 2, 3), (1, 0, 3), (2, 1, 3)]
+    ]
+    path.write_bytes(f"solid Größe\n{''.join(facets)}endsolid Größe\n".encode("latin-1"))
+    assert not codes(path, "hull")
+
+
+def test_data_that_begins_like_a_line_break_is_refused(tmp_path: Path) -> None:
+    """SAPIEN skips that byte, and some such files end its process."""
+    header = "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar x\nend_header\n"
+    for data, message in ((b"\n", "the first byte of its data"), (b"\r", "the first byte of its data"), (b"x", "")):
+        path = tmp_path / "a.ply"
+        path.write_bytes(header.encode() + data)
+        (fault,) = diagnose(path, "hull")
+        assert message in fault.message
+
+
+def test_a_fan_is_refused(tmp_path: Path) -> None:
+    """trimesh leaves it out."""
+    document, body = gltf_document()
+    document["meshes"][0]["primitives"][0]["mode"] = 6
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb(document, body))
+    assert codes(path, "seen") == ["SC410"]
+
+
+@pytest.mark.parametrize("limits", [(4000, 50_000, 4000), (50_000, 4000, 50_000)])
+def test_what_one_limit_refuses_another_allows(tmp_path: Path, limits: tuple[int, ...]) -> None:
+    """What is known of a file does not depend on the limit with which it was read first."""
+    stream = io.BytesIO()
+    Image.new("RGB", (100, 100)).save(stream, "png")
+    document, body = gltf_document()
+    document["images"] = [{"uri": f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}"}]
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb(document, body))
+    assert [codes(path, "seen", max_asset_bytes=limit) for limit in limits] == [
+        ["SC607"] if limit < 40_000 else [] for limit in limits
+    ]
