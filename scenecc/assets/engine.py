@@ -9,7 +9,7 @@ import os
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final
 
 from scenecc.assets.errors import AssetError
 from scenecc.assets.meshes import read_again
@@ -17,10 +17,8 @@ from scenecc.files import PACKS, cache_folder, keep_result, read_result, state_n
 from scenecc.worker import Worker, WorkerError
 
 if TYPE_CHECKING:
+    from scenecc.assets.mesh_uses import MeshUse
     from scenecc.plan.body import AssetFile
-
-EngineUse = Literal["hull", "parts", "triangles", "visual"]
-"""What is made of a mesh. The renderer reads a file as PhysX does for a triangle mesh."""
 
 _MEMORY: Final = 12 * 2**30
 """Address space of the process, of which SAPIEN's libraries take the most [bytes]."""
@@ -37,7 +35,7 @@ _READER = Worker(
 _read: set[str] = set()
 
 
-def engine_fault(file: AssetFile, use: EngineUse) -> str | None:
+def engine_fault(file: AssetFile, use: MeshUse) -> str | None:
     """Why SAPIEN cannot read a mesh for a use; None: it can, or the file is trusted.
 
     What it could read once is kept in the user's cache folder, by content and SAPIEN's version.

@@ -30,7 +30,7 @@ def prepare() -> Answer:
                     physx.PhysxCollisionShapeConvexMesh(path, _UNSCALED, material)
                 case "parts":
                     physx.PhysxCollisionShapeConvexMesh.load_multiple(path, _UNSCALED, material)
-                case _:
+                case _:  # the renderer reads a file as PhysX does for a triangle mesh
                     physx.PhysxCollisionShapeTriangleMesh(path, _UNSCALED, material)
         except RuntimeError as error:
             if header["use"] != "visual" or _NOT_LOADED in str(error):

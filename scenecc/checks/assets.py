@@ -17,12 +17,13 @@ import numpy as np
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.files import AssetFiles, MissingError, ResolveNamed, check_measures
 from scenecc.assets.images import IMAGE_SUFFIXES, image_size
+from scenecc.assets.mesh_uses import MeshUse, mesh_use
 from scenecc.assets.names import material_images
 from scenecc.assets.obj_materials import fallback_materials
-from scenecc.checks.mesh_rules import AssetUse, check_mesh_use
+from scenecc.checks.mesh_rules import check_mesh_use
 from scenecc.checks.value_queries import indices, rows
 from scenecc.diagnostics.diagnostic import Origin
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
+from scenecc.plan import MeshGeometry
 from scenecc.plan.body import NamedFile
 from scenecc.plan.rendering import CubeMap, TexturedLight
 
@@ -156,14 +157,18 @@ def check_assets(
         The plan's files with what was read of them: hashes, and those that they name in turn.
     """
     checker = _AssetChecker(sink, AssetFiles(resolve_named, max_asset_bytes))
-    uses: dict[int, dict[AssetUse, Origin]] = {}
-    for index, use, origin in _file_uses(plan, file_origins or {}):
-        uses.setdefault(index, {}).setdefault(use, origin)
+    meshes: dict[int, dict[MeshUse, Origin]] = {}
+    for index, use, origin in _meshes(plan):
+        meshes.setdefault(index, {}).setdefault(use, origin)
+    textures: dict[int, Origin] = {}
+    for index, origin in _textures(plan, file_origins or {}):
+        textures.setdefault(index, origin)
     files = list(plan.files)
-    for index, by_use in uses.items():
-        asset, first = files[index], next(iter(by_use.values()))
-        if "texture" in by_use:
-            with _report_asset_errors(checker, asset, by_use.pop("texture")):
+    for index in dict.fromkeys([*textures, *meshes]):
+        asset, by_use = files[index], meshes.get(index, {})
+        first = textures.get(index) or next(iter(by_use.values()))
+        if index in textures:
+            with _report_asset_errors(checker, asset, first):
                 _check_texture(checker, asset.path)
         named = sorted(_check_mesh(checker, asset, by_use).items()) if by_use else []
         if asset.path in checker.files.opened:
@@ -212,22 +217,27 @@ def read_bounds(asset: AssetFile, origin: Origin, sink: Sink, files: AssetFiles)
     return [list(whole.low), list(whole.high)]
 
 
-def _file_uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, AssetUse, Origin]]:
-    """The uses of every file, and where it is named."""
+def _meshes(plan: ScenePlan) -> Iterator[tuple[int, MeshUse, Origin]]:
+    """The uses of every mesh, and where it is named."""
     top = plan.origin or Origin(None)
-    for file in _light_and_environment_files(plan):
-        yield file, "texture", origins.get(file, top)
     for structure in (body for entity in plan.entities for body in entity.bodies):
         for shape in (*structure.collisions, *structure.visuals):
-            geometry = shape.geometry
-            if isinstance(geometry, MeshGeometry):
+            if isinstance(geometry := shape.geometry, MeshGeometry):
                 for index in indices(geometry.file):
-                    yield index, _mesh_use(geometry), (shape.origin or structure.origin or top).child("file")
+                    yield index, mesh_use(geometry), (shape.origin or structure.origin or top).child("file")
+
+
+def _textures(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, Origin]]:
+    """Every image, and where it is named."""
+    top = plan.origin or Origin(None)
+    for file in _light_and_environment_files(plan):
+        yield file, origins.get(file, top)
+    for structure in (body for entity in plan.entities for body in entity.bodies):
         for shape in structure.visuals:
             for index in indices(shape.material) if shape.material is not None else ():
                 place = (shape.origin or structure.origin or top).child("material")
                 for file in _material_textures(plan.visual_materials[index]):
-                    yield file, "texture", origins.get(file, place)
+                    yield file, origins.get(file, place)
 
 
 def _light_and_environment_files(plan: ScenePlan) -> Iterator[int]:
@@ -241,24 +251,12 @@ def _light_and_environment_files(plan: ScenePlan) -> Iterator[int]:
             yield from indices(light.light.texture.file)
 
 
-def _mesh_use(geometry: MeshGeometry) -> AssetUse:
-    match geometry:
-        case ConvexMesh():
-            return "hull"
-        case ConvexParts():
-            return "parts" if geometry.coacd is None else "decomposed"
-        case TriangleMesh():
-            return "triangles"
-        case Mesh():
-            return "seen"
-
-
 def _material_textures(material: VisualMaterial) -> Iterator[int]:
     for texture in material.textures().values():
         yield from indices(texture.file)
 
 
-def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse, Origin]) -> dict[str, Path]:
+def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[MeshUse, Origin]) -> dict[str, Path]:
     """Checks a mesh for all its uses. Returns the files that it names and a build opens, by name."""
     first = next(iter(by_use.values()))
     try:
@@ -282,11 +280,11 @@ def _check_references(
     checker: _AssetChecker,
     asset: AssetFile,
     mesh: MeshRecord,
-    by_use: Mapping[AssetUse, Origin],
+    by_use: Mapping[MeshUse, Origin],
     named: dict[str, Path],
 ) -> None:
     """Checks the files that an asset names. Those that a build opens are added to `named`."""
-    visual = by_use.get("seen")
+    visual = by_use.get("visual")
     origin = visual or next(iter(by_use.values()))
     waiting = [one for one in mesh.names if one.kind != "buffer"]
     for reference in waiting:  # which grows

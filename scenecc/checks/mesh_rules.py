@@ -1,9 +1,9 @@
-"""What a mesh must satisfy for each use, so that PhysX can cook it. What PhysX cooks is compared after a build."""
+"""Rules for meshes, by use. What PhysX cooks of them is compared in the build (`backends/sapien/cooked_hulls.py`)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,23 +12,21 @@ from scenecc.assets.files import check_measures
 
 if TYPE_CHECKING:
     from scenecc.assets.measures import Measures
+    from scenecc.assets.mesh_uses import MeshUse
     from scenecc.assets.meshes import MeshRecord
-
-AssetUse = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
-"""The use of a file: convex hull, hulls of its parts, triangle mesh, visual mesh, convex decomposition, texture."""
 
 MIN_THICKNESS = 1e-5
 """Thickness below which a hull is refused [m]. PhysX cooks a thinner one to something else, or not at all."""
 
 
 def check_mesh_use(
-    mesh: MeshRecord, use: AssetUse, suffix: str, parts: Callable[[], tuple[Measures, ...]]
+    mesh: MeshRecord, use: MeshUse, suffix: str, parts: Callable[[], tuple[Measures, ...]]
 ) -> Iterator[AssetError]:
     """Faults of a mesh in one use, of parts only that of the first.
 
     Args:
         mesh: what was read.
-        use: "hull", "parts", "triangles", "decomposed" or "seen".
+        use: what is made of it.
         suffix: of the file, in lower case.
         parts: measures the convex parts that SAPIEN makes of the mesh.
     """
@@ -37,7 +35,7 @@ def check_mesh_use(
     except AssetError as fault:
         yield fault
         return
-    if use == "seen":
+    if use == "visual":
         yield from (AssetError(*fault) for fault in mesh.visual_faults)
     if use == "parts" and suffix == ".stl":
         yield AssetError(

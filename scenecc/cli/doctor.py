@@ -19,7 +19,7 @@ from scenecc.extras import DRIVER_HINT, EXTRAS, install_hint
 from scenecc.interrupt import child
 from scenecc.version import VERSION
 
-_PACKAGES: Final = ("sapien", "pydantic", "numpy", "trimesh")
+_PACKAGES: Final = ("sapien", "pydantic", "numpy", "trimesh", "pycollada", "pillow")
 
 _ASK_ENGINE: Final = """
 import json, warnings

@@ -138,12 +138,6 @@ def _level_polygons(points: Floats, triangles: Any) -> list[tuple[float, Floats]
     return found
 
 
-def level_triangles(part: Part) -> Floats:
-    """The level triangles of a mesh that look up in the first scene (n, 3, 3) [m]."""
-    assert part.points is not None
-    return _level_of((part.points * part.scale[0]) @ part.turn[0].T, part.triangles)
-
-
 def _level_of(points: Floats, triangles: Any) -> Floats:
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

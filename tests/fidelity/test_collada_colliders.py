@@ -14,7 +14,6 @@ from unit.assets.test_mesh_dae import DAE
 import scenecc
 from scenecc import SceneError, compile_scene, load_scene
 
-pytest.importorskip("collada")
 physx: Any = pytest.importorskip("sapien").physx
 
 POINTS = np.array([[1, 0, 0], [11, 0, 0], [1, 20, 0], [1, 0, 30]]) * 0.01
@@ -109,7 +108,7 @@ def test_a_script_gives_vertices_in_the_same_order(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("target", ["mjcf", "urdf", "usd", "glb"])
 def test_it_is_exported(tmp_path: Path, target: str) -> None:
-    pytest.importorskip({"mjcf": "mujoco", "usd": "pxr"}.get(target, "collada"))
+    pytest.importorskip({"mjcf": "mujoco", "usd": "pxr"}.get(target, "trimesh"))
     robot = "scenecc: 1\nentities: {robot: {urdf: r.urdf}}"
     assert scenecc.export_scene(write(tmp_path, robot), target)
 

@@ -116,7 +116,7 @@ def geometry(use: str, file: Any = None) -> Any:
         "parts": ConvexParts(file, ONE),
         "decomposed": ConvexParts(file, ONE, CoacdParams()),
         "triangles": TriangleMesh(file, ONE),
-        "seen": Mesh(file, ONE),
+        "visual": Mesh(file, ONE),
     }[use]
 
 
@@ -125,9 +125,11 @@ def plan_of(paths: list[Path], *uses: str, files: Any = None) -> ScenePlan:
     entities = []
     for i, use in enumerate(uses):
         origin = Origin("scene.yaml", ("bodies", i))
-        shape: Any = (VisualShape if use == "seen" else CollisionShape)(geometry(use, files), origin=origin)
+        shape: Any = (VisualShape if use == "visual" else CollisionShape)(geometry(use, files), origin=origin)
         structure = (
-            BodyStructure("static", visuals=(shape,)) if use == "seen" else BodyStructure("static", collisions=(shape,))
+            BodyStructure("static", visuals=(shape,))
+            if use == "visual"
+            else BodyStructure("static", collisions=(shape,))
         )
         scenes = tuple(range(len(files.data))) if files is not None else (0,)
         entities.append(Entity(f"body_{i}", scenes, constant([0, 0, 0, 1, 0, 0, 0]), (structure,)))
@@ -152,7 +154,7 @@ def checked(path: Path, *uses: str) -> AssetFile:
 
 def named(path: Path, *uses: str) -> dict[str, Path | None]:
     """What a file names of what a build opens."""
-    return {one.uri: one.path for one in checked(path, *(uses or ("seen",))).names}
+    return {one.uri: one.path for one in checked(path, *(uses or ("visual",))).names}
 
 
 def codes(path: Path, *uses: str, max_asset_bytes: int = 2**28) -> list[str]:

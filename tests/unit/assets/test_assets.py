@@ -42,7 +42,7 @@ from scenecc.files import open_regular
 from scenecc.plan import BodyStructure, Entity, Physics, ScenePlan, Sphere, VisualShape, constant, per_scene
 from scenecc.plan.body import AssetFile, Texture, VisualMaterial
 
-USES = ("hull", "triangles", "parts", "decomposed", "seen")
+USES = ("hull", "triangles", "parts", "decomposed", "visual")
 WHOLE: dict[str, bytes] = {
     "a.obj": TETRA.encode(),
     "A.OBJ": TETRA.encode(),
@@ -138,7 +138,7 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
 def test_broken_files(tmp_path: Path, name: str) -> None:
     data, code = BROKEN[name]
     path = write(tmp_path, name, data)
-    for use in ("hull", "seen"):
+    for use in ("hull", "visual"):
         assert codes(path, use) == [code]
 
 
@@ -153,29 +153,29 @@ SHAPES: dict[str, tuple[np.ndarray, dict[str, list[str]]]] = {
     "far away": (POINTS * 1e8, in_all_uses(["SC417"])),
     "flat": (
         POINTS * [1, 1, 0],
-        {"hull": ["SC415"], "parts": ["SC415"], "triangles": [], "decomposed": [], "seen": []},
+        {"hull": ["SC415"], "parts": ["SC415"], "triangles": [], "decomposed": [], "visual": []},
     ),
     "a line": (
         POINTS * [1, 0, 0],
-        {"hull": ["SC415"], "parts": ["SC415"], "triangles": ["SC415"], "decomposed": ["SC415"], "seen": []},
+        {"hull": ["SC415"], "parts": ["SC415"], "triangles": ["SC415"], "decomposed": ["SC415"], "visual": []},
     ),
     "flat and tilted": (
         np.array([[0, 0, 0], [1, 0, 1], [0, 1, 1], [1, 1, 2]]) / 10,
-        {"hull": ["SC415"], "parts": ["SC415"], "triangles": [], "decomposed": [], "seen": []},
+        {"hull": ["SC415"], "parts": ["SC415"], "triangles": [], "decomposed": [], "visual": []},
     ),
     "a millimetre": (
         POINTS / 100,
-        {"hull": [], "parts": [], "triangles": [], "decomposed": [], "seen": []},
+        {"hull": [], "parts": [], "triangles": [], "decomposed": [], "visual": []},
     ),
     "a micrometre": (
         POINTS / 1e5,
-        {"hull": ["SC415"], "parts": ["SC415"], "triangles": [], "decomposed": [], "seen": []},
+        {"hull": ["SC415"], "parts": ["SC415"], "triangles": [], "decomposed": [], "visual": []},
     ),
     "a kilometre": (POINTS * 1e4, in_all_uses([])),
     "off centre": (POINTS + np.array([100, -20, 3]), in_all_uses([])),
     "off centre by kilometres": (
         POINTS + np.array([0, 20_000, 0]),
-        {"hull": ["SC417"], "parts": ["SC417"], "triangles": [], "decomposed": [], "seen": []},
+        {"hull": ["SC417"], "parts": ["SC417"], "triangles": [], "decomposed": [], "visual": []},
     ),
 }
 
@@ -192,7 +192,7 @@ def test_one_flat_part_among_others(tmp_path: Path) -> None:
     text = "o solid\n" + TETRA + "o flat\nv 1 0 0\nv 2 0 0\nv 1 1 0\nf 5 6 7\n"
     path = write(tmp_path, "a.obj", text)
     assert codes(path, "parts") == ["SC415"]
-    assert codes(path, "hull", "triangles", "seen", "decomposed") == []
+    assert codes(path, "hull", "triangles", "visual", "decomposed") == []
     # Parts of a PLY are those that share no vertex.
     points = np.concatenate([POINTS, [[1, 0, 0], [2, 0, 0], [1, 1, 0]]])
     path = write(tmp_path, "a.ply", ply(points, np.concatenate([FACES, [[4, 5, 6]]])))
@@ -202,9 +202,9 @@ def test_one_flat_part_among_others(tmp_path: Path) -> None:
 
 def test_formats_that_are_not_read(tmp_path: Path) -> None:
     for name in ("a.fbx", "a.blend", "a", "a.txt", "a.png"):
-        assert codes(write(tmp_path, name, TETRA), "seen") == ["SC410"], name
+        assert codes(write(tmp_path, name, TETRA), "visual") == ["SC410"], name
     for name in ("a.usd", "a.USDZ", "a.usda", "a.usdc"):
-        assert codes(write(tmp_path, name, "#usda 1.0"), "seen") == ["SC411"], name
+        assert codes(write(tmp_path, name, "#usda 1.0"), "visual") == ["SC411"], name
 
 
 def test_sizes(tmp_path: Path) -> None:
@@ -242,10 +242,10 @@ def test_a_material_and_its_images(tmp_path: Path) -> None:
     )
     assert codes(path, *USES) == []
     path = painted(tmp_path, "newmtl x\nmap_Kd my images/c.png\n")
-    assert [(d.code, d.path) for d in diagnose(path, "hull", "seen")] == [("SC418", "bodies[1].file")]
+    assert [(d.code, d.path) for d in diagnose(path, "hull", "visual")] == [("SC418", "bodies[1].file")]
     path = painted(tmp_path, "newmtl x\n", "other.mtl")
     assert codes(path, "hull", "triangles") == []
-    assert codes(path, "hull", "seen") == ["SC418"]
+    assert codes(path, "hull", "visual") == ["SC418"]
 
 
 def test_what_an_asset_names_outside(tmp_path: Path) -> None:
@@ -253,7 +253,7 @@ def test_what_an_asset_names_outside(tmp_path: Path) -> None:
     folder = tmp_path / "scene"
     folder.mkdir()
     assert codes(painted(folder, "", "../secret.mtl"), "hull") == ["SC419"]
-    assert codes(painted(folder, "newmtl x\nmap_Kd http://example.org/a.png\n"), "seen") == ["SC419"]
+    assert codes(painted(folder, "newmtl x\nmap_Kd http://example.org/a.png\n"), "visual") == ["SC419"]
     document, body = gltf_document()
     document["images"] = [{"uri": "../secret.png"}, {"uri": "%2e%2e/other.png"}]
     assert codes(write(folder, "a.glb", glb(document, body)), "hull") == ["SC419", "SC419"]
@@ -263,9 +263,9 @@ def test_what_an_asset_names_outside(tmp_path: Path) -> None:
 
 def test_an_image_that_is_none(tmp_path: Path) -> None:
     write(tmp_path, "a.png", b"hello")
-    assert codes(painted(tmp_path, "newmtl x\nmap_Kd a.png\n"), "hull", "seen") == ["SC420"]
+    assert codes(painted(tmp_path, "newmtl x\nmap_Kd a.png\n"), "hull", "visual") == ["SC420"]
     write(tmp_path, "a.webp", b"RIFF")
-    assert codes(painted(tmp_path, "newmtl x\nmap_Kd a.webp\n"), "seen") == ["SC410"]
+    assert codes(painted(tmp_path, "newmtl x\nmap_Kd a.webp\n"), "visual") == ["SC410"]
 
 
 # --- glTF ---------------------------------------------------------------------------------------------------------
@@ -294,7 +294,7 @@ def test_names_with_percent_escapes_are_not_what_sapien_opens(tmp_path: Path, ki
         write(tmp_path, name + ".png", png())
         named = {"buffers": {"byteLength": len(body), "uri": name + ".bin"}, "images": {"uri": name + ".png"}}
         path = write(tmp_path, "a.gltf", json.dumps({**document, kind: [named[kind]]}))
-        assert codes(path, "seen") == (["SC418"] if name == "a%20b" else [])
+        assert codes(path, "visual") == (["SC418"] if name == "a%20b" else [])
         assert codes(path, "hull") == (["SC418"] if name == "a%20b" and kind == "buffers" else [])
 
 
@@ -388,7 +388,7 @@ def test_a_file_is_read_once_and_reported_at_its_first_use(tmp_path: Path, monke
     path = write(tmp_path, "a.obj", TETRA.replace("v 0 0 0.1", "v 0.2 0 0"))
     opened: list[Path] = []
     monkeypatch.setattr(files, "open_regular", lambda path: opened.append(path) or open_regular(path))
-    found = diagnose(path, "seen", "triangles", "hull", "hull", "parts")
+    found = diagnose(path, "visual", "triangles", "hull", "hull", "parts")
     assert [(d.code, d.path) for d in found] == [("SC415", "bodies[2].file")]
     assert opened == [path]
 

@@ -82,7 +82,7 @@ READ: dict[str, tuple[str, int]] = {
 def test_what_is_read(tmp_path: Path, name: str) -> None:
     text, triangles = READ[name]
     path = write(tmp_path, "a.dae", text)
-    assert codes(path, "seen") == []
+    assert codes(path, "visual") == []
     assert sum(map(len, triangles_of(path))) == triangles
 
 
@@ -151,7 +151,7 @@ BROKEN: dict[str, tuple[str, str]] = {
 @pytest.mark.parametrize("name", BROKEN)
 def test_what_is_refused(tmp_path: Path, name: str) -> None:
     text, code = BROKEN[name]
-    assert codes(write(tmp_path, "a.dae", text), "seen") == [code]
+    assert codes(write(tmp_path, "a.dae", text), "visual") == [code]
 
 
 def test_it_collides_too(tmp_path: Path) -> None:
@@ -161,7 +161,7 @@ def test_it_collides_too(tmp_path: Path) -> None:
     flat = write(tmp_path, "flat.dae", dae(("0 0 30<", "5 5 0<")))
     for use in ("hull", "parts"):
         assert codes(flat, use) == ["SC415"], use
-    (told,) = diagnose(flat, "hull", "seen")
+    (told,) = diagnose(flat, "hull", "visual")
     assert told.path == "bodies[0].file"
 
 
@@ -186,20 +186,20 @@ def test_images_are_found_as_those_of_a_material_are(tmp_path: Path) -> None:
     write(tmp_path, "secret.png", png())
     folder = tmp_path / "scene"
     folder.mkdir()
-    assert codes(painted(folder), "seen") == ["SC418"]
+    assert codes(painted(folder), "visual") == ["SC418"]
     image = write(folder, "a b.png", b"hello")
-    assert codes(painted(folder), "seen") == ["SC420"]
+    assert codes(painted(folder), "visual") == ["SC420"]
     write(folder, "a b.png", png())
     path = painted(folder)
-    assert codes(path, "seen") == []
+    assert codes(path, "visual") == []
     assert named(path) == {"a b.png": image}
     # SAPIEN decodes the escapes of a COLLADA.
-    assert codes(painted(folder, ("a b.png", "a%20b.png")), "seen") == []
+    assert codes(painted(folder, ("a b.png", "a%20b.png")), "visual") == []
     assert named(path) == {"a b.png": image}
     for outside in ("../secret.png", "%2e%2e/secret.png", "file:///etc/a.png", "/etc/a.png"):
-        assert codes(painted(folder, ("a b.png", outside)), "seen") == ["SC419"], outside
+        assert codes(painted(folder, ("a b.png", outside)), "visual") == ["SC419"], outside
     for name in ("100%.png", "a%00b.png"):
-        assert codes(painted(folder, ("a b.png", name)), "seen") == ["SC412"], name
+        assert codes(painted(folder, ("a b.png", name)), "visual") == ["SC412"], name
 
 
 def test_a_texture_leads_to_an_image_of_the_library(tmp_path: Path) -> None:
@@ -213,15 +213,15 @@ def test_a_texture_leads_to_an_image_of_the_library(tmp_path: Path) -> None:
         ("profile_COMMON", "profile_GLSL"),
         ('version="1.4.1"', 'version="1.5.0"'),
     ):
-        assert codes(painted(tmp_path, change), "seen") == ["SC412"], change
-    assert codes(painted(tmp_path, ('texture="sampler"', 'texture="i"')), "seen") == []
-    assert codes(painted(tmp_path, ("<init_from>a b.png<", "<init_from><")), "seen") == ["SC410"]
+        assert codes(painted(tmp_path, change), "visual") == ["SC412"], change
+    assert codes(painted(tmp_path, ('texture="sampler"', 'texture="i"')), "visual") == []
+    assert codes(painted(tmp_path, ("<init_from>a b.png<", "<init_from><")), "visual") == ["SC410"]
     newer = (
         ('version="1.4.1"', 'version="1.5.0"'),
         ("<init_from>a b.png</init_from>", "<init_from><ref>a b.png</ref></init_from>"),
         ("<source>surface</source>", '<instance_image url="#i"/>'),
     )
-    assert codes(painted(tmp_path, *newer), "seen") == []
+    assert codes(painted(tmp_path, *newer), "visual") == []
 
 
 @pytest.mark.render

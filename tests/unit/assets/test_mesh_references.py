@@ -95,9 +95,9 @@ OBJS = {
 
 @pytest.mark.parametrize(("line", "code"), OBJS.values(), ids=OBJS.keys())
 def test_the_library_of_an_obj(line: str | bytes, code: str, folder: Path) -> None:
-    assert codes(write(folder, "a.obj", "mtllib ok.mtl\n" + TETRA), "seen") == []
+    assert codes(write(folder, "a.obj", "mtllib ok.mtl\n" + TETRA), "visual") == []
     data = line if isinstance(line, bytes) else line.encode()
-    assert codes(write(folder, "a.obj", data + TETRA.encode()), "seen") == [code]
+    assert codes(write(folder, "a.obj", data + TETRA.encode()), "visual") == [code]
 
 
 def test_lines_go_on_as_in_the_engine(folder: Path) -> None:
@@ -127,7 +127,7 @@ def test_the_images_of_a_material(line: str, code: str, folder: Path) -> None:
     write(folder, "a.mtl", "newmtl a\nmap_Kd -s 1 1 1 -clamp on ok.png\n")
     assert named(path) == {"a.mtl": folder / "a.mtl", "ok.png": folder / "ok.png"}
     write(folder, "a.mtl", f"newmtl a\n{line}\n")
-    assert codes(path, "seen") == [code]
+    assert codes(path, "visual") == [code]
 
 
 @pytest.mark.parametrize("library", ["missing.mtl", "far/away/missing.mtl"])
@@ -152,7 +152,7 @@ def test_what_the_engine_opens_in_place_of_a_library(library: str, instead: str,
 
 def test_a_pipe_is_never_opened(folder: Path) -> None:
     os.mkfifo(folder / "pipe.mtl")
-    for use in ("seen", "hull"):
+    for use in ("visual", "hull"):
         assert codes(write(folder, "a.obj", "mtllib pipe.mtl\n" + TETRA), use) == ["SC418"]
     os.mkfifo(folder / "pipe.obj")
     assert codes(folder / "pipe.obj", "hull") == ["SC407"]
@@ -162,7 +162,7 @@ def test_a_pipe_is_never_opened(folder: Path) -> None:
 def test_a_ply_that_names_a_texture_is_not_seen(comment: str, folder: Path) -> None:
     data = ply().replace(b"comment made by hand", f"comment {comment}".encode())
     path = write(folder, "a.ply", data)
-    assert codes(path, "seen") == ["SC410"]
+    assert codes(path, "visual") == ["SC410"]
     assert codes(path, "hull") == [], "where it is only in the way"
 
 
@@ -183,10 +183,10 @@ def test_the_images_of_a_collada(init: str, folder: Path) -> None:
         "<library_geometries>", EFFECT.replace("<init_from>a b.png</init_from>", INIT) + "<library_geometries>"
     )
     assert named(write(folder, "a.dae", text)) == {"ok.png": folder / "ok.png"}
-    assert codes(write(folder, "a.dae", text.replace(INIT, init)), "seen") == ["SC412"]
+    assert codes(write(folder, "a.dae", text.replace(INIT, init)), "visual") == ["SC412"]
 
 
 def test_an_image_of_a_collada_elsewhere_than_in_the_library(folder: Path) -> None:
     text = DAE.replace("<library_geometries>", EFFECT.replace("a b.png", "ok.png") + "<library_geometries>")
     hidden = '<profile_COMMON><image id="i"><init_from>../outside.png</init_from></image>'
-    assert codes(write(folder, "a.dae", text.replace("<profile_COMMON>", hidden)), "seen") == ["SC412"]
+    assert codes(write(folder, "a.dae", text.replace("<profile_COMMON>", hidden)), "visual") == ["SC412"]

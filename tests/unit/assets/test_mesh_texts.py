@@ -24,7 +24,7 @@ TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 
 def test_an_obj_is_read_whatever_separates_its_words(tmp_path: Path, text: str) -> None:
     path = tmp_path / "a.obj"
     path.write_bytes(text.encode("latin-1"))
-    assert not codes(path, "hull", "triangles", "seen")
+    assert not codes(path, "hull", "triangles", "visual")
 
 
 def test_a_face_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
@@ -63,7 +63,7 @@ def test_a_fan_is_refused(tmp_path: Path) -> None:
     document["meshes"][0]["primitives"][0]["mode"] = 6
     path = tmp_path / "a.glb"
     path.write_bytes(glb(document, body))
-    assert codes(path, "seen") == ["SC410"]
+    assert codes(path, "visual") == ["SC410"]
 
 
 @pytest.mark.parametrize("limits", [(4000, 50_000, 4000), (50_000, 4000, 50_000)])
@@ -75,6 +75,6 @@ def test_what_one_limit_refuses_another_allows(tmp_path: Path, limits: tuple[int
     document["images"] = [{"uri": f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}"}]
     path = tmp_path / "a.glb"
     path.write_bytes(glb(document, body))
-    assert [codes(path, "seen", max_asset_bytes=limit) for limit in limits] == [
+    assert [codes(path, "visual", max_asset_bytes=limit) for limit in limits] == [
         ["SC607"] if limit < 40_000 else [] for limit in limits
     ]

@@ -114,7 +114,7 @@ def test_what_a_file_names_counts_as_the_file(name: str, tmp_path: Path) -> None
     (tmp_path / "thing.obj").write_text(f"mtllib thing.mtl\n{own}")
     (tmp_path / "thing.mtl").write_text("newmtl a\nmap_Kd -s 1 1 1 wood grain.png\n")
     (tmp_path / "wood grain.png").write_bytes(png())
-    file = checked(tmp_path / "thing.obj", "seen")
+    file = checked(tmp_path / "thing.obj", "visual")
     before = assets.file_signature(file)
     assert len(before) == 3
     assets.check_files_unchanged([file])

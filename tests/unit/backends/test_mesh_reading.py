@@ -96,7 +96,7 @@ def test_a_mesh_that_crashes_sapien(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("use", "code"), [("hull", "SC801"), ("parts", "SC801"), ("triangles", "SC801"), ("seen", "SC807")]
+    ("use", "code"), [("hull", "SC801"), ("parts", "SC801"), ("triangles", "SC801"), ("visual", "SC807")]
 )
 def test_the_code_of_a_crash_by_use(use: str, code: str, tmp_path: Path) -> None:
     """A visual mesh is read only for a build that renders."""
@@ -106,7 +106,7 @@ def test_the_code_of_a_crash_by_use(use: str, code: str, tmp_path: Path) -> None
     assert report_unreadable_meshes(plan, (0,), sink, rendered=True)
     assert [(one.code, one.path) for one in sink.diagnostics()] == [(code, "bodies[0].file")]
     assert CRASH in sink.diagnostics()[0].message
-    assert report_unreadable_meshes(plan, (0,), Sink(), rendered=False) == (use != "seen")
+    assert report_unreadable_meshes(plan, (0,), Sink(), rendered=False) == (use != "visual")
 
 
 LINE = "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"
@@ -119,7 +119,7 @@ LINE = "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"
 def test_a_visual_mesh_that_sapien_refuses(content: str, codes: list[str], tmp_path: Path) -> None:
     """One that PhysX only cannot cook is shown."""
     sink = Sink()
-    plan = plan_of([write(tmp_path, "a.obj", content)], "seen")
+    plan = plan_of([write(tmp_path, "a.obj", content)], "visual")
     assert report_unreadable_meshes(plan, (0,), sink, rendered=True) == bool(codes)
     assert [one.code for one in sink.diagnostics()] == codes
 
@@ -141,7 +141,7 @@ def test_a_build_that_renders_ends_at_a_visual_mesh(name: str, content: bytes, t
 
 def test_each_use_of_each_file_is_asked_for_once(tmp_path: Path, reader: CountingReader) -> None:
     paths = [write(tmp_path, name, data) for name, data in (("a.obj", TETRA), ("b.obj", TETRA + "\n"))]
-    uses = ("hull", "hull", "parts", "decomposed", "triangles", "seen", "seen")
+    uses = ("hull", "hull", "parts", "decomposed", "triangles", "visual", "visual")
     for _ in range(2):
         assert not report_unreadable_meshes(plan_of(paths, *uses), (0,), Sink(), rendered=True)
     assert reader.asked == [("a.obj", use) for use in ("hull", "parts", "triangles", "visual")]
@@ -152,7 +152,7 @@ def test_a_collada_that_collides_is_not_read(tmp_path: Path, reader: CountingRea
     path = write(tmp_path, "a.dae", "")
     assert not report_unreadable_meshes(plan_of([path], "hull"), (0,), Sink(), rendered=True)
     assert reader.asked == []
-    report_unreadable_meshes(plan_of([path], "seen"), (0,), Sink(), rendered=True)
+    report_unreadable_meshes(plan_of([path], "visual"), (0,), Sink(), rendered=True)
     assert reader.asked == [("a.dae", "visual")]
 
 

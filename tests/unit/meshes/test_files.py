@@ -83,7 +83,7 @@ def test_a_file_is_what_sapien_makes_of_it(name: str, tmp_path: Path) -> None:
 
     path = made(tmp_path, name)
     theirs = render.RenderShapeTriangleMesh(str(path)).parts
-    mine = MeshFiles().parts(checked(path, "seen"))
+    mine = MeshFiles().parts(checked(path, "visual"))
     assert len(mine) == len(theirs)
     for part, other in zip(mine, theirs, strict=True):
         surface, look, material = part.surface, part.look, other.material
@@ -138,7 +138,7 @@ def test_images_of_a_material_are_those_that_sapien_loads(tmp_path: Path, lines:
     path = painted(tmp_path, lines)
     theirs = render.RenderShapeTriangleMesh(str(path)).parts[0].material
     assert theirs.base_color_texture is not None
-    (part,) = MeshFiles().parts(checked(path, "seen"))
+    (part,) = MeshFiles().parts(checked(path, "visual"))
     for slot in ("base_color", "normal", "emission", "roughness", "metallic", "transmission"):
         image, texture = getattr(part.look, f"{slot}_image"), getattr(theirs, f"{slot}_texture")
         assert (image is None) == (texture is None), slot
@@ -148,7 +148,7 @@ def test_images_of_a_material_are_those_that_sapien_loads(tmp_path: Path, lines:
 
 def test_images_of_a_material_may_have_names_with_blanks(tmp_path: Path) -> None:
     lines = {"map_Kd": "-s 2 2 1 my color.png", "map_Pr": "-bm 1 my rough.png", "norm": "my normal.png"}
-    (part,) = MeshFiles().parts(checked(painted(tmp_path, lines), "seen"))
+    (part,) = MeshFiles().parts(checked(painted(tmp_path, lines), "visual"))
     assert part.look.base_color_image is not None
     assert part.look.roughness_image is not None
     assert (part.look.roughness_image.name, part.look.metallic_image) == ("my rough", None)
@@ -161,7 +161,7 @@ def test_texture_coordinates_are_sapiens(name: str) -> None:
     from sapien import render
 
     path = ROOT / "scenes" / "assets" / name
-    (theirs,), (mine,) = render.RenderShapeTriangleMesh(str(path)).parts, MeshFiles().parts(checked(path, "seen"))
+    (theirs,), (mine,) = render.RenderShapeTriangleMesh(str(path)).parts, MeshFiles().parts(checked(path, "visual"))
     assert mine.surface.uvs is not None
     there = np.column_stack([theirs.vertices, theirs.get_vertex_uv()])
     here = np.column_stack([mine.surface.vertices, mine.surface.uvs])
@@ -176,25 +176,25 @@ def test_normals_are_those_of_the_file(tmp_path: Path) -> None:
     )
     ball.export(tmp_path / "ball.ply", vertex_normal=True)
     for name in ("ball.glb", "ball.ply"):
-        (part,) = MeshFiles().parts(checked(tmp_path / name, "seen"))
+        (part,) = MeshFiles().parts(checked(tmp_path / name, "visual"))
         assert part.surface.normals is not None
         lengths = np.linalg.norm(part.surface.vertices, axis=1, keepdims=True)
         assert_allclose(part.surface.normals, part.surface.vertices / lengths, atol=1e-5)
-    (flat,) = MeshFiles().parts(checked(write(tmp_path, "flat.obj", TETRA), "seen"))
+    (flat,) = MeshFiles().parts(checked(write(tmp_path, "flat.obj", TETRA), "visual"))
     assert flat.surface.normals is None
 
 
 def test_files_with_the_same_content_are_read_once(tmp_path: Path) -> None:
     files = MeshFiles()
-    first, second = (checked(write(tmp_path, f"{name}.stl", stl()), "seen") for name in "ab")
+    first, second = (checked(write(tmp_path, f"{name}.stl", stl()), "visual") for name in "ab")
     assert files.parts(first) is files.parts(second)
-    assert files.parts(first) is not files.parts(checked(write(tmp_path, "c.stl", stl(np.eye(4, 3))), "seen"))
+    assert files.parts(first) is not files.parts(checked(write(tmp_path, "c.stl", stl(np.eye(4, 3))), "visual"))
     # An OBJ is more than its own text.
     (tmp_path / "there").mkdir()
     for folder, blue in ((tmp_path, "0"), (tmp_path / "there", "1")):
         write(folder, "m.mtl", f"newmtl m\nKd 0 0 {blue}\n")
         write(folder, "m.obj", f"mtllib m.mtl\nusemtl m\n{TETRA}")
-    here, there = (files.parts(checked(folder / "m.obj", "seen")) for folder in (tmp_path, tmp_path / "there"))
+    here, there = (files.parts(checked(folder / "m.obj", "visual")) for folder in (tmp_path, tmp_path / "there"))
     assert [here[0].look.base_color[2], there[0].look.base_color[2]] == [0, 1]
 
 
@@ -221,7 +221,7 @@ def test_roughness_and_metal_of_one_image_are_told_apart(tmp_path: Path) -> None
     document["materials"] = [{"pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}}}]
     document["meshes"][0]["primitives"][0]["material"] = 0
     path = write(tmp_path, "worn.glb", glb(json.loads(json.dumps(document)), body + image))
-    (part,) = MeshFiles().parts(checked(path, "seen"))
+    (part,) = MeshFiles().parts(checked(path, "visual"))
     rough, metal = part.look.roughness_image, part.look.metallic_image
     assert rough is not None
     assert metal is not None
@@ -238,7 +238,7 @@ def test_nothing_is_read_that_the_check_did_not_find(tmp_path: Path) -> None:
     uvs = "vt 0 0\nvt 1 0\nvt 0 1\n"
     faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/3\n"
     path = write(tmp_path / "scene", "a.obj", f"# mtllib ../secret.mtl\n{uvs}usemtl a\n{faces}")
-    (part,) = MeshFiles().parts(checked(path, "seen"))
+    (part,) = MeshFiles().parts(checked(path, "visual"))
     assert part.look.base_color[:3] != (0, 0, 1)
     # What the reader makes of a mesh without a material, and not what lies outside.
     assert part.look.base_color_image is None or part.look.base_color_image.pixels.size == (2, 2)
@@ -246,7 +246,7 @@ def test_nothing_is_read_that_the_check_did_not_find(tmp_path: Path) -> None:
 
 def test_a_file_that_changed_since_it_was_checked_is_not_drawn(tmp_path: Path) -> None:
     path = write(tmp_path, "a.stl", stl())
-    file = checked(path, "seen")
+    file = checked(path, "visual")
     write(tmp_path, "a.stl", stl(np.eye(4, 3)))
     with pytest.raises(AssetError, match="changed") as problem:
         MeshFiles().parts(file)
