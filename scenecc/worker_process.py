@@ -57,7 +57,9 @@ def main() -> None:
     # Whatever a library prints must not get into the answers.
     os.dup2(2, 1)
     answer: Answer = importlib.import_module(arguments["module"]).prepare()
-    resource.setrlimit(resource.RLIMIT_AS, (arguments["memory"], arguments["memory"]))
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    memory = arguments["memory"] if most == resource.RLIM_INFINITY else min(arguments["memory"], most)
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     if not arguments["opens_files"]:
         # Any file that a library would open by itself is refused by the kernel.
         resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))

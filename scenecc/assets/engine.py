@@ -11,7 +11,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from scenecc.files import PACKS, cache_folder, keep_result, read_checked, read_result, state_now
+from scenecc.assets.errors import AssetError
+from scenecc.assets.meshes import read_again
+from scenecc.files import PACKS, cache_folder, keep_result, read_result, state_now
 from scenecc.worker import Worker, WorkerError
 
 if TYPE_CHECKING:
@@ -41,9 +43,9 @@ def engine_fault(file: AssetFile, use: MeshUse) -> str | None:
     if _is_trusted(file):
         return None
     try:
-        digest = file.sha256 or sha256(read_checked(file.path, None)).hexdigest()
-    except OSError as error:
-        return str(error)
+        digest = file.sha256 or sha256(read_again(file.path, None)).hexdigest()
+    except AssetError as fault:
+        return fault.message
     identity = (digest, [(one.uri, one.sha256) for one in file.names], use, file.path.suffix, version("sapien"))
     key = sha256(repr(identity).encode()).hexdigest()
     kept = cache_folder("engine") / key

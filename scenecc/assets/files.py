@@ -37,6 +37,9 @@ _digests: dict[tuple[Path, State], str] = {}
 """SHA-256 of files that this process has read, in the states in which it read them."""
 
 
+_MOST_NAME_BYTES = 1000
+"""Of the name of a file in a mesh: SAPIEN cuts one at 1023, and would open another file."""
+
 _IMAGE_VERSION = 1
 """Of what `check_image` refuses."""
 
@@ -119,6 +122,8 @@ class AssetFiles:
         Raises:
             AssetError: it cannot be used; `MissingError`: it is not there.
         """
+        if len(reference.uri.encode()) > _MOST_NAME_BYTES:
+            raise AssetError("SC419", f"it names a file by more than {_MOST_NAME_BYTES} bytes", "rename the file")
         if "\ufffd" in reference.uri:
             raise AssetError("SC419", "it names a file in other letters than UTF-8", "rename the file")
         found = self.resolve_named(unquote(reference.uri) if reference.escaped else reference.uri, asset)

@@ -60,7 +60,9 @@ class Measures:
 
 def measure(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:
     """Measures of triangles. Vertices that no face uses count as well."""
-    thickness, length = _principal_extents(vertices) if np.isfinite(vertices).all() else (0.0, 0.0)
+    with np.errstate(over="ignore"):
+        measurable = np.isfinite(vertices.astype(np.float32)).all()
+    thickness, length = _principal_extents(vertices) if measurable else (0.0, 0.0)
     low, high = vertices.min(axis=0).tolist(), vertices.max(axis=0).tolist()
     degenerate = _is_degenerate(vertices, faces)
     return Measures(len(vertices), len(faces), tuple(low), tuple(high), thickness, length, degenerate)
@@ -73,7 +75,7 @@ def measure_hull(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> 
 
 
 def _principal_extents(vertices: NDArray[np.floating]) -> tuple[float, float]:
-    """Thickness and length of a cloud of finite points (n, 3), along its principal axes [m]."""
+    """Thickness and length of a cloud of points, finite in single precision, (n, 3), along its principal axes [m]."""
     centre = vertices.mean(axis=0, dtype=np.float64)
     pieces = range(0, len(vertices), _CHUNK)
     spread = np.zeros((3, 3))

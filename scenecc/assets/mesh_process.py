@@ -1,7 +1,7 @@
 """Mesh files as trimesh and pycollada read them, in a process of its own: a file in, triangles and measures out.
 
-A part is what SAPIEN loads as one mesh: a mesh of a glTF or a primitive of a COLLADA, once for each node that shows it; an
-object or group of an OBJ; a whole STL or PLY.
+A part is what SAPIEN loads as one mesh: a mesh of a glTF or a primitive of a COLLADA, once for each node that shows it;
+an object or group of an OBJ; a whole STL or PLY.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
-from errno import EMFILE
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as ET
 
 import numpy as np
 
@@ -137,8 +137,6 @@ def _read(
     except MemoryError as error:
         raise AssetError("SC607", "the mesh takes too much memory", "simplify it") from error
     except Exception as error:  # the libraries raise whatever comes
-        if isinstance(error, OSError) and error.errno == EMFILE:  # trimesh would load a codec for what is no UTF-8
-            error = ValueError("it is truncated, or not text in UTF-8")
         words = "it is truncated or damaged" if isinstance(error, _WORDLESS) else " ".join(str(error).split())[:200]
         raise AssetError("SC412", f"the mesh cannot be read: {words}", "export the mesh again") from error
 
@@ -177,18 +175,26 @@ _PLY_HEADER = re.compile(rb"ply\s.*?\bend_header\b", re.DOTALL)
 
 
 def _plain_text(data: bytes, suffix: str) -> bytes:
-    """A text as trimesh reads it: in UTF-8, which names and comments may not be; an OBJ without tabs."""
+    """A text as trimesh reads it: in UTF-8, which names and comments may not be; an OBJ without tabs.
+
+    Raises:
+        ValueError: an STL is neither binary nor text.
+    """
     if suffix == ".obj":
         data = data.replace(b"\t", b" ")
     header = _PLY_HEADER.match(data) if suffix == ".ply" else None
-    is_text = suffix == ".obj" or (suffix == ".stl" and data.lstrip().startswith(b"solid") and not _is_binary(data))
+    is_text = suffix == ".obj" or (suffix == ".stl" and not _is_binary(data))
     end = header.end() if header is not None else len(data) if is_text else 0
     return data if data[:end].isascii() else data[:end].decode("utf-8", "replace").encode() + data[end:]
 
 
 def _is_binary(data: bytes) -> bool:
-    """Whether an STL is binary: its length decides, since its header may begin like a text."""
-    return len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+    """Whether an STL is binary: its length decides, since its header may begin like a text. ValueError: it is none."""
+    if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
+        return True
+    if not data.lstrip().startswith(b"solid"):
+        raise ValueError("its length does not match the number of triangles in its header")
+    return False
 
 
 _OBJ_FACE = re.compile(rb"(?m)^f ")
@@ -205,23 +211,28 @@ def _check_length(data: bytes, suffix: str, faces: int) -> None:
         vertices = data.lower().count(b"vertex")
         if vertices > 3 * faces:
             raise ValueError(f"it is truncated or damaged: only {faces} triangles of its {vertices} vertices are whole")
-        if not faces and not data.lstrip().startswith(b"solid"):
-            raise ValueError("its length does not match the number of triangles in its header")
 
 
 _MOST_INSTANCES = 20_000
 """How many geometries a COLLADA places: a small file may place one very often."""
 
-_GEOMETRY_ERRORS = ("camera", "light", "material", "effect", "image", "texture", "surface", "sampler")
-"""What the errors of a COLLADA may be about that do not matter for its triangles."""
+_LOOKS = ["library_images", "library_materials", "library_effects", "library_cameras", "library_lights"]
+_LOOKS_OF_NODES = ("bind_material", "instance_camera", "instance_light")
+
+
+def _without_looks(data: bytes) -> bytes:
+    """A COLLADA without what its triangles do not need: pycollada leaves out geometry whose effect it cannot read."""
+    root = ET.fromstring(data)  # noqa: S314 - the scan for names has refused document types
+    for parent in list(root.iter()):
+        for child in list(parent):
+            if child.tag.rpartition("}")[2] in (_LOOKS if parent is root else _LOOKS_OF_NODES):
+                parent.remove(child)
+    return ET.tostring(root, encoding="utf-8")
 
 
 def _collada_parts(collada: Any, data: bytes) -> Iterator[Triangles]:
     """The primitives of a COLLADA [m]: SAPIEN applies its unit and ignores its `up_axis`."""
-    document = collada.Collada(io.BytesIO(data), ignore=[collada.common.DaeError])
-    for error in document.errors:
-        if not any(word in str(error).lower() for word in _GEOMETRY_ERRORS):
-            raise error
+    document = collada.Collada(io.BytesIO(_without_looks(data)))
     if document.scene is None:
         raise ValueError("it does not have exactly one visual scene")
     if len(document.controllers):

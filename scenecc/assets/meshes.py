@@ -204,7 +204,8 @@ def _header(
     if header is None or header.get("bytes", 0) > content.max_bytes:
         names = [uri for uri, _ in buffers]
         header, _ = _ask(_request(content, names, "record"), [content.read(), *read()])
-        _keep(key, header)
+        if all(code != "SC607" for code, *_ in header.get("visual_faults", ())):  # another limit may allow it
+            _keep(key, header)
     return key, header
 
 
@@ -218,9 +219,7 @@ def _known(key: str) -> Header | None:
 
 
 def _keep(key: str, header: Header) -> None:
-    """Keeps a header in memory and in the cache folder, unless a limit decided it, which may be raised."""
-    if any(code == "SC607" for code, _, _ in header.get("visual_faults", ())):
-        return
+    """Keeps a header in memory and in the cache folder."""
     _remember(key, header)
     keep_result(cache_folder("meshes") / key, json.dumps(header).encode())
 

@@ -80,8 +80,7 @@ def _check_text(data: bytes) -> None:
         raise ValueError("it has a carriage return without a line feed, which only SAPIEN takes for a line end")
 
 
-_MATERIAL_LINE = re.compile(rb"(?m)^([ \t]*)mtllib[ \t]+((?:[^\r\n\\]|\\(?!\r*\n)|\\\r*\n)*)")
-"""Also where the line goes on behind a backslash."""
+_MATERIAL_LINE = re.compile(rb"(?m)^([ \t]*)mtllib[ \t]+([^\r\n]*)")
 
 _LINE_GOES_ON = re.compile(rb"\\\r*\n")
 
@@ -89,10 +88,13 @@ _LINE_GOES_ON = re.compile(rb"\\\r*\n")
 def _obj_names(data: bytes) -> Iterator[AssetReference]:
     """The material files of an OBJ."""
     _check_text(data)
-    found = list(_MATERIAL_LINE.finditer(data))
-    if any(match[1] for match in found):
+    found: list[tuple[bytes, bytes]] = _MATERIAL_LINE.findall(data)
+    # SAPIEN joins a line that ends in a backslash with the next, and sees other names and words than this scan then.
+    if b"\\" in data and found != _MATERIAL_LINE.findall(_LINE_GOES_ON.sub(b"", data)):
+        raise ValueError("a line of `mtllib` ends in a backslash, so that it goes on in the next line")
+    if any(blank for blank, _ in found):
         raise ValueError("`mtllib` follows a blank, and SAPIEN's reader skips such lines")
-    for name in dict.fromkeys(_LINE_GOES_ON.sub(b"", match[2]) for match in found):
+    for name in dict.fromkeys(name for _, name in found):
         yield AssetReference(name.decode("utf-8", "replace"), "material")
 
 
@@ -131,6 +133,7 @@ def _gltf_names(data: bytes) -> MeshNames:
     if packed:
         raise AssetError("SC410", f"the glTF is compressed with {min(packed)}", "export it without mesh compression")
     _check_primitives(whole)
+    _check_nodes(whole)
     buffers = [uri for buffer in _list(whole, "buffers") for uri in _uris(buffer)]
     if data[:4] == b"glTF" and any(_uris(_list(whole, "buffers")[:1])):
         raise ValueError("its first buffer refers to a file, but is the binary chunk")
@@ -158,6 +161,15 @@ def _check_primitives(document: dict[str, Any]) -> None:
         number = primitive.get("attributes", {}).get("POSITION")
         if isinstance(number, int) and 0 <= number < len(accessors) and "sparse" in accessors[number]:
             raise AssetError("SC410", "the glTF has sparse positions", "export it without sparse accessors")
+
+
+def _check_nodes(document: dict[str, Any]) -> None:
+    """Raises ValueError where a node has two parents: 40 of them could show a mesh a billion times."""
+    seen: set[int] = set()
+    for child in (child for node in _list(document, "nodes") for child in _list(node, "children")):
+        if child in seen:
+            raise ValueError(f"its node {child} has two parents")
+        seen.add(child)
 
 
 def _split_chunks(data: bytes) -> tuple[bytes, bytes | None]:
@@ -235,12 +247,9 @@ def _check_ply_data(data: bytes) -> None:
         raise ValueError("the first byte of its data equals a line break, which SAPIEN takes for a part of the header")
 
 
-_PLY_HEADER = re.compile(rb"ply\s.*?\nend_header", re.DOTALL)
-
-
 def _ply_fault(data: bytes) -> AssetError | None:
-    header = _PLY_HEADER.match(data)
-    if header is None or b"TextureFile" not in header[0]:
+    # Where a header ends is another question for SAPIEN than for others.
+    if b"texturefile" not in data.lower():
         return None
     what = "its header names a texture, which SAPIEN finds in some headers, misses in others and misreads in more"
     return AssetError("SC410", what, "export it as GLB, or take the comment out")
@@ -252,10 +261,23 @@ _INVALID_FILE_NAME = re.compile(r"[\x00-\x1f\x7f]|%(?![0-9A-Fa-f]{2}.)|^\s|\s$")
 """What SAPIEN's reader keeps or decodes otherwise: controls, blanks at the ends, an escape with nothing behind it."""
 
 
+_XML_ENCODING = re.compile(rb"""<\?xml\b[^>]*?\bencoding\s*=\s*["']([^"']*)""")
+
+_PREFIXED = re.compile(
+    rb"</?[^\s<>/:]+:(?:newparam|surface|sampler2D|source|init_from|instance_image|image|ref|effect|texture|"
+    rb"profile_COMMON|technique|library_images|library_effects|COLLADA|node|geometry|asset|unit)[\s/>]"
+)
+
+
 def _collada_names(data: bytes) -> list[str]:
     """The images of a COLLADA, percent escapes decoded as SAPIEN's reader decodes them."""
     if b"<!" in data.replace(b"<!--", b""):
         raise ValueError("it has a document type or CDATA sections")
+    declared = _XML_ENCODING.match(data)
+    if declared is not None and declared[1].lower() not in {b"utf-8", b"utf8"} and not data.isascii():
+        raise ValueError("its encoding is not UTF-8, and SAPIEN's reader takes it for that")
+    if _PREFIXED.search(data) is not None:
+        raise ValueError("its elements have a namespace prefix, which SAPIEN's reader does not know")
     builder = ET.TreeBuilder(insert_comments=True, insert_pis=True)
     parser = ET.XMLParser(target=builder, encoding="utf-8")  # noqa: S314 - no document type, so no entities
     parser.feed(data)
@@ -271,7 +293,10 @@ def _collada_names(data: bytes) -> list[str]:
         ids = [node.get("id") for node in root.iter(tag) if node.get("id")]
         if len(set(ids)) < len(ids):
             raise ValueError(f"two of its elements `{tag}` have the same id")
-    newer = root.get("version", "").startswith("1.5")
+    version = root.get("version", "")
+    newer = version.startswith("1.5")
+    if not newer and not version.startswith(("1.3", "1.4")):
+        raise ValueError(f"its version is `{version[:20]}`, and only 1.4 and 1.5 are supported")
     listed = root.findall("library_images/image")
     if sum(1 for _ in root.iter("image")) != len(listed):
         raise ValueError("an image is outside `library_images`")
@@ -283,9 +308,10 @@ def _collada_names(data: bytes) -> list[str]:
 
 def _check_textures(effect: Any, images: dict[str, Any], *, newer: bool) -> None:
     """Raises ValueError where a texture does not lead to an image: SAPIEN would open a file of the texture's name."""
-    leads = {
-        node.get("sid", ""): _parameter_target(node, newer=newer) for node in effect.findall("profile_COMMON/newparam")
-    }
+    parameters = effect.findall("profile_COMMON/newparam")
+    leads = {node.get("sid", ""): _parameter_target(node, newer=newer) for node in parameters}
+    if len(leads) < sum(1 for _ in effect.iter("newparam")):
+        raise ValueError("an effect has two parameters of one name, or one outside of its profile")
     for texture in effect.iter("texture"):
         target, steps = texture.get("texture", ""), 0
         while target in leads and steps <= len(leads):
@@ -296,11 +322,19 @@ def _check_textures(effect: Any, images: dict[str, Any], *, newer: bool) -> None
 
 def _parameter_target(parameter: Any, *, newer: bool) -> str:
     """What a parameter of an effect refers to: another one, or an image."""
+    places = ("sampler2D/instance_image",) if newer else ("surface/init_from", "sampler2D/source")
+    leads = [node for place in places for node in parameter.findall(place)]
+    others = sum(1 for node in parameter.iter() if node.tag in {"init_from", "source", "instance_image"})
+    if len(leads) != others or others > 1:
+        raise ValueError("a parameter of an effect refers to several images, or to one of another version of COLLADA")
+    if not leads:
+        return ""
     if newer:
-        found = parameter.find("sampler2D/instance_image")
-        return "" if found is None else found.get("url", "").removeprefix("#")
-    leads = [*parameter.findall("surface/init_from"), *parameter.findall("sampler2D/source")]
-    return _whole_text(leads[0]).strip() if leads else ""
+        return leads[0].get("url", "").removeprefix("#")
+    name = _whole_text(leads[0])
+    if name != name.strip():
+        raise ValueError("a reference of a parameter begins or ends with a blank")
+    return name
 
 
 def _image_file(image: Any, *, newer: bool) -> str:

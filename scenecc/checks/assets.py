@@ -269,10 +269,11 @@ def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[MeshUse, 
     suffix = Path(asset.path).suffix.lower()
     reported: set[str] = set()
     for use, origin in by_use.items():
-        for fault in check_mesh_use(mesh, use, suffix, partial(checker.files.hull_parts, asset)):
-            if fault.code not in reported:
-                reported.add(fault.code)
-                _report(checker.sink, asset, origin, fault)
+        with _report_asset_errors(checker, asset, origin):
+            for fault in check_mesh_use(mesh, use, suffix, partial(checker.files.hull_parts, asset)):
+                if fault.code not in reported:
+                    reported.add(fault.code)
+                    _report(checker.sink, asset, origin, fault)
     return named
 
 

@@ -28,7 +28,7 @@ from scenecc.variation.forms import Template
 from scenecc.variation.operations import ExpressionError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scenecc.diagnostics import Sink
 
@@ -400,8 +400,7 @@ class _MaterialSearch:
             return ()
         parts = template.expressions()
         if len(parts) > 1:
-            pattern = "".join(re.escape(part) if isinstance(part, str) else ".*" for part in parts)
-            return filter(re.compile(pattern, re.DOTALL).fullmatch, self._materials)
+            return [name for name in self._materials if _has_in_order(name, parts)]
         params = [self._params[name] for name in template.names if name in self._params]
         texts = [param for param in params if param.kind not in _NEVER_A_NAME]
         if not texts:
@@ -409,6 +408,26 @@ class _MaterialSearch:
         if texts[0].kind == "choice" and text[2:-1].strip() == texts[0].name:
             return [option for option in texts[0].options if isinstance(option, str)]
         return self._materials
+
+
+def _has_in_order(text: str, parts: Sequence[object]) -> bool:
+    """Whether a text consists of the parts that are texts, in order, with anything in place of each other part."""
+    literals = [""]
+    for part in parts:
+        if isinstance(part, str):
+            literals[-1] += part
+        else:
+            literals.append("")
+    first, *middle, last = literals
+    at, end = len(first), len(text) - len(last)
+    if at > end or not text.startswith(first) or not text.endswith(last):
+        return False
+    for literal in middle:
+        at = text.find(literal, at, end)
+        if at < 0:
+            return False
+        at += len(literal)
+    return True
 
 
 DocumentChain = tuple["SceneDocument", ...]

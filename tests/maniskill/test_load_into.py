@@ -99,7 +99,7 @@ def test_a_mesh_that_cannot_be_cooked_is_told_and_nothing_is_left_out(tmp_path: 
 
 
 @pytest.mark.parametrize(
-    ("content", "code"), [(ply(POINTS * [0.003, 0.003, 3]), "SC423"), ((TETRA + "l 9 1\n").encode(), "SC801")]
+    ("content", "code"), [(ply(POINTS * [0.003, 0.003, 3]), "SC423"), ((TETRA + "p 9\n").encode(), "SC801")]
 )
 def test_a_mesh_that_the_engine_takes_for_another_or_refuses(content: bytes, code: str, tmp_path: Path) -> None:
     name = "a.ply" if code == "SC423" else "a.obj"

@@ -147,8 +147,7 @@ def diagnose(path: Path, *uses: str, max_asset_bytes: int = 2**28) -> list[Diagn
 def checked(path: Path, *uses: str) -> AssetFile:
     """A file without fault, as its check leaves it."""
     sink = Sink()
-    plan = plan_of([path], *uses)
-    (file,) = check_assets(plan, sink, resolve_named=named_by(path.parent), max_asset_bytes=2**28)
+    (file,) = check_assets(plan_of([path], *uses), sink, resolve_named=named_by(path.parent), max_asset_bytes=2**26)
     assert not sink.diagnostics()
     return file
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendered: bool) -> bool:
     """Whether SAPIEN cannot read a mesh of these scenes; reported where the first shape that uses it names it."""
     failed = False
-    for (index, use), origin in used_meshes(plan, scene_idxs, rendered=rendered).items():
+    for (index, use), (_, origin) in used_meshes(plan, scene_idxs, rendered=rendered).items():
         file = plan.files[index]
         converted = use != "visual" and file.path.suffix.lower() == ".dae"
         if use == "decomposed" or converted or not file.path.is_file():
@@ -39,15 +39,16 @@ def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink:
 
 def used_meshes(
     plan: ScenePlan, scene_idxs: tuple[int, ...], *, rendered: bool
-) -> dict[tuple[int, MeshUse], Origin | None]:
-    """Each mesh of these scenes, by the index of its file and its use, and where the first such shape names it."""
-    found: dict[tuple[int, MeshUse], Origin | None] = {}
+) -> dict[tuple[int, MeshUse], tuple[MeshGeometry, Origin | None]]:
+    """Each mesh of these scenes, by the index of its file and its use; its first shape, and where that names it."""
+    found: dict[tuple[int, MeshUse], tuple[MeshGeometry, Origin | None]] = {}
     for entity in plan.entities:
         present, rows = rows_in_scenes(entity, scene_idxs)
         for body in entity.bodies if present else ():
             for shape in (*body.collisions, *(body.visuals if rendered else ())):
                 if isinstance(geometry := shape.geometry, MeshGeometry):
                     place = shape.origin or body.origin
+                    first = geometry, place and place.child("file")
                     for index in np.unique(select_rows(geometry.file, rows)).tolist():
-                        found.setdefault((index, mesh_use(geometry)), place and place.child("file"))
+                        found.setdefault((index, mesh_use(geometry)), first)
     return found

@@ -443,8 +443,13 @@ def test_textures(tmp_path: Path, name: str) -> None:
     check_assets(plan, sink, resolve_named=named_by(tmp_path), max_asset_bytes=2**26)
     assert [(d.code, d.path) for d in sink.diagnostics()] == ([(code, "ball.material")] if code else [])
     sink = Sink()
-    origins = {0: Origin("s", ("materials", "m"))}
-    check_assets(plan, sink, resolve_named=named_by(tmp_path), max_asset_bytes=2**26, file_origins=origins)
+    check_assets(
+        plan,
+        sink,
+        resolve_named=named_by(tmp_path),
+        max_asset_bytes=2**26,
+        file_origins={0: Origin("s", ("materials", "m"))},
+    )
     assert [(d.code, d.path) for d in sink.diagnostics()] == ([(code, "materials.m")] if code else [])
 
 

@@ -212,6 +212,18 @@ def test_a_texture_leads_to_an_image_of_the_library(tmp_path: Path) -> None:
         ("<source>surface<", "<source>sampler<"),
         ("profile_COMMON", "profile_GLSL"),
         ('version="1.4.1"', 'version="1.5.0"'),
+        # What follows leads to an image here, and to another file in SAPIEN's reader.
+        ('version="1.4.1"', 'version="1.7.0"'),
+        ('version="1.4.1"', ""),
+        ("</surface>", '</surface><surface type="2D"><init_from>../stray</init_from></surface>'),
+        ("<source>surface</source>", '<source>surface</source><instance_image url="#../stray"/>'),
+        ("</profile_COMMON>", '<extra><newparam sid="sampler"/></extra></profile_COMMON>'),
+        ('<newparam sid="surface">', '<newparam sid="surface"><init_from>i</init_from></newparam><newparam sid="x">'),
+        ("<init_from>i</init_from>", "<init_from> i </init_from>"),
+        (
+            '<newparam sid="sampler">',
+            '<x:newparam xmlns:x="http://www.collada.org/2005/11/COLLADASchema" sid="sampler">',
+        ),
     ):
         assert codes(painted(tmp_path, change), "visual") == ["SC412"], change
     assert codes(painted(tmp_path, ('texture="sampler"', 'texture="i"')), "visual") == []
@@ -220,8 +232,23 @@ def test_a_texture_leads_to_an_image_of_the_library(tmp_path: Path) -> None:
         ('version="1.4.1"', 'version="1.5.0"'),
         ("<init_from>a b.png</init_from>", "<init_from><ref>a b.png</ref></init_from>"),
         ("<source>surface</source>", '<instance_image url="#i"/>'),
+        ('<newparam sid="surface"><surface type="2D"><init_from>i</init_from></surface></newparam>', ""),
     )
     assert codes(painted(tmp_path, *newer), "visual") == []
+
+
+def test_an_encoding_that_others_read_otherwise(tmp_path: Path) -> None:
+    write(tmp_path, "\xe9.png", png())
+    for encoding, code in (("utf-8", []), ("latin1", ["SC412"])):
+        path = painted(tmp_path, ('encoding="utf-8"', f'encoding="{encoding}"'), ("a b.png", "\xe9.png"))
+        assert codes(path, "visual") == code
+
+
+def test_no_geometry_is_lost_for_its_looks(tmp_path: Path) -> None:
+    """pycollada leaves out a node whose effect it cannot read."""
+    path = painted(tmp_path, ('<surface type="2D">', '<surface type="CUBE">'))
+    write(tmp_path, "a b.png", png())
+    assert [len(part) for part in triangles_of(path)] == [4]
 
 
 @pytest.mark.render

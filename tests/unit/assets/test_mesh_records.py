@@ -261,16 +261,18 @@ def test_a_limit_of_images_can_be_raised(painted: bytes) -> None:
     assert read_mesh(content(painted, ".glb")).visual_faults == ()
 
 
+def test_a_lower_limit_of_images_is_respected(painted: bytes) -> None:
+    faults = [read_mesh(content(painted, ".glb", max_bytes=most)).visual_faults for most in (LIMIT, 20_000, LIMIT)]
+    assert [[code for code, _, _ in each] for each in faults] == [[], ["SC607"], []]
+
+
 def test_a_limit_of_triangles_can_be_raised_and_lowered() -> None:
-    """Whatever is known."""
-    assert read_mesh(content(TETRA)).whole is not None
-    with pytest.raises(AssetError, match="more than 30 bytes"):
-        read_mesh(content(TETRA, max_bytes=10))
-    with pytest.raises(AssetError, match="more than 30 bytes"):
-        read_triangles(content(TETRA, max_bytes=10))
-    with pytest.raises(AssetError, match="more than 30 bytes"):
-        read_hulls(content(TETRA, max_bytes=10), parts=False)
-    assert len(read_triangles(content(TETRA))) == 1
+    for _ in range(2):
+        for read in (read_mesh, read_triangles, lambda mesh: read_hulls(mesh, parts=False)):
+            with pytest.raises(AssetError, match="more than 30 bytes"):
+                read(content(TETRA, max_bytes=10))
+        assert len(read_triangles(content(TETRA))) == 1
+        assert len(read_hulls(content(TETRA), parts=False)) == 1
 
 
 # --- files of a plan ------------------------------------------------------------------------------------------------

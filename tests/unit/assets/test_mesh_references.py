@@ -88,7 +88,9 @@ OBJS = {
     "two of them": ("mtllib ok.mtl ok.mtl\n", "SC418"),
     "in other letters": (b"mtllib \xe9.mtl\n", "SC419"),
     "with a tab inside": ("mtllib\tok.mtl\tx\n", "SC418"),
-    "on two lines": ("mtllib ../out\\\nside.mtl\n", "SC419"),
+    "on two lines": ("mtllib ../out\\\nside.mtl\n", "SC412"),
+    "in the middle of its word": ("mtl\\\nlib ../outside.mtl\n", "SC412"),
+    "behind its word": ("mtllib\\\n ../outside.mtl\n", "SC412"),
     "with a blank before": (" mtllib ok.mtl\n", "SC412"),
 }
 

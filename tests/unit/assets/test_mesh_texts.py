@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from plugins.mesh_files import codes, diagnose, glb, gltf_document
+from plugins.mesh_files import codes, diagnose, glb, gltf_document, ply
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
@@ -78,3 +78,40 @@ def test_what_one_limit_refuses_another_allows(tmp_path: Path, limits: tuple[int
     assert [codes(path, "visual", max_asset_bytes=limit) for limit in limits] == [
         ["SC607"] if limit < 40_000 else [] for limit in limits
     ]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "ply\nformat ascii 1.0\nend_headerX\ncomment TextureFile a.png\n",
+        "PLY\nformat ascii 1.0\ncomment TextureFile a.png\n",
+        "ply\nformat ascii 1.0\n end_header\ncomment TEXTUREFILE a.png\n",
+    ],
+)
+def test_a_texture_of_a_ply_wherever_its_header_ends(tmp_path: Path, header: str) -> None:
+    path = tmp_path / "a.ply"
+    path.write_bytes(ply(kind="ascii").replace(b"ply\nformat ascii 1.0\n", header.encode()))
+    assert set(codes(path, "visual")) & {"SC410", "SC412"}
+
+
+def test_a_node_with_two_parents_is_refused(tmp_path: Path) -> None:
+    """Forty in a chain could show a mesh a billion times."""
+    document, body = gltf_document()
+    document["nodes"] = [{"children": [1, 1]}, {"mesh": 0}]
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb(document, body))
+    assert codes(path, "hull") == ["SC412"]
+
+
+def test_a_name_that_sapien_would_cut_is_refused(tmp_path: Path) -> None:
+    document, body = gltf_document()
+    document["images"] = [{"uri": "./" * 507 + "a.pngg.png"}]
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb(document, body))
+    assert codes(path, "visual") == ["SC419"]
+
+
+def test_coordinates_that_no_square_can_hold(tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text(TETRAHEDRON.replace("v 1 0 0", "v 1e200 0 0"))
+    assert codes(path, "hull") == ["SC414"]

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from scenecc import validate
+from scenecc.expand.module_compiler import _has_in_order
 
 WOODS = "materials: {oak: {visual: {roughness: 1}}, pine: {visual: {roughness: 1}}, rust: {visual: {roughness: 1}}}\n"
 SHAPES = "shapes: [{type: sphere, radius: 1}]"
@@ -72,3 +73,13 @@ def test_what_nothing_can_name_is_unused() -> None:
     # Drawn, all that it can be is known.
     draws = "draws: {m: {choice: [oak, pine]}}\n"
     assert unused(draws + BALL.replace("NAME", "'${m}'")) == ["rust"]
+
+
+def test_names_that_a_text_may_give() -> None:
+    """In time that grows with the text: a regular expression takes hours for the last one."""
+    wild = object()
+    assert _has_in_order("red metal", ["red", wild])
+    assert _has_in_order("red metal", [wild, "d", wild, "t", wild])
+    assert not _has_in_order("red metal", [wild, "t", wild, "d", wild])
+    assert not _has_in_order("aa", ["a", wild, "aa"])
+    assert not _has_in_order("a" * 60, [wild, "a"] * 15 + ["b"])
