@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from decimal import Decimal
 from math import copysign, isinf, isnan
 from typing import Any, Final, TypeGuard, cast
 
@@ -259,13 +260,16 @@ def number_text(value: Any) -> str:
         return ".inf" if number > 0 else "-.inf"
     with np.errstate(over="ignore"):
         single = np.float32(number)
-    text = repr(float(str(single))) if float(single) == number else repr(number)  # NumPy's own form differs by version
-    if abs(float(text)) > _LARGEST:  # of the largest float32 the shortest form is beyond it
-        text = repr(number)
+    decimal = Decimal(str(single) if float(single) == number else repr(number))
+    if abs(decimal) > _LARGEST:  # of the largest float32 the shortest form is beyond it
+        decimal = Decimal(repr(number))
     if number == 0:
         return "0" if copysign(1, number) > 0 else "-0.0"
-    digits, mark, exponent = text.partition("e")
-    return digits.removesuffix(".0") + (f"e{int(exponent)}" if mark else "")
+    # NumPy's and Python's own forms differ by version.
+    decimal = decimal.normalize()
+    plain, exponent = f"{decimal:f}", decimal.adjusted()
+    scientific = f"{decimal.scaleb(-exponent):f}e{exponent}"
+    return scientific if not -4 < exponent < 6 and len(scientific) < len(plain) else plain
 
 
 def _key_text(name: str, path: tuple[str | int, ...]) -> str:
