@@ -161,7 +161,7 @@ class RobotReads:
             described = self._described(request, file, srdf, folder, places)
             self._known[key] = described, origin, pairing
         found, first, first_pairing = self._known[key]
-        # What is wrong with the file is told once, and who has it.
+        # A fault of the file is reported once, with the entity that uses it.
         self._sink.also(first, origin)
         self._sink.also(first_pairing, pairing)
         return None if found is None else (AssetFile(file.uri, file.path, read_by=found.read_by), found)

@@ -1,4 +1,4 @@
-"""Files that others made and a scene uses: what one library for each format reads of them, once for each content.
+"""Reads meshes and images, once for each content, with one library per format.
 
 What no library reads and SAPIEN does (HDR, EXR and KTX images) is checked here.
 """

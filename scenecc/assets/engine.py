@@ -1,4 +1,4 @@
-"""Meshes of strangers, which SAPIEN reads in a process of its own before this one opens them.
+"""Opens untrusted meshes with SAPIEN in a worker process first, because some broken files crash it.
 
 Files of installed packages and asset roots are trusted.
 """

@@ -20,11 +20,11 @@ class AssetReference:
 
     Attributes:
         uri: as written.
-        kind: images and OBJ material files matter to visual meshes, buffers to all; "instead" is a file that the engine
-            opens in place of a missing material file.
+        kind: images and OBJ material files matter to visual meshes, buffers to all; "fallback" is a file that the
+            engine opens in place of a missing material file.
         escaped: it has percent escapes, which SAPIEN does not decode: it would look for a file of that very name.
     """
 
     uri: str
-    kind: Literal["material", "image", "buffer", "instead"]
+    kind: Literal["material", "image", "buffer", "fallback"]
     escaped: bool = False

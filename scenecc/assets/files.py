@@ -1,4 +1,4 @@
-"""The files that a plan and its assets name: hashed once for each state, read where their content is not known."""
+"""Hashes and reads the files of a plan and of its assets. Unchanged files are not read again."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ class AssetFiles:
             what = "SAPIEN converts USD and writes the result next to the file"
             raise AssetError("SC411", what, "convert it to GLB once, and name that")
         if suffix not in MESH_SUFFIXES:
-            kind = f"`{suffix}` is no mesh format" if suffix else "a file without a suffix is no mesh"
+            kind = f"`{suffix}` is not a mesh format" if suffix else "a file without a suffix is not a mesh"
             raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
 
         def open_buffer(reference: AssetReference) -> tuple[str, Callable[[], bytes]]:

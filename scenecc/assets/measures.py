@@ -35,7 +35,7 @@ class Measures:
         low, high: corners of the bounding box (3,) [m].
         thickness, length: extents along the principal axes, the smallest and the largest [m].
         degenerate: whether no triangle has an area in single precision.
-        hull_volume: of the convex hull [m³]; None: nobody asked for it.
+        hull_volume: of the convex hull [m³]; None: not computed.
     """
 
     vertices: int
@@ -69,7 +69,7 @@ def measure(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measu
 
 
 def measure_hull(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:
-    """The same, with the volume of the convex hull if it has one."""
+    """`measure`, with the volume of the convex hull if it has one."""
     found = measure(vertices, faces)
     return replace(found, hull_volume=hull_volume(vertices) if found.thickness > 0 and len(vertices) > 3 else 0.0)
 

@@ -83,12 +83,12 @@ def prepare() -> Answer:
                 return found, _arrays(read)
             if header["wanted"] in _HULLS:
                 suffix, (parts_only, measured) = header["suffix"], _HULLS[header["wanted"]]
-                hulls = hull_parts(read, suffix) if parts_only else [_cloud(read, loose, suffix)]
+                hulls = hull_parts(read, suffix) if parts_only else [_hull_points(read, loose, suffix)]
                 return found | {"hulls": [asdict(measured(*hull)) for hull in hulls]}, []
             faults, unpacked = _check_images(names, most)
             found |= {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}
             found |= {"bytes": max(unpacked, _triangle_bytes(read) // TRIANGLES_RATIO)}
-            return found | {"parts": [asdict(measure(*part)) for part in read]} | _whole(read, loose), []
+            return found | {"parts": [asdict(measure(*part)) for part in read]} | _total_measures(read, loose), []
         except AssetError as error:
             return {"error": [error.code, error.message, error.hint]}, []
 
@@ -251,7 +251,7 @@ def _arrays(read: list[Triangles]) -> list[bytes]:
     return [array.tobytes() for vertices, faces in read for array in (vertices, faces)]
 
 
-def _whole(read: list[Triangles], loose: list[Vertices]) -> dict[str, Any]:
+def _total_measures(read: list[Triangles], loose: list[Vertices]) -> dict[str, Any]:
     """Measures of all parts together, and of the vertices that no triangle uses."""
     if not read:
         return {"whole": None, "unused": 0, "beyond": 0.0}
@@ -261,7 +261,7 @@ def _whole(read: list[Triangles], loose: list[Vertices]) -> dict[str, Any]:
     return {"whole": asdict(whole), "unused": len(unused), "beyond": beyond}
 
 
-def _cloud(read: list[Triangles], loose: list[Vertices], suffix: str) -> Triangles:
+def _hull_points(read: list[Triangles], loose: list[Vertices], suffix: str) -> Triangles:
     """All parts, of a PLY with the vertices that no triangle uses: SAPIEN puts its hull around them, too."""
     vertices, faces = _joined(read)
     return (np.concatenate([vertices, *loose]) if suffix == ".ply" else vertices), faces

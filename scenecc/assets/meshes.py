@@ -1,7 +1,7 @@
 """Mesh files: what libraries read of them, once for each content.
 
 A record is kept by the hash of the file and of its buffers and by the versions of the libraries: in memory, and in the
-user's cache folder. Triangles are read, and kept, when somebody asks for them.
+user's cache folder. Triangles are read, and kept, on request.
 """
 
 from __future__ import annotations

@@ -287,16 +287,16 @@ def _check_references(
     """Checks the files that an asset names. Those that a build opens are added to `named`."""
     visual = by_use.get("visual")
     origin = visual or next(iter(by_use.values()))
-    waiting = [one for one in mesh.names if one.kind != "buffer"]
-    for reference in waiting:  # which grows
+    references = [one for one in mesh.names if one.kind != "buffer"]
+    for reference in references:  # which grows
         with _report_asset_errors(checker, asset, origin):
             try:
                 path = checker.files.resolve(asset, reference)
             except AssetError as fault:
                 _check_optional(checker, asset, reference, fault, visual)
                 if reference.kind == "material":
-                    waiting.extend(
-                        AssetReference(uri, "instead") for uri in fallback_materials(reference.uri, asset.path)
+                    references.extend(
+                        AssetReference(uri, "fallback") for uri in fallback_materials(reference.uri, asset.path)
                     )
                 continue
             if visual is not None and reference.kind == "image":
@@ -305,12 +305,12 @@ def _check_references(
                 except AssetError as fault:
                     _check_optional(checker, asset, reference, fault, visual)
                     continue
-            elif reference.kind in {"material", "instead"} and any(use != "decomposed" for use in by_use):
+            elif reference.kind in {"material", "fallback"} and any(use != "decomposed" for use in by_use):
                 # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
                 # up where it cannot; images it opens only for what is visible. A decomposition reads none of them.
                 images = material_images(checker.files.content(path))
                 if visual is not None:
-                    waiting.extend(images)
+                    references.extend(images)
             else:
                 continue  # an image of a mesh that only collides
             named[reference.uri] = path
@@ -319,14 +319,14 @@ def _check_references(
 def _check_optional(
     checker: _AssetChecker, asset: AssetFile, reference: AssetReference, fault: AssetError, visual: Origin | None
 ) -> None:
-    """Raises the fault of a file that an asset names, unless it may be missing: nothing sees it, or it is repaired.
+    """Raises the fault of a file that an asset names, unless it may be missing: not rendered, or by `repair`.
 
     Args:
         checker: takes the note of a repair.
         asset: what names the file.
         reference: by which it does.
         fault: why the file cannot be used.
-        visual: where the asset is seen; None: it only collides.
+        visual: where the asset is rendered; None: it only collides.
     """
     missing = isinstance(fault, MissingError)
     if visual is None:
@@ -386,7 +386,7 @@ def _check_texture(checker: _AssetChecker, path: Path) -> None:
 def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix not in IMAGE_SUFFIXES:
-        kind = f"`{suffix}` is no image format" if suffix else "a file without a suffix is no image"
+        kind = f"`{suffix}` is not an image format" if suffix else "a file without a suffix is not an image"
         raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
     checker.files.check_image(path)
 

@@ -50,7 +50,7 @@ BARE: Final = 0.1
 """How large a part that is seen and does not collide is at least, and how far from the rest, in sizes of its body."""
 
 DEGENERATE: Final = 0.1
-"""Share of triangles without area from which on it is told."""
+"""Share of triangles without area from which it is reported."""
 
 
 def check_meshes(plan: ScenePlan, sink: Sink) -> None:

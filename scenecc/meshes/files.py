@@ -135,7 +135,7 @@ def _load_meshes(data: bytes, file: AssetFile) -> list[tuple[Any, bool]]:
 
 
 def _place_mesh(mesh: Any, place: Any) -> tuple[Any, bool]:
-    # trimesh computes smooth normals for whoever asks; what a file itself has lies in this cache.
+    # trimesh computes smooth normals on request; what a file itself has lies in this cache.
     smooth = "vertex_normals" in vars(mesh)["_cache"]
     moved = mesh.copy(include_cache=True)
     moved.apply_transform(place)
@@ -220,9 +220,7 @@ def _mtl_images(given: dict[str, Any], files: _MeshResolver, images: ImageCache)
             if one is not None and one.path is not None
         }
     except AssetError as problem:
-        code = (
-            "SC747" if problem.code == "SC748" else problem.code
-        )  # nothing stands in its place, as in a scene's texture
+        code = "SC747" if problem.code == "SC748" else problem.code  # it has no substitute, as in a scene's texture
         raise AssetError(code, problem.message, problem.hint) from problem
 
 

@@ -147,7 +147,7 @@ class MeshShape:
 
 
 def report_mesh_error(problem: AssetError, place: Origin | None, sink: Sink) -> None:
-    """Reports a `AssetError` at the origin of its shape."""
+    """Reports an `AssetError` at the origin of its shape."""
     sink.report(problem.code, problem.message, place or Location(None), hint=problem.hint)
 
 

@@ -136,7 +136,7 @@ def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) ->
             "SC452",
             f"the robots' files of the scene take more than {MAX_READ_MEMORY} bytes of memory",
             findings.top(file),
-            hint="use fewer files, or each at fewer scales, for it is read anew for each",
+            hint="use fewer files, or each at fewer scales, for it is read again for each",
         )
         return None
     return data

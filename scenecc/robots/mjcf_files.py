@@ -107,7 +107,7 @@ class MjcfFiles:
         return root
 
     def _expand(self, root: SourceElement, chain: int, depth: int) -> None:
-        """Puts what is included into place, wherever it stands. `depth`: of the root among all elements."""
+        """Replaces each `include` by its content. `depth`: of the root among all elements."""
         pending = [(root, depth)]
         while pending:
             parent, level = pending.pop()
@@ -124,7 +124,7 @@ class MjcfFiles:
                 parent.children[:] = children
 
     def _content(self, include: SourceElement, chain: int, depth: int) -> list[SourceElement]:
-        """What stands in the file that an `include` names. `depth`: of the element that it stands in."""
+        """The elements of an included file. `depth`: of the element that holds the `include`."""
         name = include.attributes.get("file")
         if name is None:
             self.report.error("SC481", "`<include>` names no `file`", include.location)

@@ -23,7 +23,7 @@ class Limits:
         text_bytes: size of a scene file or stream, and of all that it includes and uses together [bytes of UTF-8].
         depth: mappings and lists inside one another, the document itself counted, aliases followed; and files that
             include or use one another in a chain.
-        alias_nodes: nodes reached through aliases and merge keys, each use of an alias counted anew.
+        alias_nodes: nodes reached through aliases and merge keys, each use of an alias counts.
         objects: entities, each counted as often as it has shapes, and once for every eight values that it has.
         scenes: parallel scenes.
         asset_bytes: size of one mesh, texture or robot description [bytes].

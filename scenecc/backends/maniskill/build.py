@@ -60,7 +60,7 @@ def sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) ->
 
     Args:
         physics: of the plan. `sdf` is no part of ManiSkill's configuration: it is set while a scene is loaded.
-        sink: told a time step that ManiSkill cannot have.
+        sink: receives the error about a time step that ManiSkill cannot have.
         control_freq: actions a second; None: ManiSkill's 20, or the next less that divides the steps a second.
 
     Returns:
