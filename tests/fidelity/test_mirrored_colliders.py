@@ -136,7 +136,7 @@ def test_every_cooked_mesh_is_weighed(body: str, tmp_path: Path, monkeypatch: py
     shape = "collisions: [{type: convex_mesh, file: wedge.obj}]"
     scene.write_text(f"scenecc: 1\nentities: {{a: {{{body}, {shape}}}}}\n")
     load_scene(scene, render=False).close()
-    monkeypatch.setattr(masses, "enclosed_volume", lambda _: 0.01)
+    monkeypatch.setattr(masses, "enclosed_volume", lambda _: 0.0045)
     with pytest.raises(SceneError, match="volume of the cooked mesh") as caught:
         load_scene(scene, render=False)
     assert [told.code for told in caught.value.diagnostics if told.severity == "error"] == ["SC802"]
