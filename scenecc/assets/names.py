@@ -46,6 +46,7 @@ def scan_names(data: bytes, suffix: str) -> MeshNames:
     Raises:
         AssetError: the file is broken (SC412), or holds what SAPIEN does not read (SC410).
     """
+    _check_content(data, suffix)
     try:
         match suffix:
             case ".obj":
@@ -65,6 +66,24 @@ def scan_names(data: bytes, suffix: str) -> MeshNames:
     except (ValueError, TypeError, AttributeError, RecursionError, struct.error, ET.ParseError) as error:
         message = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
         raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
+
+
+_OTHER_CONTENTS = (
+    (re.compile(rb"\s*\Z"), (".obj",), "empty", "download or export it again"),
+    (re.compile(rb"version https://git-lfs"), (), "a pointer of Git LFS", "run `git lfs pull`"),
+    (re.compile(rb"\s*<(?:!DOCTYPE html|html)\b", re.IGNORECASE), (), "an HTML page", "download the file itself"),
+    (re.compile(rb"glTF"), (".glb", ".gltf"), "a GLB", "give it the suffix .glb"),
+    (re.compile(rb"ply\r?\n"), (".ply",), "a PLY", "give it the suffix .ply"),
+    (re.compile(rb"\s*(?:<\?xml\b[^>]*>\s*)?<COLLADA\b"), (".dae",), "a COLLADA", "give it the suffix .dae"),
+)
+"""How a file begins, the suffixes for which that is right, what it is, and what to do."""
+
+
+def _check_content(data: bytes, suffix: str) -> None:
+    """Raises AssetError where a file begins as one of another format."""
+    for beginning, suffixes, what, hint in _OTHER_CONTENTS:
+        if suffix not in suffixes and beginning.match(data) is not None:
+            raise AssetError("SC412", f"the mesh cannot be read: it is {what}", hint)
 
 
 _CONTROL_CHARACTER = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")

@@ -303,7 +303,8 @@ def _check_references(
                 try:
                     _check_texture(checker, path)
                 except AssetError as fault:
-                    _check_optional(checker, asset, reference, fault, visual)
+                    with _naming_image(reference):
+                        _check_optional(checker, asset, reference, fault, visual)
                     continue
             elif reference.kind in {"material", "fallback"} and any(use != "decomposed" for use in by_use):
                 # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
@@ -361,6 +362,15 @@ def _with_repair(fault: AssetError, origin: Origin) -> AssetError:
         return fault
     repair = "with `repair: [files]` in the scene it is left out"
     return AssetError(fault.code, fault.message, repair if fault.hint is None else f"{fault.hint}; {repair}")
+
+
+@contextmanager
+def _naming_image(reference: AssetReference) -> Generator[None, None, None]:
+    """Names the image in an `AssetError` raised inside, which is reported for the mesh."""
+    try:
+        yield
+    except AssetError as fault:
+        raise AssetError(fault.code, f"its image `{reference.uri[:60]}`: {fault.message}", fault.hint) from fault
 
 
 @contextmanager

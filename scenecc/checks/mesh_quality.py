@@ -139,7 +139,7 @@ def _surface_faults(geometry: MeshGeometry, suffix: str, measures: SurfaceMeasur
     if isinstance(geometry, ConvexMesh) and measures.is_watertight and measures.volume > 0:
         ratio = measures.hull_volume / measures.volume
         if ratio > HULL_RATIO:
-            hint = "use `convex_parts` with `coacd: {}`, so that hollows stay hollow"
+            hint = "use `convex_parts` with `decomposition: coacd`, so that hollows stay hollow"
             yield "SC439", f"has a hull of {ratio:.1f} times its volume, and collides as that", hint
 
 

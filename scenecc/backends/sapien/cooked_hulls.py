@@ -58,8 +58,11 @@ def _change(hulls: tuple[Measures, ...], cooked: float, whose: str) -> AssetErro
     if cooked > sum(map(_most_volume, hulls)):
         message = f"SAPIEN reads another mesh: its hull has {ratio:.0%} of the volume"
         return AssetError(code, message, "export the mesh again, as GLB or OBJ")
-    message = f"PhysX cooks the {whose.format(ratio)} volume, since it drops vertices within {PLANE_TOLERANCE} m"
-    hint = "store the mesh larger, about 1 m long, and give the shape a `scale`; or use a box or another solid"
+    tolerance = max(hull.plane_tolerance for hull in hulls)
+    message = f"PhysX cooks the {whose.format(ratio)} volume, since it drops vertices within {tolerance:.2g} m"
+    hint = "use a capsule, a box or another solid, or shorter parts"
+    if tolerance == PLANE_TOLERANCE:  # of a larger mesh it grows with the mesh
+        hint = f"store the mesh larger, about 1 m long, and give the shape a `scale`; or {hint}"
     return AssetError(code, message, hint)
 
 

@@ -68,7 +68,6 @@ BINARY = {
     "without a triangle": stl()[:84],
     "without its number": stl()[:83],
     "without a whole header": stl()[:40],
-    "empty": b"",
     "an OBJ": TETRA.encode(),
 }
 
