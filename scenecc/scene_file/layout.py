@@ -63,6 +63,9 @@ _MAX_FLOW_DEPTH: Final = 3
 _SHORT: Final = 2
 """Lines of an entry that needs no blank line around it."""
 
+_INTEGER_DIGITS: Final = 15
+"""Up to how many digits every integer is a float."""
+
 _LARGEST: Final = float(np.finfo(np.float32).max)
 
 _MAX_FILLED_LINES: Final = 3
@@ -269,7 +272,9 @@ def number_text(value: Any) -> str:
     decimal = decimal.normalize()
     plain, exponent = f"{decimal:f}", decimal.adjusted()
     scientific = f"{decimal.scaleb(-exponent):f}e{exponent}"
-    return scientific if not -4 < exponent < 6 and len(scientific) < len(plain) else plain
+    # From 2**53 on, an integer of the same digits is another number.
+    short = len(scientific) < len(plain) or exponent >= _INTEGER_DIGITS
+    return scientific if not -4 < exponent < 6 and short else plain
 
 
 def _key_text(name: str, path: tuple[str | int, ...]) -> str:
