@@ -122,7 +122,7 @@ class AssetFiles:
         Raises:
             AssetError: it cannot be used; `MissingError`: it is not there.
         """
-        if len(reference.uri.encode()) > _MOST_NAME_BYTES:
+        if len(reference.uri.encode(errors="surrogatepass")) > _MOST_NAME_BYTES:
             raise AssetError("SC419", f"it names a file by more than {_MOST_NAME_BYTES} bytes", "rename the file")
         if "\ufffd" in reference.uri:
             raise AssetError("SC419", "it names a file in other letters than UTF-8", "rename the file")

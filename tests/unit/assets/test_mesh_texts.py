@@ -115,3 +115,12 @@ def test_coordinates_that_no_square_can_hold(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     path.write_text(TETRAHEDRON.replace("v 1 0 0", "v 1e200 0 0"))
     assert codes(path, "hull") == ["SC414"]
+
+
+def test_a_name_that_is_no_text(tmp_path: Path) -> None:
+    document, body = gltf_document()
+    document["images"] = [{"uri": "a\ud800.png"}]
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb(document, body))
+    (fault,) = diagnose(path, "visual")
+    assert fault.code in {"SC418", "SC419"}
