@@ -10,6 +10,8 @@ import pytest
 from PIL import Image
 from plugins.mesh_files import codes, diagnose, glb, gltf_document, ply
 
+import scenecc
+
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
 
@@ -120,7 +122,8 @@ def test_coordinates_that_no_square_can_hold(tmp_path: Path) -> None:
 def test_a_name_that_is_no_text(tmp_path: Path) -> None:
     document, body = gltf_document()
     document["images"] = [{"uri": "a\ud800.png"}]
-    path = tmp_path / "a.glb"
-    path.write_bytes(glb(document, body))
-    (fault,) = diagnose(path, "visual")
+    (tmp_path / "a.glb").write_bytes(glb(document, body))
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {a: {body_type: static, visuals: [{type: mesh, file: a.glb}]}}\n")
+    (fault,) = scenecc.validate(scene)
     assert fault.code in {"SC418", "SC419"}
