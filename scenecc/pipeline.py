@@ -159,9 +159,6 @@ BUILD_TYPES: Mapping[str, Any] = {
 }
 """Types of the arguments of functions that build, which `check_types` takes."""
 
-Origins = tuple[Mapping[int, Origin], Mapping[int, Origin]]
-"""Where the files and the physical materials of a plan are written, by index."""
-
 
 @frozen
 class CompileResult:
@@ -304,7 +301,7 @@ def _compile_input(
     clock.lap("lower")
     if lowered is None:
         return None
-    plan = _check_plan(lowered.plan, (lowered.file_origins, lowered.material_origins), scope, options.limits, sink)
+    plan = _check_plan(lowered.plan, lowered.material_origins, scope, options.limits, sink)
     if plan is None:
         return None
     clock.lap("check")
@@ -464,9 +461,7 @@ def _check_given_plan(
     document: Document | None = None,
 ) -> CompileResult | None:
     """A plan that was compiled before."""
-    checked = (
-        _check_plan(plan, ({}, {}), scope, options.limits, sink) if _matches_options(plan, options, sink) else None
-    )
+    checked = _check_plan(plan, {}, scope, options.limits, sink) if _matches_options(plan, options, sink) else None
     clock.lap("check")
     if checked is not None and document is not None:
         _warn_unknown_content(plan, checked, sink)
@@ -523,22 +518,17 @@ def _matches_options(plan: ScenePlan, options: Options, sink: Sink) -> bool:
     return True
 
 
-def _check_plan(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
+def _check_plan(
+    plan: ScenePlan, material_origins: Mapping[int, Origin], scope: AssetScope, limits: Limits, sink: Sink
+) -> ScenePlan | None:
     """Every rule over the plan and its files: the plan with their hashes, or None after an error."""
     from scenecc.checks.physics import check_physics
 
-    file_origins, material_origins = origins
     check_physics(plan, material_origins, sink)
     if plan.files and not sink.failed:
         from scenecc.checks.assets import check_assets
 
-        files = check_assets(
-            plan,
-            sink,
-            resolve_named=named_resolver(scope),
-            max_asset_bytes=limits.asset_bytes,
-            file_origins=file_origins,
-        )
+        files = check_assets(plan, sink, resolve_named=named_resolver(scope), max_asset_bytes=limits.asset_bytes)
         plan = replace(plan, files=files)
     return None if sink.failed else plan
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import os
 from hashlib import sha256
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from scenecc.assets.content_cache import ContentCache
 from scenecc.assets.errors import AssetError
 from scenecc.assets.meshes import read_again
-from scenecc.files import PACKS, cache_folder, keep_result, read_result, state_now
+from scenecc.files import PACKS, cache_folder, state_now
 from scenecc.worker import Worker, WorkerError
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ _READER = Worker(
     "scenecc.assets.engine_process", memory=_MEMORY, seconds=_SECONDS, name="SAPIEN's reader", opens_files=True
 )
 
-_read: set[str] = set()
+_READ: Final = ContentCache("engine", 1, ("sapien",))
+"""The meshes that SAPIEN could read."""
 
 
 def engine_fault(file: AssetFile, use: MeshUse) -> str | None:
@@ -46,11 +47,8 @@ def engine_fault(file: AssetFile, use: MeshUse) -> str | None:
         digest = file.sha256 or sha256(read_again(file.path, None)).hexdigest()
     except AssetError as fault:
         return fault.message
-    identity = (digest, [(one.uri, one.sha256) for one in file.names], use, file.path.suffix, version("sapien"))
-    key = sha256(repr(identity).encode()).hexdigest()
-    kept = cache_folder("engine") / key
-    if key in _read or read_result(kept) is not None:
-        _read.add(key)
+    key = _READ.key(digest, [(one.uri, one.sha256) for one in file.names], use, file.path.suffix)
+    if _READ.find(key):
         return None
     try:
         header, _ = _READER.ask({"path": str(file.path), "use": use}, [])
@@ -59,8 +57,7 @@ def engine_fault(file: AssetFile, use: MeshUse) -> str | None:
     if "error" in header:
         return str(header["error"])
     if _is_unchanged(file):
-        _read.add(key)
-        keep_result(kept, b"")
+        _READ.keep(key, "read")
     return None
 
 

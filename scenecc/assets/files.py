@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from hashlib import sha256
-from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 from urllib.parse import unquote
 
 import numpy as np
 
+from scenecc.assets.content_cache import ContentCache
 from scenecc.assets.errors import AssetError, AssetReference
-from scenecc.assets.images import check_image
+from scenecc.assets.images import ImageSize, check_image
 from scenecc.assets.meshes import MESH_SUFFIXES, MeshContent, MeshRecord, read_mesh, read_parts, read_triangles
-from scenecc.files import cache_folder, keep_result, open_regular, read_result, state_of
+from scenecc.files import open_regular, state_of
 from scenecc.geometry.rotations import MAX_COORDINATE
 
 if TYPE_CHECKING:
@@ -40,11 +40,8 @@ _digests: dict[tuple[Path, State], str] = {}
 _MOST_NAME_BYTES = 1000
 """Of the name of a file in a mesh: SAPIEN cuts one at 1023, and would open another file."""
 
-_IMAGE_VERSION = 1
-"""Of what `check_image` refuses."""
-
-_unpacked: dict[str, int] = {}
-"""Sizes of images that are whole, once they are decompressed, by their content [bytes]."""
+_IMAGES: Final = ContentCache("images", 2, ("pillow",))
+"""Sizes of images that `check_image` takes. Its version is another one wherever that refuses something else."""
 
 
 class MissingError(AssetError):
@@ -94,7 +91,7 @@ class AssetFiles:
             raise AssetError(
                 "SC607",
                 f"{path.name} has {state[2]} bytes, and the limit asset_bytes is {self.max_bytes}",
-                "make it smaller, or raise the limit with --limit asset_bytes=N",
+                f"make it smaller, or raise the limit with --limit asset_bytes={state[2]}",
             )
         if len(_digests) >= _MOST_HASHED:
             del _digests[next(iter(_digests))]
@@ -104,17 +101,15 @@ class AssetFiles:
         self.held[path] = data
         return data
 
-    def check_image(self, path: Path) -> None:
-        """Checks an image, unless this content was checked before. Raises AssetError."""
-        identity = (_IMAGE_VERSION, version("pillow"), self.digest(path), path.suffix)
-        key = sha256(repr(identity).encode()).hexdigest()
-        file = cache_folder("images") / key
-        if key not in _unpacked and (kept := read_result(file)) is not None:
-            _unpacked[key] = int(kept)
-        if _unpacked.get(key, self.max_bytes + 1) <= self.max_bytes:
-            return
-        _unpacked[key] = check_image(self.content(path), self.max_bytes, path.suffix)
-        keep_result(file, str(_unpacked[key]).encode())
+    def image(self, path: Path) -> ImageSize:
+        """The size of an image, which is checked unless this content was before. Raises AssetError."""
+        key = _IMAGES.key(self.digest(path), path.suffix)
+        kept = _IMAGES.find(key)
+        size = None if kept is None else ImageSize(**kept)
+        if size is None or size.unpacked > self.max_bytes:
+            size = check_image(self.content(path), self.max_bytes, path.suffix)
+            _IMAGES.keep(key, asdict(size))
+        return size
 
     def resolve(self, asset: AssetFile, reference: AssetReference) -> Path:
         """The path of a file that an asset names.
@@ -125,7 +120,9 @@ class AssetFiles:
         if len(reference.uri.encode(errors="surrogatepass")) > _MOST_NAME_BYTES:
             raise AssetError("SC419", f"it names a file by more than {_MOST_NAME_BYTES} bytes", "rename the file")
         if "\ufffd" in reference.uri:
-            raise AssetError("SC419", "it names a file in other letters than UTF-8", "rename the file")
+            place = "its MTL" if reference.kind == "image" and asset.path.suffix.lower() == ".obj" else "it"
+            message = f"{place} names `{reference.uri[:60]}`, which is not in UTF-8"
+            raise AssetError("SC419", message, f"save {'the MTL' if place != 'it' else 'the mesh'} in UTF-8")
         found = self.resolve_named(unquote(reference.uri) if reference.escaped else reference.uri, asset)
         if not isinstance(found, Path) and found[0] in {"SC402", "SC403"}:
             raise AssetError("SC419", f"it names a file that cannot be used: {found[1]}", found[2])

@@ -12,16 +12,14 @@ import struct
 import warnings
 import zlib
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from scenecc.assets.errors import AssetError
-from scenecc.files import open_regular
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
-    from pathlib import Path
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".hdr", ".exr", ".ktx")
 """Image formats that SAPIEN's renderer loads."""
@@ -34,6 +32,7 @@ class ImageSize:
     Attributes:
         sides: 6 for a cube map.
         levels: number of mipmap levels in the file, the image itself included; 0: the format has none.
+        grey: SAPIEN loads it as a texture of one channel, which is red.
     """
 
     columns: int
@@ -41,6 +40,7 @@ class ImageSize:
     pixel_bytes: int = 4
     sides: int = 1
     levels: int = 0
+    grey: bool = field(default=False, compare=False)
 
     def __str__(self) -> str:
         return f"{self.columns} × {self.rows} pixels of {self.pixel_bytes} bytes"
@@ -54,29 +54,23 @@ class ImageSize:
         ]
 
     @property
+    def unpacked(self) -> int:
+        """Its size once it is decompressed, all sides and levels [bytes]."""
+        return sum(self.level_bytes) * self.sides
+
+    @property
     def has_all_levels(self) -> bool:
         """Whether its mipmap levels go down to a single pixel, if the format has any."""
         return self.levels in {0, max(self.columns, self.rows).bit_length()}
 
 
-def image_size(path: Path) -> ImageSize:
-    """The size of an image that passed `check_image`."""
-    with open_regular(path) as file:
-        data = file.read()
-    with _reading():
-        return _read_size(data, _detect_format(data, path.suffix))
-
-
-def check_image(data: bytes, max_bytes: float, suffix: str = "") -> int:
-    """Checks a whole image.
+def check_image(data: bytes, max_bytes: float, suffix: str = "") -> ImageSize:
+    """Checks a whole image, and returns its size.
 
     Args:
         data: the content of the file.
         max_bytes: maximum size once it is decompressed [bytes]. No pixel of a larger image is decompressed.
         suffix: of its name, by which SAPIEN recognizes EXR and KTX; "": it is embedded in another file.
-
-    Returns:
-        Its size once it is decompressed [bytes].
 
     Raises:
         AssetError: it is damaged, truncated, too large, or of a format that SAPIEN does not load.
@@ -87,18 +81,18 @@ def check_image(data: bytes, max_bytes: float, suffix: str = "") -> int:
             size = _read_size(data, kind)
             if size.columns < 1 or size.rows < 1:
                 raise ValueError(f"it has {size.columns} × {size.rows} pixels")  # noqa: TRY301 - as any other fault
-            unpacked = sum(size.level_bytes) * size.sides
-            if unpacked <= max_bytes:
+            if size.unpacked <= max_bytes:
                 _check_pixels(data, kind)
     except ValueError as error:
-        raise AssetError("SC420", f"the image cannot be read: {error}", "save it again as PNG or JPEG") from error
-    if unpacked > max_bytes:
+        hint = "export it again" if suffix in {".hdr", ".exr", ".ktx"} else "save it again as PNG or JPEG"
+        raise AssetError("SC420", f"the image cannot be read: {error}", hint) from error
+    if size.unpacked > max_bytes:
         raise AssetError(
             "SC607",
-            f"the image has {size.columns} × {size.rows} pixels, unpacked more than {max_bytes} bytes",
-            "make it smaller, or raise the limit with --limit asset_bytes=N",
+            f"the image has {size}, unpacked {size.unpacked} bytes, and the limit asset_bytes is {max_bytes}",
+            f"make it smaller, or raise the limit with --limit asset_bytes={size.unpacked}",
         )
-    return unpacked
+    return size
 
 
 def read_heights(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]:
@@ -118,7 +112,7 @@ def read_heights(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]:
         columns, rows = picture.size
         if columns * rows > max_pixels:
             raise ValueError(f"it has {columns} × {rows} pixels, and a heightfield at most {max_pixels}")
-        if picture.mode not in {"L", "I", "I;16"} or "transparency" in picture.info:
+        if picture.mode not in _GREY_MODES - {"1"} or "transparency" in picture.info:
             raise ValueError("it is not a grey PNG of 8 or 16 bits without alpha")
         _check_pixels(data, "Png")
         heights = np.asarray(picture) / (255 if picture.mode == "L" else 65535)
@@ -176,9 +170,13 @@ def _detect_format(data: bytes, suffix: str) -> str:
 def _read_size(data: bytes, kind: str) -> ImageSize:
     if kind in _SIZES:
         return _SIZES[kind](data)
-    columns, rows = _open_with_pillow(data, kind).size
-    return ImageSize(columns, rows, 8 if kind == "Png" and data[24] == 16 else 4)
+    picture = _open_with_pillow(data, kind)
+    grey = kind != "Bmp" and picture.mode in _GREY_MODES and "transparency" not in picture.info
+    return ImageSize(*picture.size, 8 if kind == "Png" and data[24] == 16 else 4, grey=grey)
 
+
+_GREY_MODES = {"1", "L", "I", "I;16"}
+"""Pillow's modes of images with one channel and without alpha."""
 
 _MOST_SCANS = 128
 """A scan of 50 bytes covers the whole JPEG, so that a small file could take hours. Usual ones have 1 to 10 scans."""

@@ -101,7 +101,7 @@ def _check_images(names: MeshNames, max_bytes: float) -> tuple[list[AssetError],
     largest = 0
     for image in names.images:
         try:
-            largest = max(largest, check_image(image, max_bytes))
+            largest = max(largest, check_image(image, max_bytes).unpacked)
         except AssetError as error:  # noqa: PERF203 - each image has its own
             faults.append(error)
     return faults, largest

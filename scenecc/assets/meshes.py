@@ -7,21 +7,19 @@ user's cache folder. Triangles are read, and kept, on request.
 from __future__ import annotations
 
 import io
-import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from hashlib import sha256
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.assets.content_cache import ContentCache
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.measures import Measures
-from scenecc.files import cache_folder, keep_result, read_checked, read_result
+from scenecc.files import keep_result, read_checked, read_result
 from scenecc.worker import Worker, WorkerError
 from scenecc.worker_process import read_message, write_message
 
@@ -34,17 +32,11 @@ if TYPE_CHECKING:
 MESH_SUFFIXES: Final = (".obj", ".gltf", ".glb", ".stl", ".ply", ".dae")
 """Suffixes of the formats that are read, in lower case."""
 
-_VERSION: Final = 1
-"""Of what a record holds."""
-
 _MEMORY: Final = 4 * 2**30
 """Address space of the process that reads [bytes]."""
 
 _SECONDS: Final = 120.0
 """Longest time for one file."""
-
-_MOST_KEPT: Final = 4096
-"""Records in memory."""
 
 _READER = Worker("scenecc.assets.mesh_process", memory=_MEMORY, seconds=_SECONDS, name="the reader of meshes")
 
@@ -117,7 +109,8 @@ def read_again(path: Path, digest: str | None) -> bytes:
 
 Header = dict[str, Any]
 
-_headers: dict[str, Header] = {}
+_RECORDS: Final = ContentCache("meshes", 2, ("trimesh", "pycollada", "pillow"))
+"""Their version is another one wherever `names`, `images`, `measures` or `mesh_process` refuse or measure otherwise."""
 
 
 def read_mesh(content: MeshContent) -> MeshRecord:
@@ -141,7 +134,7 @@ def read_mesh(content: MeshContent) -> MeshRecord:
 def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
     """Vertices (n, 3) [m] and faces (m, 3) of each part of a mesh file. Raises AssetError."""
     record = read_mesh(content)
-    file = cache_folder("meshes") / f"{record.key}.triangles"
+    file = _RECORDS.file(f"{record.key}.triangles")
     kept = read_result(file)
     found = None if kept is None else read_message(io.BytesIO(kept))
     if found is None:
@@ -171,10 +164,10 @@ def _read_measures(content: MeshContent, wanted: str) -> tuple[Measures, ...]:
     key = f"{record.key}.{wanted}"
     if record.whole is None:
         return ()
-    header = _known(key)
+    header = _RECORDS.find(key)
     if header is None:
         header, _ = _ask_again(content, record, wanted)
-        _keep(key, header)
+        _RECORDS.keep(key, header)
     return tuple(map(_measures, header["hulls"]))
 
 
@@ -189,45 +182,18 @@ def _measures(fields: Mapping[str, Any]) -> Measures:
     return Measures(**values)
 
 
-@lru_cache
-def _versions() -> tuple[object, ...]:
-    return (_VERSION, *map(version, ("trimesh", "pycollada", "pillow")))
-
-
 def _header(
     content: MeshContent, buffers: list[tuple[str, tuple[str, Callable[[], bytes]]]], read: Callable[[], list[bytes]]
 ) -> tuple[str, Header]:
     """The key and the header of the record, from memory, from the cache folder or from the file."""
-    identity = (_versions(), content.digest, content.suffix, [(uri, each) for uri, (each, _) in buffers])
-    key = sha256(repr(identity).encode()).hexdigest()
-    header = _known(key)
+    key = _RECORDS.key(content.digest, content.suffix, [(uri, each) for uri, (each, _) in buffers])
+    header = _RECORDS.find(key)
     if header is None or header.get("bytes", 0) > content.max_bytes:
         names = [uri for uri, _ in buffers]
         header, _ = _ask(_request(content, names, "record"), [content.read(), *read()])
         if all(code != "SC607" for code, *_ in header.get("visual_faults", ())):  # another limit may allow it
-            _keep(key, header)
+            _RECORDS.keep(key, header)
     return key, header
-
-
-def _known(key: str) -> Header | None:
-    """A header from memory or from the cache folder."""
-    header = _headers.get(key)
-    if header is None and (kept := read_result(cache_folder("meshes") / key)) is not None:
-        header = json.loads(kept)
-        _remember(key, header)
-    return header
-
-
-def _keep(key: str, header: Header) -> None:
-    """Keeps a header in memory and in the cache folder."""
-    _remember(key, header)
-    keep_result(cache_folder("meshes") / key, json.dumps(header).encode())
-
-
-def _remember(key: str, header: Header) -> None:
-    if len(_headers) >= _MOST_KEPT:
-        del _headers[next(iter(_headers))]
-    _headers[key] = header
 
 
 def _request(content: MeshContent, buffers: list[str], wanted: str) -> Header:

@@ -16,7 +16,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.files import AssetFiles, MissingError, ResolveNamed, check_measures
-from scenecc.assets.images import IMAGE_SUFFIXES, image_size
+from scenecc.assets.images import IMAGE_SUFFIXES
 from scenecc.assets.mesh_uses import MeshUse, mesh_use
 from scenecc.assets.names import material_images
 from scenecc.assets.obj_materials import fallback_materials
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scenecc.assets.meshes import MeshRecord
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
-    from scenecc.plan.body import AssetFile, VisualMaterial
+    from scenecc.plan.body import AssetFile
     from scenecc.plan.rendering import SkyMap
 
 
@@ -65,18 +65,18 @@ def _short_digest(digest: str | None) -> str:
     return "nothing" if digest is None else f"SHA-256 {digest[:_DIGEST_CHARS]}…"
 
 
-def check_environment_map(plan: ScenePlan, sink: Sink) -> None:
+def _check_environment_map(plan: ScenePlan, files: AssetFiles, sink: Sink) -> None:
     """Reports environment maps whose images do not fit together; each image alone is valid."""
     if plan.environment is None or plan.environment.map is None:
         return
     place = (plan.environment.origin or plan.origin or Origin(None)).child("map")
     if isinstance(plan.environment.map, CubeMap):
-        _check_cube_map(plan, plan.environment.map, place, sink)
+        _check_cube_map(plan, plan.environment.map, files, place, sink)
     else:
-        _check_sky_map(plan, plan.environment.map, place, sink)
+        _check_sky_map(plan, plan.environment.map, files, place, sink)
 
 
-def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink: Sink) -> None:
+def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, files: AssetFiles, origin: Origin, sink: Sink) -> None:
     """Checks that the six images of a cube map have the same size and pixel format in every scene."""
     faces = [getattr(surroundings, item.name) for item in fields(surroundings)]
     found = rows(faces)
@@ -84,7 +84,7 @@ def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink
     sides = [[index for face in faces for index in indices(face)]] if found is None else found
     for side in sides:
         numbers = [int(index[0]) if isinstance(index, tuple) else index for index in side]
-        sizes = {index: image_size(plan.files[index].path) for index in dict.fromkeys(numbers)}
+        sizes = {index: files.image(plan.files[index].path) for index in dict.fromkeys(numbers)}
         few = next((index for index in numbers if not sizes[index].has_all_levels), None)
         if few is not None:
             message = f"a side of a cube has levels down to one pixel, or none, and {plan.files[few].uri} has fewer"
@@ -98,10 +98,10 @@ def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink
             return
 
 
-def _check_sky_map(plan: ScenePlan, surroundings: SkyMap, origin: Origin, sink: Sink) -> None:
+def _check_sky_map(plan: ScenePlan, surroundings: SkyMap, files: AssetFiles, origin: Origin, sink: Sink) -> None:
     """Checks that an image can be an equirectangular map: twice as wide as high."""
     for index in indices(surroundings.file):
-        size = image_size(plan.files[index].path)
+        size = files.image(plan.files[index].path)
         if size.levels and not (size.sides == 6 and size.columns == size.rows and size.has_all_levels):
             what = "a KTX of all directions has six square sides, and levels down to one pixel"
             hint = "make it with its mipmaps, or take one picture in PNG, HDR or EXR"
@@ -141,7 +141,6 @@ def check_assets(
     *,
     resolve_named: ResolveNamed,
     max_asset_bytes: int,
-    file_origins: Mapping[int, Origin] | None = None,
 ) -> tuple[AssetFile, ...]:
     """Reports every file of a plan that SAPIEN could not use as planned, or that changed since.
 
@@ -150,8 +149,6 @@ def check_assets(
         sink: where faults go.
         resolve_named: finds the files that an asset names (MTL, textures, buffers), inside what the scene may read.
         max_asset_bytes: the limit `asset_bytes`, of a file and of what it unpacks to [bytes].
-        file_origins: the node that names a file, by its index in `plan.files`. Textures are reported there; without
-            it, at the first shape that uses the material.
 
     Returns:
         The plan's files with what was read of them: hashes, and those that they name in turn.
@@ -160,16 +157,17 @@ def check_assets(
     meshes: dict[int, dict[MeshUse, Origin]] = {}
     for index, use, origin in _meshes(plan):
         meshes.setdefault(index, {}).setdefault(use, origin)
-    textures: dict[int, Origin] = {}
-    for index, origin in _textures(plan, file_origins or {}):
-        textures.setdefault(index, origin)
+    textures: dict[int, dict[str, Origin]] = {}
+    for index, slot, origin in _textures(plan):
+        textures.setdefault(index, {}).setdefault(slot, plan.files[index].origin or origin)
     files = list(plan.files)
     for index in dict.fromkeys([*textures, *meshes]):
         asset, by_use = files[index], meshes.get(index, {})
-        first = textures.get(index) or next(iter(by_use.values()))
+        first = next(iter(textures.get(index, by_use).values()))
         if index in textures:
             with _report_asset_errors(checker, asset, first):
                 _check_texture(checker, asset.path)
+                _check_colors(checker, asset, textures[index])
         named = sorted(_check_mesh(checker, asset, by_use).items()) if by_use else []
         if asset.path in checker.files.opened:
             digest, state = checker.files.opened[asset.path]
@@ -184,7 +182,7 @@ def check_assets(
         count = f" (and {len(others)} other{'s' if len(others) > 1 else ''} like it)" if others else ""
         sink.report("SC488", message + count, origin)
     if not sink.failed:
-        check_environment_map(plan, sink)
+        _check_environment_map(plan, checker.files, sink)
     return tuple(files)
 
 
@@ -227,17 +225,18 @@ def _meshes(plan: ScenePlan) -> Iterator[tuple[int, MeshUse, Origin]]:
                     yield index, mesh_use(geometry), (shape.origin or structure.origin or top).child("file")
 
 
-def _textures(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, Origin]]:
-    """Every image, and where it is named."""
+def _textures(plan: ScenePlan) -> Iterator[tuple[int, str, Origin]]:
+    """Every image, the field of a material that names it ("" for lights and environments), and a place that uses it."""
     top = plan.origin or Origin(None)
     for file in _light_and_environment_files(plan):
-        yield file, origins.get(file, top)
+        yield file, "", top
     for structure in (body for entity in plan.entities for body in entity.bodies):
         for shape in structure.visuals:
             for index in indices(shape.material) if shape.material is not None else ():
                 place = (shape.origin or structure.origin or top).child("material")
-                for file in _material_textures(plan.visual_materials[index]):
-                    yield file, origins.get(file, place)
+                for name, texture in plan.visual_materials[index].textures().items():
+                    for file in indices(texture.file):
+                        yield file, name, place
 
 
 def _light_and_environment_files(plan: ScenePlan) -> Iterator[int]:
@@ -249,11 +248,6 @@ def _light_and_environment_files(plan: ScenePlan) -> Iterator[int]:
     for light in plan.lights:
         if isinstance(light.light, TexturedLight):
             yield from indices(light.light.texture.file)
-
-
-def _material_textures(material: VisualMaterial) -> Iterator[int]:
-    for texture in material.textures().values():
-        yield from indices(texture.file)
 
 
 def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[MeshUse, Origin]) -> dict[str, Path]:
@@ -398,7 +392,25 @@ def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is not an image format" if suffix else "a file without a suffix is not an image"
         raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
-    checker.files.check_image(path)
+    checker.files.image(path)
+
+
+_GREY_RESULTS = {
+    "base_color_texture": "the shape is invisible",
+    "emission_texture": "nothing glows",
+    "normal_texture": "the normals point elsewhere",
+}
+"""What a picture of SAPIEN 3.0 shows where a texture of three channels has one; the others are read from one."""
+
+
+def _check_colors(checker: _AssetChecker, asset: AssetFile, slots: Mapping[str, Origin]) -> None:
+    """Warns of a grey image where SAPIEN needs three channels."""
+    if not checker.files.image(asset.path).grey:
+        return
+    for slot, origin in slots.items():
+        if slot in _GREY_RESULTS:
+            message = f"{asset.uri} is a grey image, which SAPIEN reads as red alone: as {slot}, {_GREY_RESULTS[slot]}"
+            checker.sink.report("SC424", message, origin, hint="save it in colour (RGB)")
 
 
 def _report(sink: Sink, asset: AssetFile, origin: Origin, fault: AssetError) -> None:

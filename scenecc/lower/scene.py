@@ -197,14 +197,12 @@ class Lowered:
 
     Attributes:
         plan: whose values are not drawn yet, and have no recipes.
-        file_origins: for each file, the first place that names it.
         material_origins: for each physical material, the first place that asks for it.
         sampling: the draws, and the deferred checks.
         frames: poses of its entities.
     """
 
     plan: ScenePlan
-    file_origins: Mapping[int, Origin]
     material_origins: Mapping[int, Origin]
     sampling: SamplingContext
     frames: FrameGraph
@@ -276,7 +274,7 @@ def lower(
         physical_materials=tables.physical_materials.rows,
         visual_materials=tables.visual_materials.rows,
     )
-    return Lowered(plan, tables.file_origins, tables.material_origins, sampling, entities.frames)
+    return Lowered(plan, tables.material_origins, sampling, entities.frames)
 
 
 def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool:

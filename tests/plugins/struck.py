@@ -93,7 +93,10 @@ sys.argv[:] = ["scenecc", *sys.argv[3:]]
 runpy.run_module("scenecc", run_name="__main__", alter_sys=True)
 """
 
-_KEPT = re.compile(r"mesa|scenecc/coacd|scenecc/findings/[0-9a-f]{64}$|scenecc/packs/[0-9a-f]{64}/")
+_KEPT = re.compile(
+    r"mesa|scenecc/coacd|scenecc/packs/[0-9a-f]{64}/"
+    r"|scenecc/(?:findings|meshes|images|engine)/[0-9a-f]{64}(?:\.\w+)?$"
+)
 """Cached files. A pack is in a folder of this name only when all of it is there."""
 
 

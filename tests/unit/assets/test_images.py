@@ -1,19 +1,17 @@
-"""EXR and KTX: what is taken, and what SAPIEN's own reader takes."""
+"""EXR, KTX and grey images: what is taken, and what SAPIEN's own reader takes."""
 
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
-from plugins.image_files import GL_RGBA16F, exr, exr_head, ktx, ktx2
+from plugins.image_files import GL_RGBA16F, exr, exr_head, ktx, ktx2, picture
 from unit.assets.test_assets import png
 
 from scenecc import validate
-from scenecc.assets.images import image_size
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from scenecc.assets.images import check_image
 
 GOOD: dict[str, bytes] = {
     "a.exr": exr(8, 4),
@@ -79,7 +77,7 @@ def test_what_the_build_refuses(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize("name", GOOD)
 def test_what_is_taken(tmp_path: Path, name: str) -> None:
     assert told(tmp_path, name, GOOD[name]) == []
-    size = image_size(tmp_path / name)
+    size = check_image((tmp_path / name).read_bytes(), 2**24, Path(name).suffix)
     assert (size.columns, size.rows) == ((8, 8) if name == "cube.ktx" else (8, 4))
 
 
@@ -140,6 +138,41 @@ def test_sapiens_reader_says_the_same(tmp_path: Path, name: str) -> None:
             RenderTexture2D(str(path))
         return
     texture = RenderTexture2D(str(path))
-    size = image_size(path)
+    size = check_image(path.read_bytes(), 2**24, path.suffix)
     assert (texture.width, texture.height) == (size.columns, size.rows)
     assert texture.format == ("R16G16B16A16Sfloat" if name.endswith(".exr") else "R8G8B8A8Unorm")
+
+
+GREY = {
+    **{f"{mode}.png": picture("PNG", mode, 8, 4) for mode in ("L", "1", "I;16")},
+    "L.jpg": picture("JPEG", "L", 8, 4),
+    "L.tga": picture("TGA", "L", 8, 4),
+}
+COLORED = {
+    **{f"{mode}.png": picture("PNG", mode, 8, 4) for mode in ("LA", "P", "RGB", "RGBA")},
+    "key.png": picture("PNG", "L", 8, 4, transparency=0),
+    "L.bmp": picture("BMP", "L", 8, 4),
+    "LA.tga": picture("TGA", "LA", 8, 4),
+    "RGB.jpg": picture("JPEG", "RGB", 8, 4),
+}
+
+
+@pytest.mark.parametrize("name", GREY | COLORED)
+def test_grey_textures(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_bytes((GREY | COLORED)[name])
+    material = {"base_color_texture": str(path), "roughness_texture": str(path)}
+    visual = {"type": "sphere", "radius": 1, "material": {"visual": material}}
+    scene = {"scenecc": 1, "entities": {"ball": {"body_type": "none", "visuals": [visual]}}}
+    found = [(one.code, one.severity, one.path) for one in validate(scene, asset_roots=[tmp_path])]
+    place = "entities.ball.visuals[0].material.visual.base_color_texture"
+    assert found == ([("SC424", "warning", place)] if name in GREY else [])
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", GREY | COLORED)
+def test_sapien_loads_grey_textures_with_one_channel(tmp_path: Path, name: str) -> None:
+    from sapien.render import RenderTexture2D
+
+    (tmp_path / name).write_bytes((GREY | COLORED)[name])
+    assert RenderTexture2D(str(tmp_path / name)).channels == (1 if name in GREY else 4)

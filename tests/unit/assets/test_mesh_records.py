@@ -7,6 +7,7 @@ import json
 import random
 import subprocess
 import sys
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ import pytest
 from PIL import Image
 from plugins.mesh_files import FACES, POINTS, TETRA, checked, glb, gltf_document, ply, stl, write
 
-from scenecc.assets import meshes
+from scenecc.assets import content_cache, meshes
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.meshes import (
     MeshContent,
@@ -48,7 +49,7 @@ class CountingReader:
 def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> CountingReader:
     """The reader, with nothing in memory and an empty cache folder."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(meshes, "_headers", {})
+    meshes._RECORDS.forget()
     counting = CountingReader(meshes._READER)
     monkeypatch.setattr(meshes, "_READER", counting)
     return counting
@@ -88,7 +89,7 @@ def test_a_record_is_used_again_from_memory(reader: CountingReader) -> None:
 
 def test_a_record_is_used_again_from_the_cache_folder(reader: CountingReader) -> None:
     first = everything(content(stl(), ".stl"))
-    meshes._headers.clear()
+    meshes._RECORDS.forget()
     assert everything(content(stl(), ".stl")) == first
     assert len(reader.asked) == len(ALL)
 
@@ -120,7 +121,7 @@ def test_what_a_record_is_kept_by(changed: str, reader: CountingReader, monkeypa
             with pytest.raises(AssetError):
                 read_mesh(content(TETRA, ".stl"))
         case _:
-            monkeypatch.setattr(meshes, "_versions", lambda: ("another version",))
+            monkeypatch.setattr(meshes, "_RECORDS", replace(meshes._RECORDS, version=99))
             read_mesh(content(TETRA))
     assert reader.asked == ["record"] * 2
 
@@ -182,7 +183,7 @@ def test_a_damaged_file_of_the_cache_folder_is_read_again(damage: Any, tmp_path:
     assert len(kept) == len(ALL)
     for file, whole in kept.items():
         file.write_bytes(damage(whole))
-    meshes._headers.clear()
+    meshes._RECORDS.forget()
     assert everything(content(TETRA)) == first
     assert sorted(reader.asked) == sorted(ALL * 2)
     assert {file: file.read_bytes() for file in kept} == kept
@@ -204,7 +205,7 @@ def test_a_cache_folder_that_cannot_be_used_does_no_harm(
             monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null")
         case _:
             monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / ("x" * 300)))
-    meshes._headers.clear()
+    meshes._RECORDS.forget()
     for _ in range(2):
         assert everything(content(TETRA)) == first
     # What is kept in memory is asked for once more, and triangles each time.
@@ -221,10 +222,10 @@ def test_a_user_without_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_few_records_are_kept_in_memory(monkeypatch: pytest.MonkeyPatch, reader: CountingReader) -> None:
-    monkeypatch.setattr(meshes, "_MOST_KEPT", 3)
+    monkeypatch.setattr(content_cache, "_MOST_KEPT", 3)
     for number in range(5):
         read_mesh(content(f"# {number}\n{TETRA}"))
-    assert len(meshes._headers) == 3
+    assert len(meshes._RECORDS._results) == 3
     read_mesh(content(f"# 0\n{TETRA}"))
     assert len(reader.asked) == 5
 
@@ -257,7 +258,7 @@ def test_a_limit_of_images_can_be_raised(painted: bytes) -> None:
     """What the lower one refused is not kept."""
     faults = [read_mesh(content(painted, ".glb", max_bytes=most)).visual_faults for most in (20_000, 20_000, LIMIT)]
     assert [[code for code, _, _ in each] for each in faults] == [["SC607"], ["SC607"], []]
-    meshes._headers.clear()
+    meshes._RECORDS.forget()
     assert read_mesh(content(painted, ".glb")).visual_faults == ()
 
 

@@ -109,12 +109,12 @@ def test_a_damaged_image_is_refused_beside_any_number_of_others(tmp_path: Path) 
     visuals, materials = [], {}
     for i, data in enumerate([*[file.getvalue()] * 5, PICTURES["rgb.jpg"][:-40]]):
         (tmp_path / f"{i}.jpg").write_bytes(data + b"\0" * i)
-        materials[f"m{i}"] = {"visual": {"base_color_texture": f"{i}.jpg"}}
+        materials[f"m{i}"] = {"visual": {"roughness_texture": f"{i}.jpg"}}
         visuals.append({"type": "sphere", "radius": 0.1, "material": f"m{i}"})
     scene = {"scenecc": 1, "entities": {"ball": {"body_type": "none", "visuals": visuals}}, "materials": materials}
     (tmp_path / "scene.yaml").write_text(json.dumps(scene))
     found = validate(tmp_path / "scene.yaml")
-    assert [(one.code, one.path) for one in found] == [("SC420", "materials.m5.visual.base_color_texture")]
+    assert [(one.code, one.path) for one in found] == [("SC420", "materials.m5.visual.roughness_texture")]
 
 
 @pytest.mark.render

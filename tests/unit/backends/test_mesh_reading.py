@@ -13,6 +13,7 @@ from plugins.mesh_files import POINTS, TETRA, checked, glb, gltf_document, plan_
 
 from scenecc import SceneError, compile_scene, load_scene, pack_scene, validate
 from scenecc.assets import engine, meshes
+from scenecc.assets.content_cache import ContentCache
 from scenecc.assets.engine import engine_fault
 from scenecc.backends.sapien import instantiate
 from scenecc.backends.sapien.mesh_reading import report_unreadable_meshes
@@ -52,7 +53,7 @@ class CountingReader:
 def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> CountingReader:
     """The reader, with nothing in memory and an empty cache folder."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(engine, "_read", set())
+    engine._READ.forget()
     counting = CountingReader(engine._READER)
     monkeypatch.setattr(engine, "_READER", counting)
     return counting
@@ -195,7 +196,7 @@ def test_nothing_in_a_pack_is_trusted(
 
 
 def forget() -> None:
-    engine._read.clear()
+    engine._READ.forget()
 
 
 def test_what_could_be_read_is_kept_in_memory_and_in_the_cache_folder(tmp_path: Path, reader: CountingReader) -> None:
@@ -238,7 +239,7 @@ def test_what_a_result_is_kept_by(
             write(tmp_path, "a.bin", gltf_document(POINTS * 2)[1])
             file = checked(path, "hull")
         case _:
-            monkeypatch.setattr(engine, "version", lambda name: f"{name} 99")
+            monkeypatch.setattr(engine, "_READ", ContentCache("engine", 2, ("sapien",)))
     engine_fault(file, use)
     assert len(reader.asked) == 2
 
