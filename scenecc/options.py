@@ -17,7 +17,18 @@ from scenecc.source import Limits, make_limits
 from scenecc.source.paths import asset_roots as search_path
 
 
-class CompileOptions(TypedDict, total=False):
+class EnvironmentOptions(TypedDict, total=False):
+    """`CompileOptions` without `num_scenes`: a ManiSkill environment has a number of its own."""
+
+    seed: int | None
+    params: Mapping[str, Any] | None
+    draws: Mapping[str, Any] | None
+    asset_roots: Iterable[str | PathLike[str]]
+    allow_outside_assets: bool
+    limits: Mapping[str, int] | None
+
+
+class CompileOptions(EnvironmentOptions, total=False):
     """The options of every function that compiles a scene, as keywords.
 
     Attributes:
@@ -31,12 +42,6 @@ class CompileOptions(TypedDict, total=False):
     """
 
     num_scenes: int | None
-    seed: int | None
-    params: Mapping[str, Any] | None
-    draws: Mapping[str, Any] | None
-    asset_roots: Iterable[str | PathLike[str]]
-    allow_outside_assets: bool
-    limits: Mapping[str, int] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,9 +126,14 @@ def check_keywords(
     from scenecc.diagnostics.messages import suggest
 
     own = [name for name, one in signature(function).parameters.items() if one.kind is one.KEYWORD_ONLY]
-    hint = suggest(unknown, (*own, *declared.__annotations__))
+    hint = _REMOVED.get(unknown) or suggest(unknown, (*own, *declared.__annotations__))
     raise TypeError(f"{function.__qualname__}() has no argument `{unknown}`; {hint}")
 
+
+_REMOVED: Mapping[str, str] = {
+    "backend": "SAPIEN's scenes are built on the CPU; for thousands of scenes on a GPU use `scenecc.maniskill`"
+}
+"""Arguments of earlier versions, and what to do instead."""
 
 _types_of = cache(get_type_hints)
 

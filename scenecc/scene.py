@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -17,7 +17,15 @@ from typing_extensions import Unpack
 
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, check_keywords, check_types, indices, path_argument
+from scenecc.options import (
+    CompileOptions,
+    EnvironmentOptions,
+    Options,
+    check_keywords,
+    check_types,
+    indices,
+    path_argument,
+)
 from scenecc.pipeline import (
     BUILD_TYPES,
     CompiledSource,
@@ -121,7 +129,7 @@ def load_scene(
     *,
     scene: ManiSkillScene,
     audit: bool = True,
-    **options: Unpack[CompileOptions],
+    **options: Unpack[EnvironmentOptions],
 ) -> LoadedScene: ...
 
 
@@ -151,34 +159,40 @@ def load_scene(
         TypeError: `scene` is no environment's, or another argument is of another type.
         ValueError: an argument is out of its range, or is the environment's where there is a `scene`.
     """
-    sink = Sink()
-    if scene is not None:
-        if (options.get("num_scenes"), scene_idxs, render) != (None, None, None):
-            raise ValueError("num_scenes, scene_idxs and render are not taken with scene")
-        check_environments(scene)
-        options["num_scenes"] = scene.num_envs
     asked = Options.of_call(load_scene, options)
     chosen = {"scene_idxs": scene_idxs, "render": render, "audit": audit}
     check_types(load_scene, chosen, BUILD_TYPES)
+    if scene is not None:
+        if (asked.num_scenes, scene_idxs, render) != (None, None, None):
+            raise ValueError("num_scenes, scene_idxs and render are not taken with scene")
+        return build_into(scene, source, asked, audit=audit)
+    sink = Sink()
     scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
     found = compile_or_raise(source, asked, sink)
-    if scene is not None:
-        return _into(scene, found, sink, audit=audit)
     batch = build_batch(found.plan, sink, scene_idxs=scene_idxs, render=render, audit=audit)
     batch.attach_provenance(found.provenance)
     return batch
 
 
-def _into(scene: ManiSkillScene, found: CompileResult, sink: Sink, *, audit: bool) -> LoadedScene:
+def build_into(scene: ManiSkillScene, source: Source, options: Options, *, audit: bool) -> LoadedScene:
+    """Builds a scene in a ManiSkill environment, which decides the number of scenes.
+
+    Raises:
+        SceneError: the scene, the engine or the machine is at fault.
+        TypeError: `scene` is no environment's.
+    """
     from scenecc.backends.maniskill import instantiate
 
+    _check_environments(scene)
+    sink = Sink()
+    found = compile_or_raise(source, replace(options, num_scenes=scene.num_envs), sink)
     if (loaded := instantiate(found.plan, scene, sink, audit=audit)) is None:
         raise SceneError(sink.diagnostics())
     loaded.attach_provenance(found.provenance)
     return loaded
 
 
-def check_environments(scene: object) -> None:
+def _check_environments(scene: object) -> None:
     """Raises TypeError for what is no scene of a ManiSkill environment."""
     if not hasattr(scene, "sub_scenes"):
         what = "a scene of a ManiSkill environment is needed, its `env.unwrapped.scene`"

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
 
 import typer
 
@@ -110,7 +110,7 @@ def run_checks(
     check: Check,
     *,
     form: Format,
-) -> None:
+) -> NoReturn:
     """Checks files and prints what is found; ends with the status.
 
     Args:

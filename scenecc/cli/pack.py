@@ -62,14 +62,8 @@ def pack(
       scenecc build tray.scn
     """
     import scenecc
-    from scenecc.files import PACK_SUFFIX
 
-    if listed == (output is not None):
-        raise typer.BadParameter("give either -o FILE or --list", param_hint="'-o'")
-    if scene == STDIN:
-        raise typer.BadParameter("a scene from standard input is in no folder: name its file", param_hint="'SCENE'")
-    if output is not None and output != STDOUT and Path(output).suffix.lower() != PACK_SUFFIX:
-        raise typer.BadParameter(f"a pack is called NAME{PACK_SUFFIX}", param_hint="'-o'")
+    _check_usage(scene, output, listed=listed)
     if faults := [*path_faults(scene, output), *_missing(add or [])]:
         end(faults)
     with scene_errors(options):
@@ -92,6 +86,17 @@ def pack(
         print_json(manifest.model_dump())
     else:
         print_out(_text(manifest))
+
+
+def _check_usage(scene: str, output: str | None, *, listed: bool) -> None:
+    from scenecc.files import PACK_SUFFIX
+
+    if listed == (output is not None):
+        raise typer.BadParameter("give either -o FILE or --list", param_hint="'-o'")
+    if scene == STDIN:
+        raise typer.BadParameter("a scene from standard input is in no folder: name its file", param_hint="'SCENE'")
+    if output is not None and output != STDOUT and Path(output).suffix.lower() != PACK_SUFFIX:
+        raise typer.BadParameter(f"a pack is called NAME{PACK_SUFFIX}", param_hint="'-o'")
 
 
 def _missing(paths: list[Path]) -> list[Diagnostic]:

@@ -48,10 +48,17 @@ class _Wanted:
         return self.settings.apply(without_lacks(diagnostics) if self.is_part else diagnostics, scene)
 
 
-def _wanted(files: list[str]) -> tuple[dict[str, _Wanted], list[Diagnostic]]:
-    """What is wanted of each file, and what is wrong in the settings. `files`: that are there."""
-    finder, parts = SettingsFinder(None, (), strict=False), Parts(files)
-    return {file: _Wanted(finder.of(file), file in parts) for file in files}, finder.faults
+def _find_scenes(paths: list[str]) -> dict[str, _Wanted]:
+    """The files to sweep, and what is wanted of each. Ends the command where a path or a setting has a fault."""
+    found = find(paths)
+    faults = found.faults()
+    if STDIN in found.files:
+        faults.append(usage_error("SC901", "a sweep reads files, not standard input", file=STDIN, hint="name a file"))
+    finder, parts = SettingsFinder(None, (), strict=False), Parts(found.files)
+    wanted = {file: _Wanted(finder.of(file), file in parts) for file in found.files}
+    if faults := [*faults, *finder.faults]:
+        end(faults)
+    return wanted
 
 
 def _parse_do(text: str | tuple[str, ...]) -> tuple[str, ...]:
@@ -114,16 +121,10 @@ def sweep(
     """
     import scenecc
 
-    found = find(paths)
-    faults = found.faults()
-    if STDIN in found.files:
-        faults.append(usage_error("SC901", "a sweep reads files, not standard input", file=STDIN, hint="name a file"))
-    wanted, wrong = _wanted(found.files)
-    if faults := [*faults, *wrong]:
-        end(faults)
+    wanted = _find_scenes(paths)
     with scene_errors(options), progress("sweep", clock=False) as show:
         result = scenecc.sweep(
-            found.files,
+            list(wanted),
             output=output,
             seeds=seeds,
             do=do,

@@ -61,10 +61,10 @@ class YamlSceneBuilder(SceneBuilder):
             source: as for `scenecc.validate`, and no stream: it is read whenever the environment is configured anew.
             robot_init_qpos_noise: value of the file's parameter of this name, where it has one [rad].
             seed: of what is drawn when the scene is built; None: the environment's.
-            params: as for `load_into`, like the others.
-            asset_roots: as for `load_into`.
-            allow_outside_assets: as for `load_into`.
-            limits: as for `load_into`.
+            params: as of `scenecc.CompileOptions`, like the others.
+            asset_roots: as of `scenecc.CompileOptions`.
+            allow_outside_assets: as of `scenecc.CompileOptions`.
+            limits: as of `scenecc.CompileOptions`.
 
         Raises:
             SceneError: the parameters of the file cannot be read.
@@ -343,10 +343,10 @@ def register_env(
         control_freq: as for `sim_config`.
         robot_init_qpos_noise: as for `YamlSceneBuilder`; None: its default.
         seed: as for `YamlSceneBuilder`.
-        params: as for `load_into`, like those that follow.
-        asset_roots: as for `load_into`.
-        allow_outside_assets: as for `load_into`.
-        limits: as for `load_into`.
+        params: as of `scenecc.CompileOptions`, like those that follow.
+        asset_roots: as of `scenecc.CompileOptions`.
+        allow_outside_assets: as of `scenecc.CompileOptions`.
+        limits: as of `scenecc.CompileOptions`.
         override: take the place of an environment that has the name already.
 
     Returns:

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from typing_extensions import Unpack
+
 from scenecc.backends import maniskill
 from scenecc.diagnostics import Sink
 from scenecc.errors import SceneError
-from scenecc.options import Options
-from scenecc.pipeline import Source, compile_or_raise
-from scenecc.scene import check_environments, load_scene
+from scenecc.options import EnvironmentOptions, Options, check_types
+from scenecc.pipeline import BUILD_TYPES, Source, compile_or_raise
+from scenecc.scene import build_into
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -28,12 +30,7 @@ def load_into(
     source: Source,
     *,
     audit: bool = True,
-    seed: int | None = None,
-    params: Mapping[str, Any] | None = None,
-    draws: Mapping[str, Any] | None = None,
-    asset_roots: Iterable[str | PathLike[str]] = (),
-    allow_outside_assets: bool = False,
-    limits: Mapping[str, int] | None = None,
+    **options: Unpack[EnvironmentOptions],
 ) -> LoadedScene:
     """Builds a scene file in a `ManiSkillScene`, one of its scenes in each environment. Call it in `_load_scene`.
 
@@ -45,29 +42,16 @@ def load_into(
         scene: of the environment, `self.scene`.
         source: as for `scenecc.validate`; its `num_scenes` gives way to the number of environments.
         audit: as for `scenecc.load_scene`.
-        seed: of all draws, in place of the file's.
-        params: values of the file's parameters.
-        draws: values of its shared draws, a row an environment.
-        asset_roots: folders in which `asset://` is looked up.
-        allow_outside_assets: let paths leave the scene's folder and the asset roots.
-        limits: limits to raise or lower, by name.
+        options: those of `scenecc.CompileOptions`, except `num_scenes`.
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault.
-        TypeError: `scene` is no environment's.
+        TypeError: `scene` is no environment's, or another argument is of another type.
+        ValueError: an argument is out of its range.
     """
-    check_environments(scene)
-    return load_scene(
-        source,
-        scene=scene,
-        audit=audit,
-        seed=seed,
-        params=params,
-        draws=draws,
-        asset_roots=asset_roots,
-        allow_outside_assets=allow_outside_assets,
-        limits=limits,
-    )
+    asked = Options.of_call(load_into, options, EnvironmentOptions)
+    check_types(load_into, {"audit": audit}, BUILD_TYPES)
+    return build_into(scene, source, asked, audit=audit)
 
 
 def sim_config(

@@ -63,7 +63,7 @@ from scenecc.spec.nodes import (
 from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.repetition import Repeat, RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
-from scenecc.spec.value_hints import kind_hint
+from scenecc.spec.value_hints import MAPPING_OF_NAMES, kind_hint
 from scenecc.variation.forms import FORM_KEYS, ONCE
 
 if TYPE_CHECKING:
@@ -192,7 +192,7 @@ _EXPECTED_KINDS: dict[str, str] = {
     "string_type": "a text",
     "list_type": "a list",
     "tuple_type": "a list",
-    "dict_type": "a mapping",
+    "dict_type": MAPPING_OF_NAMES,
     "model_type": "a mapping",
     "model_attributes_type": "a mapping",
 }

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     TextSlip = tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]]
 
 
+MAPPING_OF_NAMES: Final = "a mapping of names"
+"""What is expected where each key is a name, as of an entity or a joint; a mapping of another kind has fixed keys."""
+
+
 def kind_hint(expected: str, path: Path, found: Any) -> str | None:
     """A hint; None where nothing is known.
 
@@ -64,9 +68,10 @@ def _mapping_hint(expected: str, path: Path, found: Mapping[str, Any]) -> str | 
 
 
 def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:
+    if expected == MAPPING_OF_NAMES:
+        return _names_hint(path, found)
     if expected == "a mapping":
-        name = "NAME: {…}" if path in {("entities",), ("lights",), ("cameras",)} else "key: value"
-        return f"leave out the `-` before each: here are keys, `{name}`"
+        return "leave out the `-` before each: here are keys, `key: value`"
     if expected == "one of x, y, z" and sorted(found, key=str) == [0, 0, 1]:
         return f"write `axis: {'xyz'[list(found).index(1)]}`"
     if "friction" in str(path[-1:]) and expected == "a number":
@@ -74,6 +79,15 @@ def _list_hint(expected: str, path: Path, found: Sequence[Any]) -> str | None:
     if expected == "a number":
         return "write one number; one for each scene is `{per_scene: […]}`"
     return None
+
+
+def _names_hint(path: Path, found: Sequence[Any]) -> str:
+    """Of a list in place of a mapping of names."""
+    first = found[0] if found else None
+    name = first.get("name") if is_mapping(first) else None
+    if path and isinstance(name, str):
+        return f"the name is the key: `{path[-1]}: {{{cut(name)}: {{…}}}}`"
+    return "leave out the `-` before each: here are keys, `NAME: …`"
 
 
 def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:

@@ -35,6 +35,21 @@ def test_what_is_safe_is_corrected_and_all_else_stays(run, tmp_path: Path) -> No
     assert file.read_text() == after
 
 
+@pytest.mark.parametrize("form", ["text", "json"])
+def test_corrections_are_listed_on_standard_error(run, tmp_path: Path, form: str) -> None:
+    file = tmp_path / "s.yaml"
+    file.write_text(BEFORE.replace("[0.7, 0, 0, 0.72]", "[1.02, 0, 0, 0]"))
+    done = run("validate", "--fix", "--format", form, file)
+    assert [line for line in done.stderr.splitlines() if "checked" not in line] == [
+        f"{file}:4:36: corrected SC526: 90 radians are 14.3 turns; wrote `rpy_deg`",
+        f"{file}:5:36: corrected SC101: unknown key `half_sizes`; wrote `half_size`",
+        f"{file}:6:19: corrected SC112: the quaternion's length is 1.02, not 1; wrote `[1.0, 0.0, 0.0, 0.0]`",
+        "3 corrections",
+    ]
+    assert done.stdout == ("" if form == "text" else run("validate", "--format", form, file).stdout)
+    assert "correct" not in run("validate", "--fix", file).stderr
+
+
 def test_a_diff_changes_nothing(run, tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(BEFORE)

@@ -46,6 +46,33 @@ def test_what_is_no_scene_of_an_environment(scene: Any) -> None:
             load()
 
 
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("load_into", {"audit": "full"}, r"load_into\(\): audit must be True or False, not 'full'"),
+        ("load_into", {"seed": "a"}, r"load_into\(\): seed must be an integer, not 'a'"),
+        ("load_into", {"backend": "cuda"}, r"load_into\(\) has no argument `backend`; .* GPU use `scenecc\.maniskill`"),
+        (
+            "load_into",
+            {"num_scenes": 2},
+            r"load_into\(\) has no argument `num_scenes`; known here: audit, seed",
+        ),
+        ("load_scene", {"audit": "full"}, r"load_scene\(\): audit must be True or False, not 'full'"),
+        ("load_scene", {"backend": "cuda"}, r"load_scene\(\) has no argument `backend`; .* use `scenecc\.maniskill`"),
+    ],
+)
+def test_a_wrong_argument_names_the_function_that_was_called(name: str, options: dict[str, Any], message: str) -> None:
+    from scenecc.maniskill import load_into
+
+    scene: Any = SimpleNamespace(num_envs=1, sub_scenes=[None])
+    calls: dict[str, Any] = {
+        "load_into": lambda: load_into(scene, {"scenecc": 1}, **options),
+        "load_scene": lambda: scenecc.load_scene({"scenecc": 1}, **options),
+    }
+    with pytest.raises(TypeError, match=f"^{message}"):
+        calls[name]()
+
+
 def test_a_scene_that_is_not_there_yet() -> None:
     """Before ManiSkill made it, `self.scene` is None."""
     from scenecc.maniskill import load_into
