@@ -51,8 +51,8 @@ def judge(folder: Path, *, render: bool | None) -> str | None:
     1. Nothing but a `SceneError` is raised, and none without an error in it.
     2. Diagnostics stand inside the files that they name.
     3. What `validate` finds no error in compiles.
-    4. What compiles is built, has finite masses, and moves finitely unless its numbers are extreme. An image that
-       Pillow reads and SAPIEN does not is only refused by the build.
+    4. What compiles is built, has finite masses, and moves finitely unless its numbers are extreme. An image or a mesh
+       that a library reads and SAPIEN does not, or reads otherwise, is refused by the build, at the key that names it.
     5. What is imported is written, valid and built, or nothing is written.
 
     Args:
@@ -156,14 +156,22 @@ def _built(plan: ScenePlan, *, render: bool) -> str | None:
     try:
         batch = scenecc.load_scene(plan, render=render)
     except scenecc.SceneError as error:
-        only_image = all(one.code == "SC807" and "cannot load the image" in one.message for one in error.diagnostics)
-        return None if only_image else f"validate is clean, build is not: {_said(error)}"
+        errors = [one for one in error.diagnostics if one.severity == "error"]
+        read = errors and all(map(_engine_reads_otherwise, errors))
+        return None if read else f"validate is clean, build is not: {_said(error)}"
     with batch:
         _finite(batch, "built")
         batch.step(3)
         if not _extreme(plan):
             _finite(batch, "moved")
     return None
+
+
+def _engine_reads_otherwise(error: Diagnostic) -> bool:
+    """Whether a file is refused because SAPIEN cannot read it, or makes another hull of it."""
+    named = error.path.rpartition(".")[2] == "file" or "texture" in error.path
+    unread = error.code in {"SC801", "SC807"} and error.message.startswith(("SAPIEN cannot", "the renderer cannot load"))
+    return named and (unread or error.code == "SC423")
 
 
 def _extreme(plan: ScenePlan) -> bool:
