@@ -21,6 +21,7 @@ from scenecc.assets.errors import AssetError
 from scenecc.assets.images import check_image
 from scenecc.assets.measures import hull_parts, measure, measure_hull
 from scenecc.assets.names import MeshNames, scan_names
+from scenecc.geometry.triangles import join_parts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -168,7 +169,7 @@ def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) ->
             whole = scene.graph.transforms.parents[node] if mesh.metadata.get("from_gltf_primitive") else node
             found.setdefault(whole, []).append((vertices, np.asarray(mesh.faces)))
     _check_length(data, suffix, sum(len(faces) for parts in found.values() for _, faces in parts))
-    yield from (_joined(parts) if len(parts) > 1 else parts[0] for parts in found.values())
+    yield from (join_parts(parts) if len(parts) > 1 else parts[0] for parts in found.values())
 
 
 _PLY_HEADER = re.compile(rb"ply\s.*?\bend_header\b", re.DOTALL)
@@ -255,7 +256,7 @@ def _total_measures(read: list[Triangles], loose: list[Vertices]) -> dict[str, A
     """Measures of all parts together, and of the vertices that no triangle uses."""
     if not read:
         return {"whole": None, "unused": 0, "beyond": 0.0}
-    whole = measure(*_joined(read))
+    whole = measure(*join_parts(read))
     unused = np.concatenate(loose)
     beyond = float(np.maximum(whole.low - unused, unused - whole.high).max(initial=0.0))
     return {"whole": asdict(whole), "unused": len(unused), "beyond": beyond}
@@ -263,11 +264,5 @@ def _total_measures(read: list[Triangles], loose: list[Vertices]) -> dict[str, A
 
 def _hull_points(read: list[Triangles], loose: list[Vertices], suffix: str) -> Triangles:
     """All parts, of a PLY with the vertices that no triangle uses: SAPIEN puts its hull around them, too."""
-    vertices, faces = _joined(read)
+    vertices, faces = join_parts(read)
     return (np.concatenate([vertices, *loose]) if suffix == ".ply" else vertices), faces
-
-
-def _joined(read: list[Triangles]) -> Triangles:
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in read)])
-    faces = [faces + start for (_, faces), start in zip(read, starts, strict=False)]
-    return np.concatenate([vertices for vertices, _ in read]), np.concatenate(faces)
