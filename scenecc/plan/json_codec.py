@@ -364,15 +364,19 @@ class PlanDecoder:
         if INVALID in self._heights.values():
             return INVALID
         plan = self._node(ScenePlan, data, ())
-        if self._told(check_names(data), ()) or not isinstance(plan, ScenePlan) or self._told(check_mounts(plan), ()):
+        if (
+            self._report(check_names(data), ())
+            or not isinstance(plan, ScenePlan)
+            or self._report(check_mounts(plan), ())
+        ):
             return INVALID
-        if self._told(check_placements(plan), ()) or self._told(check_expectations(plan), ()):
+        if self._report(check_placements(plan), ()) or self._report(check_expectations(plan), ()):
             return INVALID
         wrong = check_materials(plan)
         return plan if wrong is None else self._fault(wrong[0].code, wrong[0].message, wrong[1])
 
-    def _told(self, faults: Iterator[JsonProblem], path: Keys) -> bool:
-        """Whether there are any."""
+    def _report(self, faults: Iterator[JsonProblem], path: Keys) -> bool:
+        """Reports faults, and returns whether there are any."""
         return bool([self._fault(fault.code, fault.message, (*path, *fault.keys)) for fault in faults])
 
     def _read_draws(self, data: object) -> None:
@@ -474,7 +478,7 @@ class PlanDecoder:
         if cls is AssetFile:
             found = self._file_path(read["uri"], read.get("data"), (*path, "uri"))
             return INVALID if found is None else AssetFile(path=found, origin=self._origin(path), **read)
-        if cls in _RULES and self._told(_RULES[cls](read), path):
+        if cls in _RULES and self._report(_RULES[cls](read), path):
             return INVALID
         if cls is Entity and not self._pick_holds(read, path):
             return INVALID
