@@ -232,7 +232,7 @@ def lower(
         scene: the document, expanded where it has anything to expand.
         name: of the plan, where the document gives none.
         num_scenes: how many scenes; the document's unless overridden.
-        seed: of every draw; likewise.
+        seed: of every draw; the document's unless overridden.
         origin: of the document's root.
         resolve: finds the files that it names.
         robots: reads those of robots.
@@ -270,13 +270,7 @@ def lower(
     report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     if sink.failed:
         return None
-    plan = replace(
-        plan,
-        files=tuple(replace(file, origin=tables.file_origins.get(i)) for i, file in enumerate(tables.files.rows)),
-        physical_materials=tables.physical_materials.rows,
-        visual_materials=tables.visual_materials.rows,
-    )
-    return Lowered(plan, tables.file_origins, tables.material_origins, sampling, entities.frames)
+    return Lowered(tables.fill(plan), tables.file_origins, tables.material_origins, sampling, entities.frames)
 
 
 def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool:
