@@ -212,7 +212,7 @@ class RobotReads:
         uri, base = self._reference(uri, origin)
         found = resolve_path(uri, base=base, scope=self._scope)
         if isinstance(found, Refusal):
-            return self._told(found, origin)
+            return self._report_refusal(found, origin)
         self._scope.memory.note(found, self._file(origin))
         return found
 
@@ -224,11 +224,11 @@ class RobotReads:
         if isinstance(found, Refusal) and found.code == "SC404":
             return uri, base
         if isinstance(found, Refusal):
-            return self._told(found, origin)
+            return self._report_refusal(found, origin)
         self._sink.report("SC404", f"`{uri}` is a file", origin, hint="name the folder that holds the packages")
         return None
 
-    def _told(self, refusal: Refusal, origin: Origin) -> None:
+    def _report_refusal(self, refusal: Refusal, origin: Origin) -> None:
         self._sink.report(refusal.code, refusal.message, origin, hint=refusal.hint)
 
     def _file(self, origin: Origin) -> str:

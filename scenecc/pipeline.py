@@ -480,7 +480,7 @@ def _warn_unknown_content(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> No
 
 def _decode_plan(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
     """A plan from its JSON. Its relative paths start at the JSON's own folder."""
-    from scenecc.plan.json_codec import PlanLimits, plan_from_json
+    from scenecc.plan.json_codec import plan_from_json
 
     find = resolver(scope, sink)
 
@@ -494,7 +494,7 @@ def _decode_plan(found: Input, scope: AssetScope, limits: Limits, sink: Sink) ->
         sink=sink,
         resolve=path_of,
         file=found.document.name,
-        limits=PlanLimits(limits.text_bytes, limits.scenes, limits.objects_in_all_scenes),
+        limits=limits,
     )
 
 

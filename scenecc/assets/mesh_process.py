@@ -21,6 +21,7 @@ from scenecc.assets.errors import AssetError
 from scenecc.assets.images import check_image
 from scenecc.assets.measures import hull_parts, measure, measure_hull
 from scenecc.assets.names import MeshNames, scan_names
+from scenecc.geometry.triangles import join_parts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -76,19 +77,19 @@ def prepare() -> Answer:
             if header["buffers"] is None and any(one.kind == "buffer" for one in names.references):
                 return found, []
             buffers: dict[str, bytes] = dict(zip(header["buffers"] or (), parts[1:], strict=True))
-            loose: list[Vertices] = []
+            unused: list[Vertices] = []
             most = header["max_bytes"]
-            read = list(_read(libraries, parts[0], header["suffix"], buffers, TRIANGLES_RATIO * most, loose))
+            read = list(_read(libraries, parts[0], header["suffix"], buffers, TRIANGLES_RATIO * most, unused))
             if header["wanted"] == "triangles":
                 return found, _arrays(read)
             if header["wanted"] in _HULLS:
                 suffix, (parts_only, measured) = header["suffix"], _HULLS[header["wanted"]]
-                hulls = hull_parts(read, suffix) if parts_only else [_hull_points(read, loose, suffix)]
+                hulls = hull_parts(read, suffix) if parts_only else [_hull_points(read, unused, suffix)]
                 return found | {"hulls": [asdict(measured(*hull)) for hull in hulls]}, []
             faults, unpacked = _check_images(names, most)
             found |= {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}
             found |= {"bytes": max(unpacked, _triangle_bytes(read) // TRIANGLES_RATIO)}
-            return found | {"parts": [asdict(measure(*part)) for part in read]} | _total_measures(read, loose), []
+            return found | {"parts": [asdict(measure(*part)) for part in read]} | _total_measures(read, unused), []
         except AssetError as error:
             return {"error": [error.code, error.message, error.hint]}, []
 
@@ -111,14 +112,14 @@ def _triangle_bytes(parts: list[Triangles]) -> int:
     return sum(_TRIANGLE_BYTES * (len(vertices) + len(faces)) for vertices, faces in parts)
 
 
-_WORDLESS = (ArithmeticError, AttributeError, LookupError, TypeError)
+_UNHELPFUL_ERRORS = (ArithmeticError, AttributeError, LookupError, TypeError)
 """Errors of the libraries whose text means nothing to a user."""
 
 
 def _read(
-    libraries: tuple[Any, Any], data: bytes, suffix: str, buffers: dict[str, bytes], most: float, loose: list[Vertices]
+    libraries: tuple[Any, Any], data: bytes, suffix: str, buffers: dict[str, bytes], most: float, unused: list[Vertices]
 ) -> Iterator[Triangles]:
-    """The parts of a file that have triangles. Adds vertices that no triangle uses to `loose`. Raises AssetError."""
+    """The parts of a file that have triangles. Adds vertices that no triangle uses to `unused`. Raises AssetError."""
     trimesh, collada = libraries
     taken = 0
     try:
@@ -130,14 +131,16 @@ def _read(
             used, flat = np.unique(faces, return_inverse=True)
             taken += _TRIANGLE_BYTES * (len(used) + len(faces))
             _check_part(used, len(vertices), taken, most)
-            loose.append(np.delete(vertices, used, axis=0))
+            unused.append(np.delete(vertices, used, axis=0))
             yield vertices[used], flat.reshape(-1, 3).astype(np.int64)
     except AssetError:
         raise
     except MemoryError as error:
         raise AssetError("SC607", "the mesh takes too much memory", "simplify it") from error
     except Exception as error:  # the libraries raise whatever comes
-        words = "it is truncated or damaged" if isinstance(error, _WORDLESS) else " ".join(str(error).split())[:200]
+        words = (
+            "it is truncated or damaged" if isinstance(error, _UNHELPFUL_ERRORS) else " ".join(str(error).split())[:200]
+        )
         raise AssetError("SC412", f"the mesh cannot be read: {words}", "export the mesh again") from error
 
 
@@ -168,7 +171,7 @@ def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) ->
             whole = scene.graph.transforms.parents[node] if mesh.metadata.get("from_gltf_primitive") else node
             found.setdefault(whole, []).append((vertices, np.asarray(mesh.faces)))
     _check_length(data, suffix, sum(len(faces) for parts in found.values() for _, faces in parts))
-    yield from (_joined(parts) if len(parts) > 1 else parts[0] for parts in found.values())
+    yield from (join_parts(parts) if len(parts) > 1 else parts[0] for parts in found.values())
 
 
 _PLY_HEADER = re.compile(rb"ply\s.*?\bend_header\b", re.DOTALL)
@@ -251,23 +254,17 @@ def _arrays(read: list[Triangles]) -> list[bytes]:
     return [array.tobytes() for vertices, faces in read for array in (vertices, faces)]
 
 
-def _total_measures(read: list[Triangles], loose: list[Vertices]) -> dict[str, Any]:
+def _total_measures(read: list[Triangles], unused: list[Vertices]) -> dict[str, Any]:
     """Measures of all parts together, and of the vertices that no triangle uses."""
     if not read:
         return {"whole": None, "unused": 0, "beyond": 0.0}
-    whole = measure(*_joined(read))
-    unused = np.concatenate(loose)
-    beyond = float(np.maximum(whole.low - unused, unused - whole.high).max(initial=0.0))
-    return {"whole": asdict(whole), "unused": len(unused), "beyond": beyond}
+    whole = measure(*join_parts(read))
+    points = np.concatenate(unused)
+    beyond = float(np.maximum(whole.low - points, points - whole.high).max(initial=0.0))
+    return {"whole": asdict(whole), "unused": len(points), "beyond": beyond}
 
 
-def _hull_points(read: list[Triangles], loose: list[Vertices], suffix: str) -> Triangles:
+def _hull_points(read: list[Triangles], unused: list[Vertices], suffix: str) -> Triangles:
     """All parts, of a PLY with the vertices that no triangle uses: SAPIEN puts its hull around them, too."""
-    vertices, faces = _joined(read)
-    return (np.concatenate([vertices, *loose]) if suffix == ".ply" else vertices), faces
-
-
-def _joined(read: list[Triangles]) -> Triangles:
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in read)])
-    faces = [faces + start for (_, faces), start in zip(read, starts, strict=False)]
-    return np.concatenate([vertices for vertices, _ in read]), np.concatenate(faces)
+    vertices, faces = join_parts(read)
+    return (np.concatenate([vertices, *unused]) if suffix == ".ply" else vertices), faces

@@ -11,6 +11,7 @@ import numpy as np
 from scenecc.assets.measures import weld
 from scenecc.assets.meshes import checked_content, read_mesh, read_triangles
 from scenecc.geometry.hulls import hull_volume
+from scenecc.geometry.triangles import join_parts
 
 if TYPE_CHECKING:
     from scenecc.plan import AssetFile
@@ -56,10 +57,7 @@ def measure_surface(file: AssetFile) -> SurfaceMeasures:
     """The measures of a mesh file. Raises AssetError where it cannot be read."""
     content = checked_content(file)
     record = read_mesh(content)
-    parts = read_triangles(content)
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
-    faces = np.concatenate([each + start for (_, each), start in zip(parts, starts, strict=False)])
-    vertices, faces = weld(np.concatenate([each for each, _ in parts]), faces)
+    vertices, faces = weld(*join_parts(read_triangles(content)))
     p, q, r = (vertices[faces[:, i]] for i in range(3))
     has_area = np.cross(q - p, r - p).any(axis=1)
     edges = np.concatenate([faces[has_area][:, pair] for pair in ([0, 1], [1, 2], [2, 0])])

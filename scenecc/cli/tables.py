@@ -54,16 +54,16 @@ def built(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str
     named = [(row.name, row) for row in entities]
     cells = [
         (plain(name), _body(row), str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
-        for name, row in (named if whole or len(named) <= _MOST else _told(entities))
+        for name, row in (named if whole or len(named) <= _MOST else _merge_copies(entities))
     ]
     return _cut(_BUILT, cells, color=color, whole=whole) + _others(rows, color=color, whole=whole)
 
 
 def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str:
     """One line an entity, in build order; then one line a field in which scenes differ. Copies that are the same in
-    all that is told share their lines. `whole`: as of `built`.
+    every column share their lines. `whole`: as of `built`.
     """
-    told = _told([row for row in rows if row.section == "entities"])
+    entities = _merge_copies([row for row in rows if row.section == "entities"])
     others = [(f"{row.section}.{row.name}", row) for row in rows if row.section != "entities"]
     cells = [
         (
@@ -74,7 +74,7 @@ def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> s
             index_ranges(row.scene_idxs),
             _differing(row),
         )
-        for name, row in told
+        for name, row in entities
     ]
     fields = [
         (
@@ -83,7 +83,7 @@ def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> s
             "at reset" if field.at_reset else "",
             plain(field.values),
         )
-        for name, row in [*told, *others]
+        for name, row in [*entities, *others]
         for first, field in zip((True, *[False] * len(row.varying)), row.varying, strict=False)
     ]
     differing = f"\n{_cut(_FIELDS, fields, color=color, whole=whole)}" if fields else ""
@@ -107,8 +107,8 @@ def _body(row: SummaryRow) -> str:
     return f"{row.body_type}, {row.link_count} link{'s' * (row.link_count != 1)}, {row.dof} dof"
 
 
-def _told(rows: Sequence[SummaryRow]) -> list[tuple[str, SummaryRow]]:
-    """The rows with the names that stand for them: copies in a row are one where only their numbers differ."""
+def _merge_copies(rows: Sequence[SummaryRow]) -> list[tuple[str, SummaryRow]]:
+    """The rows with their names. Neighbours that differ only by a number in the name become one row."""
 
     def facts(row: SummaryRow) -> tuple[str, SummaryRow]:
         return _NUMBER.sub("#", row.name), replace(row, name="")

@@ -55,7 +55,7 @@ def _differing(
         if name not in left or name not in right:
             yield f"{where}.{name}: only in the {'second' if name not in left else 'first'}"
         elif left[name] != right[name] and not _is_near(left[name], right[name], tolerance(a)):
-            yield f"{where}.{name}: {_told(left[name], right[name])}"
+            yield f"{where}.{name}: {_describe_change(left[name], right[name])}"
     yield from _parts(where, a.parts, b.parts, without, tolerance)
 
 
@@ -111,7 +111,7 @@ def _label(facts: Facts, number: int = 0) -> str:
     return f"{facts.kind}({facts.name})" if facts.name else f"{facts.kind}[{number}]"
 
 
-def _told(a: Plain, b: Plain) -> str:
+def _describe_change(a: Plain, b: Plain) -> str:
     if isinstance(a, Numbers) and isinstance(b, Numbers) and a.shape == b.shape and a.array().size > 16:
         x, y = a.array(), b.array()
         unequal = (x != y) & ~(np.isnan(x) & np.isnan(y))
@@ -155,8 +155,8 @@ def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[Fact
         found = [read_scene(scene) for scene in batch.scenes]
     lines: list[str] = []
     for index, (first, second) in enumerate(zip(live, found, strict=True)):
-        told = differences(tidy(first), tidy(second), tolerance=_tolerance)
-        lines += told if len(live) == 1 else [f"scene {index}: {line}" for line in told]
+        changes = differences(tidy(first), tidy(second), tolerance=_tolerance)
+        lines += changes if len(live) == 1 else [f"scene {index}: {line}" for line in changes]
     return lines
 
 

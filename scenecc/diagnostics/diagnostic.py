@@ -298,7 +298,7 @@ class Sink:
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
         self._failed = False
-        self._told: Counter[Severity] = Counter()
+        self._counts: Counter[Severity] = Counter()
         self._full: set[Severity] = set()
         self._first: dict[_Repeated, Origin] = {}
         self._others: dict[_Repeated, dict[tuple[str, Origin | None], None]] = {}
@@ -360,7 +360,7 @@ class Sink:
         if isinstance(place, Origin):
             overridden = () if place.location else self.overridden(place)
             place = self._traced(place)
-            if self._is_told(code, place) or self._is_counted(code, place, message):
+            if self._is_copy(code, place) or self._is_counted(code, place, message):
                 return
             given = self.given(place) if place.parent is not None and place.location is None else ()
             if given and self._misgiven.setdefault((code, given), place) != place:
@@ -368,7 +368,7 @@ class Sink:
                 return
         if code == _STOPPED:
             self._full.add("error")
-        elif self._told[severity] >= MAX_REPORTS:
+        elif self._counts[severity] >= MAX_REPORTS:
             self._full.add(severity)
             message, hint = f"checking stopped after {MAX_REPORTS} {severity}s", "fix these first"
             code, related, given, overridden = _STOPPED if severity == "error" else code, (), (), ()
@@ -384,7 +384,7 @@ class Sink:
         )
         parent = place.parent if isinstance(place, Origin) else self.parent
         self._reports.append(_Report(code, severity, message, place, at, hint, places, path, span, parent, fix))
-        self._told[severity] += 1
+        self._counts[severity] += 1
         self._failed = self._failed or severity == "error"
 
     def silence(self, found: Iterable[Silencing]) -> None:
@@ -428,7 +428,7 @@ class Sink:
         messages[message] = None
         return message != next(iter(messages))
 
-    def _is_told(self, code: str, place: Origin) -> bool:
+    def _is_copy(self, code: str, place: Origin) -> bool:
         """Whether another copy of the node has the same code, which counts this one."""
         if not place.copy and place.parent is None:
             return False
@@ -443,7 +443,7 @@ class Sink:
         """Goes on where another sink stands: with its findings, and its places. This one must have none yet."""
         assert not self._reports, "a sink with findings takes over no others"
         vars(self).update(vars(other))
-        self._reports, self._seen, self._told = [*other._reports], {*other._seen}, Counter(other._told)
+        self._reports, self._seen, self._counts = [*other._reports], {*other._seen}, Counter(other._counts)
         self._misgiven, self._full, self._first = {**other._misgiven}, {*other._full}, {**other._first}
         self._others, self._users = _copied(other._others), _copied(other._users)
         self._alike = _copied(other._alike)
@@ -502,10 +502,10 @@ class Sink:
         for user in chain_of(report.parent):
             verb = "included" if user.path[:1] == ("include",) else "used"
             places.append((f"{verb} from here", user, "value"))
-        told = {(user.file, user.path) for user in chain_of(report.parent)}
+        chain = {(user.file, user.path) for user in chain_of(report.parent)}
         # Copies of one node are counted.
         others = {(user.file, user.path): user for user in self._other_users(report)}
-        too = [user for written, user in others.items() if written not in told]
+        too = [user for written, user in others.items() if written not in chain]
         return [*places, *[("used from here too", user, "value") for user in too[:_USERS]]]
 
 

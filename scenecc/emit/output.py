@@ -21,8 +21,6 @@ from scenecc.plan.scene import Physics
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from numpy.typing import NDArray
-
     from scenecc.diagnostics import Sink
     from scenecc.plan import Value
     from scenecc.plan.snapshot import MeasuredJoint
@@ -143,51 +141,6 @@ class AssetFolder:
         name = f"{re.sub(r'[^A-Za-z0-9_.-]+', '_', stem) or 'file'}-{digest}{suffix}"
         self.files[f"{self.folder}/{name}"] = data
         return name
-
-
-def format_obj(
-    vertices: NDArray[np.floating], faces: NDArray[np.int64], uvs: NDArray[np.floating] | None = None
-) -> bytes:
-    """Triangles as an OBJ file.
-
-    Args:
-        vertices: (V, 3) [m].
-        faces: (F, 3), counterclockwise from outside.
-        uvs: (V, 2) from the image's top left corner.
-    """
-    coordinates = None if uvs is None else (np.column_stack([uvs[:, 0], 1 - uvs[:, 1]]), faces)
-    return encode_obj(vertices, faces, coordinates)
-
-
-ObjColumn = tuple["NDArray[np.floating]", "NDArray[np.int64]"]
-"""Values (N, k), and for each corner of a triangle the index of one (F, 3)."""
-
-
-def encode_obj(
-    points: NDArray[np.floating],
-    faces: NDArray[np.int64],
-    uvs: ObjColumn | None = None,
-    normals: ObjColumn | None = None,
-) -> bytes:
-    """Triangles as an OBJ file.
-
-    Args:
-        points: (P, 3) [m].
-        faces: (F, 3), counterclockwise from outside.
-        uvs: texture coordinates from the image's bottom left corner.
-        normals: unit vectors.
-    """
-    kept = {"v": (points, faces)} | {kind: one for kind, one in (("vt", uvs), ("vn", normals)) if one is not None}
-    lines = [f"{kind} {' '.join(row)}" for kind, (values, _) in kept.items() for row in _format_float32(values)]
-    corner = {1: "{}", 2: "{}//{}" if uvs is None else "{}/{}", 3: "{}/{}/{}"}[len(kept)]
-    line = f"f {corner} {corner} {corner}"
-    corners = np.stack([indices for _, indices in kept.values()], axis=2).reshape(len(faces), -1) + 1
-    return "\n".join([*lines, *(line.format(*row) for row in corners.tolist()), ""]).encode()
-
-
-def _format_float32(values: NDArray[np.floating]) -> list[list[str]]:
-    """The shortest texts that float32 reads back as the same numbers."""
-    return values.astype(np.float32).astype(str).tolist()
 
 
 def optional_fields(part: type, *without: str) -> tuple[str, ...]:

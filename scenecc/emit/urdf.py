@@ -17,11 +17,11 @@ from scenecc.emit.output import (
     UnsupportedFeatures,
     XmlElement,
     format_document,
-    format_obj,
     is_pure_damping,
     optional_fields,
     transform_direction,
 )
+from scenecc.geometry.obj import encode_obj
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshShape, SurfaceMaterial, report_mesh_error
@@ -99,7 +99,7 @@ def _write_collision_geometry(robot: UrdfRobot, shape: MeasuredShape, geometry: 
             f"a {type_name(type(shape.shape.geometry))} is a triangle mesh, which other readers may take as its hull"
         )
         robot.unsupported.change(robot.name, words, shape.shape.origin)
-    _write_mesh(robot, geometry, f"{robot.name}_collision", format_obj(mesh.vertices, mesh.triangles))
+    _write_mesh(robot, geometry, f"{robot.name}_collision", encode_obj(mesh.vertices, mesh.triangles))
 
 
 def _write_primitive(geometry: XmlElement, kind: str, sizes: tuple[float, ...]) -> None:
@@ -129,8 +129,7 @@ def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlEl
             write_origin(element, compose(back, pose))
             geometry = element.add("geometry")
             if solid is None:
-                uvs = part.uvs if part.look.base_color_image else None
-                _write_mesh(robot, geometry, shape.name or robot.name, format_obj(part.vertices, part.faces, uvs))
+                _write_mesh(robot, geometry, shape.name or robot.name, part.to_obj())
             else:
                 _write_primitive(geometry, kind, solid.sizes(row))
             element.take(_material(robot, part.look, shape))

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from scenecc.geometry.triangles import join_parts
+
 
 def encode_ply(vertices: Any, triangles: Any, normals: Any = None, uvs: Any = None) -> bytes:
     """A mesh as a PLY of float32 and int32.
@@ -46,9 +48,6 @@ def encode_parts(parts: list[tuple[Any, Any]]) -> bytes:
     Raises:
         ValueError: no part has a vertex.
     """
-    points = [np.asarray(vertices, "<f4") for vertices, _ in parts]
-    starts = np.cumsum([0, *map(len, points)])
-    if not starts[-1]:
+    if not any(len(vertices) for vertices, _ in parts):
         raise ValueError("no part has a vertex")
-    triangles = [np.asarray(indices) + start for (_, indices), start in zip(parts, starts, strict=False)]
-    return encode_ply(np.concatenate(points), np.concatenate(triangles))
+    return encode_ply(*join_parts(parts))

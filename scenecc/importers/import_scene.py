@@ -6,7 +6,8 @@ import json
 import os
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -116,17 +117,10 @@ def import_scene(
     names = AssetNames(target, scope, _companions(compiled))
     files, prefabs = _texts(found, source, target, names)
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
-    targets = [target.parent / name for name in files]
     stale = check_assets(target, files)
-    before = {path: path.read_bytes() for path in targets if path.is_file()}
-    folders = {each for path in targets for each in path.parents if not each.exists()}
-    paths = replace_set(target, files, folder=False)
-    with undoing() as undo:
-        undo.callback(_put_back, targets, before, folders)
-        certificate_of = import_module("scenecc.importers.certificate").certificate_of
+    with _written(target, files) as paths:
         _tell(progress, 3)
-        certificate = certificate_of(found, source, target, options)
-        undo.pop_all()
+        certificate = import_module("scenecc.importers.certificate").certificate_of(found, source, target, options)
     for path in stale:
         path.unlink(missing_ok=True)
     return Imported(files, found.losses, sink.diagnostics(), tuple(paths), certificate)
@@ -166,8 +160,21 @@ def _with_paths(node: Any, folder: str) -> Any:
     return [_with_paths(item, folder) for item in node] if is_list(node) else node
 
 
+@contextmanager
+def _written(target: Path, files: Mapping[str, bytes]) -> Generator[list[Path]]:
+    """Writes the files, and puts everything back as it was where the block fails or is interrupted."""
+    targets = [target.parent / name for name in files]
+    before = {path: path.read_bytes() for path in targets if path.is_file()}
+    folders = {each for path in targets for each in path.parents if not each.exists()}
+    paths = replace_set(target, files, folder=False)
+    with undoing() as undo:
+        undo.callback(_put_back, targets, before, folders)
+        yield paths
+        undo.pop_all()
+
+
 def _put_back(paths: list[Path], before: Mapping[Path, bytes], folders: Collection[Path]) -> None:
-    """Puts files back as they were, or removes them, where what was written does not build or is interrupted."""
+    """Puts files back as they were, or removes them."""
     for path in paths:
         path.unlink(missing_ok=True)
     for folder in sorted(folders, reverse=True):

@@ -10,8 +10,9 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.assets.images import read_heights
-from scenecc.emit.output import format_obj
 from scenecc.files import read_at_most
+from scenecc.geometry.obj import encode_obj
+from scenecc.geometry.triangles import join_parts
 from scenecc.lower.shapes import MAX_HEIGHTS
 from scenecc.meshes.primitives import sphere
 from scenecc.named_files import asset_files
@@ -32,7 +33,7 @@ class MeshError(ValueError):
 def ellipsoid_obj() -> bytes:
     """A ball of radius 1, to be scaled."""
     surface = sphere()
-    return format_obj(surface.vertices, surface.faces)
+    return encode_obj(surface.vertices, surface.faces)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,12 +92,11 @@ def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: boo
         MeshError: it has no such part.
     """
     meshes = _named_parts(mesh, submesh) if submesh else mesh.parts
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
-    vertices = np.concatenate([np.asarray(each, np.float64) for each, _ in meshes]) * scale
-    faces = np.concatenate([each + start for (_, each), start in zip(meshes, starts, strict=False)])
+    vertices, faces = join_parts(meshes)
+    vertices = vertices * scale
     if center:
         vertices = vertices - (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-    return format_obj(vertices, faces[:, ::-1] if np.prod(scale) < 0 else faces)
+    return encode_obj(vertices, faces[:, ::-1] if np.prod(scale) < 0 else faces)
 
 
 def check_heights(path: Path, context: ImportContext) -> None:
@@ -145,7 +145,7 @@ def polyline_obj(corners: list[tuple[float, float]], height: float) -> bytes:
     vertices = np.array([(x, y, z) for z in (0.0, height) for x, y in points])
     sides = [(i, (i + 1) % n, (i + 1) % n + n) for i in range(n)] + [(i, (i + 1) % n + n, i + n) for i in range(n)]
     top = [(a + n, b + n, c + n) for a, b, c in cap]
-    return format_obj(vertices, np.array([*((c, b, a) for a, b, c in cap), *top, *sides]))
+    return encode_obj(vertices, np.array([*((c, b, a) for a, b, c in cap), *top, *sides]))
 
 
 def _area(points: list[tuple[float, float]]) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.emit.output import encode_obj
+from scenecc.geometry.obj import encode_obj
 from scenecc.geometry.surfaces import revolved_surface
 from scenecc.importers.meshes import MeshError
 from scenecc.meshes.primitives import box

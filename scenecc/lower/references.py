@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.plan import ScenePlan
     from scenecc.robots.description import RobotDescription
 
 
@@ -372,6 +373,13 @@ class PlanTables:
         value = self.physical_materials.value(row)
         self.material_origins.setdefault(int(value.numbers()[0]), origin)
         return value
+
+    def fill(self, plan: ScenePlan) -> ScenePlan:
+        """The plan with these files and materials."""
+        origins = self.file_origins
+        files = tuple(dataclasses.replace(file, origin=origins.get(i)) for i, file in enumerate(self.files.rows))
+        physical, visual = self.physical_materials.rows, self.visual_materials.rows
+        return dataclasses.replace(plan, files=files, physical_materials=physical, visual_materials=visual)
 
     def size(self, size: tuple[float, ...] | float) -> Value:
         """A positive size as a value; equal sizes share one. (0.0 and -0.0 would be one key.)"""

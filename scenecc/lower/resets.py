@@ -136,15 +136,15 @@ class RecipeBuilder:
             drawn["frame"] = self._follower_pose(f"placements:{placement.name}", placement.frame)
         return replace(placement, **drawn) if drawn else placement  # pyright: ignore[reportArgumentType]
 
-    def follower(self, key: str, held: _Follower) -> _Follower:
+    def follower(self, key: str, item: _Follower) -> _Follower:
         """A light or a camera, with the recipe of its pose: its own, in a reference frame that may move too.
 
         Args:
             key: what it is known as.
-            held: with its pose as built.
+            item: with its pose as built.
         """
-        made, pose = self.holder(held), self._follower_pose(key, held.pose)
-        return made if pose is held.pose else replace(made, pose=pose)
+        made, pose = self.holder(item), self._follower_pose(key, item.pose)
+        return made if pose is item.pose else replace(made, pose=pose)
 
     def _follower_pose(self, key: str, pose: Value) -> Value:
         follower = self._frames.followers.get(key)

@@ -107,7 +107,7 @@ class LimitedRobotReader:
         self._read = read
         self._most = most
         self._sink = sink
-        self._held = 0
+        self._count = 0
         # With each its description, so that its id stays its own.
         self._sizes: dict[int, tuple[RobotDescription, int]] = {}
         self.exhausted = False
@@ -122,11 +122,11 @@ class LimitedRobotReader:
         description = found[1]
         if id(description) not in self._sizes:
             self._sizes[id(description)] = description, _description_size(description)
-        self._held += self._sizes[id(description)][1]
-        if self._held <= self._most:
+        self._count += self._sizes[id(description)][1]
+        if self._count <= self._most:
             return found
         self.exhausted = True
-        message = f"at least {self._held} objects are more than the limit of {self._most}"
+        message = f"at least {self._count} objects are more than the limit of {self._most}"
         hint = "raise it with --limit objects=N or limits={'objects': N}"
         self._sink.report("SC604", message, places[request.format], hint=hint)
         return None
@@ -230,7 +230,7 @@ def lower(
         scene: the document, expanded where it has anything to expand.
         name: of the plan, where the document gives none.
         num_scenes: how many scenes; the document's unless overridden.
-        seed: of every draw; likewise.
+        seed: of every draw; the document's unless overridden.
         origin: of the document's root.
         resolve: finds the files that it names.
         robots: reads those of robots.
@@ -268,13 +268,7 @@ def lower(
     report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     if sink.failed:
         return None
-    plan = replace(
-        plan,
-        files=tuple(replace(file, origin=tables.file_origins.get(i)) for i, file in enumerate(tables.files.rows)),
-        physical_materials=tables.physical_materials.rows,
-        visual_materials=tables.visual_materials.rows,
-    )
-    return Lowered(plan, tables.material_origins, sampling, entities.frames)
+    return Lowered(tables.fill(plan), tables.material_origins, sampling, entities.frames)
 
 
 def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.geometry.obj import encode_obj
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.geometry.rotations import IDENTITY_POSE, Vec3, to_pose, to_vector
 from scenecc.meshes import primitives
@@ -279,6 +280,13 @@ class BakedMesh:
     normals: NDArray[np.float64] | None
     uvs: NDArray[np.float64] | None
     look: SurfaceMaterial
+
+    def to_obj(self) -> bytes:
+        """The OBJ file, with texture coordinates if there is an image of the base colour."""
+        if self.uvs is None or self.look.base_color_image is None:
+            return encode_obj(self.vertices, self.faces)
+        from_bottom = np.column_stack([self.uvs[:, 0], 1 - self.uvs[:, 1]])
+        return encode_obj(self.vertices, self.faces, (from_bottom, self.faces))
 
 
 def bake_scale(shape: MeshShape) -> tuple[BakedMesh, ...]:

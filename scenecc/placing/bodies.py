@@ -13,6 +13,7 @@ from scenecc.assets.meshes import checked_content, read_triangles
 from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.geometry.surfaces import revolved_parts
+from scenecc.geometry.triangles import join_parts
 from scenecc.placing.distances import Cores
 from scenecc.plan import BodyStructure
 from scenecc.plan.body import DEFAULT_COLLISION_GROUPS
@@ -368,11 +369,8 @@ def mesh_of(file: AssetFile) -> Mesh:
     Raises:
         AssetError: it cannot be read.
     """
-    parts = [weld(*part) for part in read_triangles(checked_content(file))]
-    first = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
-    vertices = np.concatenate([vertices.astype(np.float32) for vertices, _ in parts]).astype(np.float64)
-    faces = np.concatenate([faces + start for (_, faces), start in zip(parts, first, strict=False)])
-    points, index = np.unique(vertices, axis=0, return_inverse=True)
+    vertices, faces = join_parts([weld(*part) for part in read_triangles(checked_content(file))])
+    points, index = np.unique(vertices.astype(np.float32).astype(np.float64), axis=0, return_inverse=True)
     return points, index.reshape(-1)[faces]
 
 

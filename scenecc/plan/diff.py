@@ -369,7 +369,7 @@ class FieldComparison:
         table = self._tables.materials[kind.table]
         first = [_material_values(table[index], row) for row, index in self._by_row(a, 0)]
         second = [_material_values(table[index], row) for row, index in self._by_row(b, 1)]
-        for field in {name: None for held in (*first, *second) for name in held}:
+        for field in {name: None for values in (*first, *second) for name in values}:
             pairs = [(x.get(field), y.get(field)) for x, y in zip(first, second, strict=True)]
             count = sum(repr(x) != repr(y) for x, y in pairs)
             if count:
@@ -416,10 +416,10 @@ class FieldComparison:
         if kind.table is None or kind.table == "files":
             return format_rows(path, rows, self._name(kind))
         row, index = self._by_row(rows, side)[0]
-        held = _material_values(self._tables.materials[kind.table][index], row)
+        values = _material_values(self._tables.materials[kind.table][index], row)
         names = self._tables.names
         return truncate(
-            ", ".join(f"{name} {format_material_pair(name, [item], [item], names)[0]}" for name, item in held.items())
+            ", ".join(f"{name} {format_material_pair(name, [item], [item], names)[0]}" for name, item in values.items())
         )
 
 

@@ -64,6 +64,7 @@ from scenecc.plan.schema import (
     type_name,
 )
 from scenecc.plan.value import Value, recalled
+from scenecc.source.limits import Limits
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
@@ -323,14 +324,12 @@ class PlanDecoder:
         self,
         sink: Sink,
         file: str | None,
-        scene_limit: int,
-        object_limit: int,
+        limits: Limits,
         resolve: Callable[[str, Origin], Path | None],
     ) -> None:
         self._sink = sink
         self._file = file
-        self._scene_limit = scene_limit
-        self._object_limit = object_limit
+        self._scene_limit, self._object_limit = limits.scenes, limits.objects_in_all_scenes
         self._resolve = resolve
         self._table_sizes: dict[str, int] = {}
         self._num_scenes: int | None = None
@@ -364,15 +363,19 @@ class PlanDecoder:
         if INVALID in self._heights.values():
             return INVALID
         plan = self._node(ScenePlan, data, ())
-        if self._told(check_names(data), ()) or not isinstance(plan, ScenePlan) or self._told(check_mounts(plan), ()):
+        if (
+            self._report(check_names(data), ())
+            or not isinstance(plan, ScenePlan)
+            or self._report(check_mounts(plan), ())
+        ):
             return INVALID
-        if self._told(check_placements(plan), ()) or self._told(check_expectations(plan), ()):
+        if self._report(check_placements(plan), ()) or self._report(check_expectations(plan), ()):
             return INVALID
         wrong = check_materials(plan)
         return plan if wrong is None else self._fault(wrong[0].code, wrong[0].message, wrong[1])
 
-    def _told(self, faults: Iterator[JsonProblem], path: Keys) -> bool:
-        """Whether there are any."""
+    def _report(self, faults: Iterator[JsonProblem], path: Keys) -> bool:
+        """Reports faults, and returns whether there are any."""
         return bool([self._fault(fault.code, fault.message, (*path, *fault.keys)) for fault in faults])
 
     def _read_draws(self, data: object) -> None:
@@ -474,7 +477,7 @@ class PlanDecoder:
         if cls is AssetFile:
             found = self._file_path(read["uri"], read.get("data"), (*path, "uri"))
             return INVALID if found is None else AssetFile(path=found, origin=self._origin(path), **read)
-        if cls in _RULES and self._told(_RULES[cls](read), path):
+        if cls in _RULES and self._report(_RULES[cls](read), path):
             return INVALID
         if cls is Entity and not self._pick_holds(read, path):
             return INVALID
@@ -618,21 +621,6 @@ Resolver = Callable[[str, Origin], Path | None]
 """Finds the file that a uri names; where it cannot, it reports why and returns None."""
 
 
-@dataclass(frozen=True, slots=True)
-class PlanLimits:
-    """What the JSON of a plan may ask for.
-
-    Attributes:
-        characters: of text.
-        scenes: `num_scenes`.
-        objects: entities, each counted as often as it has shapes, summed over the scenes that they are in.
-    """
-
-    characters: int = 512 * 2**20
-    scenes: int = 65_536
-    objects: int = 13_000_000
-
-
 def plan_from_json(
     text: str,
     *,
@@ -640,7 +628,7 @@ def plan_from_json(
     sink: Sink,
     resolve: Resolver | None = None,
     file: str | None = None,
-    limits: PlanLimits | None = None,
+    limits: Limits | None = None,
 ) -> ScenePlan | None:
     """Reads the output of `plan_to_json`; None after an error, which is in `sink`.
 
@@ -654,21 +642,18 @@ def plan_from_json(
         resolve: asked for every uri of the table of files; without it relative uris are joined to `base` and
             `pkg://` and `asset://` are errors.
         file: name of the document for diagnostics, and for the origins in the plan.
-        limits: None takes the defaults of `PlanLimits`.
+        limits: None takes the defaults.
     """
-    bounds = limits if limits is not None else PlanLimits()
-    if len(text) > bounds.characters:
-        message = f"the plan has {len(text)} characters, more than {bounds.characters}"
+    limits = limits or Limits()
+    if len(text) > limits.text_bytes:
+        message = f"the plan has {len(text)} characters, more than {limits.text_bytes}"
         sink.report("SC712", message, Location(file))
         return None
     data = _parse_json(text, sink, file)
     if data is _UNPARSED or not _is_plan(data, sink, Origin(file)):
         return None
     del data["scenecc_plan"]
-    decoder = PlanDecoder(
-        sink, file, bounds.scenes, bounds.objects, resolve or _RelativeFileResolver(base, sink).resolve
-    )
-    plan = decoder.plan(data)
+    plan = PlanDecoder(sink, file, limits, resolve or _RelativeFileResolver(base, sink).resolve).plan(data)
     return plan if isinstance(plan, ScenePlan) else None
 
 

@@ -75,7 +75,7 @@ def _draw_shape(node: nodes.Drawn, draws: Shapes) -> Shape:
     return node.shape
 
 
-def _held(node: nodes.AffineClamp, draws: Shapes) -> Shape:
+def _clamped(node: nodes.AffineClamp, draws: Shapes) -> Shape:
     for bound in (node.low, node.high, node.factor, node.offset):
         if infer_shape(bound, draws) not in (None, ()):
             raise RecipeShapeError("what holds or moves a number is not one number")
@@ -108,7 +108,7 @@ _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     nodes.Shared: lambda node, draws: draws[node.name],
     nodes.Placed: lambda _node, _draws: (7,),
     nodes.Radians: lambda node, draws: infer_shape(node.degrees, draws),
-    nodes.AffineClamp: _held,
+    nodes.AffineClamp: _clamped,
 }
 
 _DRAWN = frozenset(("kind", "operands"))

@@ -93,7 +93,7 @@ class FrameRecorder:
             self._camera = batch.cameras[setup.camera.name]
         self._what: What = setup.what
         self._human = human
-        self._progress = progress or _untold
+        self._progress = progress or _ignore
         self._subjects: dict[int, Subject] = {}
 
     def _framing(self, width: int, height: int) -> Any:
@@ -241,5 +241,5 @@ def _entity(name: str, articulations: Any) -> str:
     return owner if owner in articulations else name
 
 
-def _untold(done: int, of: int) -> None:
+def _ignore(done: int, of: int) -> None:
     """Ignores progress."""

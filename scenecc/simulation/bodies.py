@@ -85,14 +85,14 @@ def _moving_body(batch: SceneBatch, entity: Entity, row: int, index: int) -> Mov
     if isinstance(structure, BodyStructure):
         if structure.body_type != "dynamic":
             return None
-        held = batch.entities[entity.name]
-        obj = held.objs[held.scene_idxs.index(index)]
+        bodies = batch.entities[entity.name]
+        obj = bodies.objs[bodies.scene_idxs.index(index)]
         component = next(each for each in obj.get_components() if hasattr(each, "get_cmass_local_pose"))
         return MovingBody(index, entity.name, obj, component, moves, _round_axis(structure, row))
     if structure.fix_root_link:
         return None
-    held = batch.articulations[entity.name]
-    root = held.links[structure.links[0].name][held.scene_idxs.index(index)]
+    robots = batch.articulations[entity.name]
+    root = robots.links[structure.links[0].name][robots.scene_idxs.index(index)]
     return MovingBody(index, entity.name, root.get_entity(), root, moves, None)
 
 

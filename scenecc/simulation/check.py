@@ -120,7 +120,7 @@ class _Check:
         self._seeds = seeds
         self._rules = rules
         self._progress = progress
-        self._told: dict[Diagnostic, None] = {}
+        self._diagnostics: dict[Diagnostic, None] = {}
         self._findings: list[Finding] = []
         self._excused: set[Excuse] = set()
         self._complete = True
@@ -137,14 +137,14 @@ class _Check:
         result = compile_source(source, options, sink, memory=memory)
         if self._rules and result is not None:
             run_rules(result.plan, self._rules, result.document and result.document.name, sink)
-        self._tell(sink)
+        self._collect(sink)
         if result is None:
             self._complete = False
             return False
         self._first = self._first or (result, sink.another(), options)
         doubts = sink.another()
         check_plan(result, doubts)
-        self._tell(doubts)
+        self._collect(doubts)
         self._simulate(number, result.plan, sink)
         return True
 
@@ -158,14 +158,14 @@ class _Check:
             report_findings(self._findings, origins_of(result.plan), command, sink, several_seeds=self._seeds > 1)
             if self._complete:
                 report_unused_exceptions(result.plan, self._excused, sink)
-            self._tell(sink)
+            self._collect(sink)
             if self._silencings and self._settle and document is not None:
                 report_unused(sink, document.name, is_of_check)
-                self._tell(sink)
-        return sorted(self._told, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
+                self._collect(sink)
+        return sorted(self._diagnostics, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
-    def _tell(self, sink: Sink) -> None:
-        self._told |= dict.fromkeys(sink.diagnostics())
+    def _collect(self, sink: Sink) -> None:
+        self._diagnostics |= dict.fromkeys(sink.diagnostics())
 
     def _simulate(self, number: int, plan: ScenePlan, sink: Sink) -> None:
         """Builds and simulates the scenes of a plan, some at a time."""
@@ -176,12 +176,12 @@ class _Check:
             scene_idxs, built = range(first, min(first + SCENES_AT_ONCE, plan.num_scenes)), sink.another()
             try:
                 with build_batch(plan, built, scene_idxs=scene_idxs, render=False, audit=True) as batch:
-                    self._tell(built)
+                    self._collect(built)
                     found = batch_findings(batch, self._settle, self._excused)
                     self._findings += (replace(finding, seed=plan.seed) for finding in found)
             except SceneError as error:
                 self._complete = False
-                self._told |= dict.fromkeys(error.diagnostics)
+                self._diagnostics |= dict.fromkeys(error.diagnostics)
             self._count(before + scene_idxs.stop, plan)
 
     def _count(self, done: int, plan: ScenePlan) -> None:

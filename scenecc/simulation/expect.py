@@ -243,10 +243,10 @@ class _SceneValues(dict[str, Any]):
         self.read: dict[str, None] = {}
         self._condition = condition
         self._faults = faults
-        self._told = {reading.name for reading in condition.readings} | BUILTIN_NAMES
+        self._reading_names = {reading.name for reading in condition.readings} | BUILTIN_NAMES
 
     def __getitem__(self, name: str) -> Any:
-        if name in self._told:
+        if name in self._reading_names:
             self.read[name] = None
         return super().__getitem__(name)
 

@@ -40,10 +40,10 @@ _TIMESTEP: Final = 0.01
 
 def weak_drives(batch: SceneBatch) -> Iterator[Finding]:
     """Drives of fixed robots that gravity is stronger than at the start, of a batch that was not stepped."""
-    held = constrained_entities(batch.plan)
+    constrained = constrained_entities(batch.plan)
     there = set(batch.scene_idxs)
     for entity in batch.plan.entities:
-        if not isinstance(entity.structures[0], ArticulationStructure) or entity.name in held:
+        if not isinstance(entity.structures[0], ArticulationStructure) or entity.name in constrained:
             continue
         for row, index in enumerate(entity.scene_idxs):
             if index in there:

@@ -70,8 +70,8 @@ class Observer:
         assert found is not None, "names were looked up"
         entity, link = found
         if isinstance(entity.structures[0], BodyStructure):
-            held = self._batch.entities[entity.name]
-            pairs = [(scene, obj, _rigid(obj)) for scene, obj in zip(held.scene_idxs, held.objs, strict=True)]
+            bodies = self._batch.entities[entity.name]
+            pairs = [(scene, obj, _rigid(obj)) for scene, obj in zip(bodies.scene_idxs, bodies.objs, strict=True)]
             return {scene: (obj, component) for scene, obj, component in pairs}
         articulation = self._batch.articulations[entity.name]
         if link is None:

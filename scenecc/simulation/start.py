@@ -92,14 +92,14 @@ def fixed_bodies(plan: ScenePlan) -> set[str]:
             if isinstance(structure, BodyStructure):
                 moving |= {entity.name} if structure.body_type == "dynamic" else set()
                 continue
-            held: dict[str, bool] = {}
+            is_fixed: dict[str, bool] = {}
             for link in structure.links:
                 if link.joint is None or link.parent is None:
-                    held[link.name] = structure.fix_root_link
+                    is_fixed[link.name] = structure.fix_root_link
                 else:
-                    held[link.name] = link.joint.type == "fixed" and held[structure.links[link.parent].name]
-            moving |= {f"{entity.name}/{name}" for name, stays in held.items() if not stays}
-            fixed |= {f"{entity.name}/{name}" for name in held}
+                    is_fixed[link.name] = link.joint.type == "fixed" and is_fixed[structure.links[link.parent].name]
+            moving |= {f"{entity.name}/{name}" for name, stays in is_fixed.items() if not stays}
+            fixed |= {f"{entity.name}/{name}" for name in is_fixed}
         fixed = (fixed | {entity.name}) - moving
     return fixed
 
@@ -125,8 +125,8 @@ def unsupported(batch: SceneBatch, moving: list[MovingBody]) -> Iterator[Finding
     """Dynamic bodies with nothing below them that could hold them, so that they fall for ever."""
     if gravity_of(batch.plan)[2] >= 0:
         return
-    held = constrained_entities(batch.plan)
-    falling = [body for body in moving if body.entity not in held and _falls(body)]
+    constrained = constrained_entities(batch.plan)
+    falling = [body for body in moving if body.entity not in constrained and _falls(body)]
     by_scene: dict[int, list[MovingBody]] = {}
     for body in falling:
         by_scene.setdefault(body.scene, []).append(body)

@@ -320,11 +320,11 @@ def _columns(node: Any, place: str, plan: ScenePlan, rows: list[int]) -> Iterato
         else:
             # The rows of a material are those of the object that has it.
             table = getattr(plan, kind.table)
-            held = {
+            columns = {
                 index: {name: (values, fixed) for name, values, fixed in _columns(table[index], path, plan, rows)}
                 for index in set(taken)
             }
-            for name in dict.fromkeys(chain.from_iterable(held.values())):
-                given = [held[index].get(name, ([None] * len(rows), False)) for index in taken]
+            for name in dict.fromkeys(chain.from_iterable(columns.values())):
+                given = [columns[index].get(name, ([None] * len(rows), False)) for index in taken]
                 is_constant = value.is_constant and all(fixed for _, fixed in given)
                 yield name, [values[number] for number, (values, _) in enumerate(given)], is_constant

@@ -397,8 +397,8 @@ def joint_extremes(a: Dependence, b: Dependence) -> Iterator[tuple[Any, Any]]:
     ends = {name: analysis.shared(name) for name in common if isinstance(draws[name], nodes.Drawn)}
     pairs = [(found.low, found.high) for found in ends.values()]
     for corner in product(*pairs) if len(pairs) <= _MAX_DRAWS_COMBINED else zip(*pairs, strict=True):
-        held = {**draws, **dict(zip(ends, map(nodes.Const, corner), strict=True))}
-        fixed = BoundsAnalysis(held, analysis.given, analysis.num_scenes, analysis.work)
+        constants = {**draws, **dict(zip(ends, map(nodes.Const, corner), strict=True))}
+        fixed = BoundsAnalysis(constants, analysis.given, analysis.num_scenes, analysis.work)
         batch = combination_batch((a.node, b.node), fixed, scenes=None, most=MAX_OUTCOMES, work=analysis.work)
         if batch is None:
             yield fixed.bounds(a.node).high, fixed.bounds(b.node).low

@@ -62,17 +62,17 @@ class Session:
         look: ViewOptions,
         *,
         path: Path | None,
-        told: Callable[[Sequence[Diagnostic]], None],
+        report: Callable[[Sequence[Diagnostic]], None],
         links: bool = True,
         writes: bool = True,
     ) -> None:
-        """`path`: of the source, where it is a file that may change. `told` is called with the diagnostics each time.
+        """`path`: of the source, where it is a file that may change. `report` is called with the diagnostics each time.
 
         `links`: whether places in files are links for an editor on this machine.
         `writes`: whether a body that is dragged may change the file.
         `source` is asked for before each compilation: a stream can be read once only.
         """
-        self._source, self._options, self._path, self._told = source, options, path, told
+        self._source, self._options, self._path, self._report = source, options, path, report
         self._look = self._built = look
         self._given: dict[str, Any] = {}
         self._mail = TaskQueue()
@@ -471,7 +471,7 @@ class Session:
             diagnostics = world.loaded.sink.diagnostics()
             self._panel.tell_findings(diagnostics)
             self._page.warn({})
-            self._told(diagnostics)
+            self._report(diagnostics)
             self._panel.tell_seed(world.loaded.seed)
         self._touch(world)
         self._tell_time()
@@ -513,7 +513,7 @@ class Session:
     def _fault(self, diagnostics: Sequence[Diagnostic], before: str = "") -> None:
         """Tells what is wrong, after what was wrong before."""
         self._panel.tell_fault("\n".join(filter(None, (before, render(diagnostics)))))
-        self._told(diagnostics)
+        self._report(diagnostics)
 
 
 def _with(names: frozenset[str], name: str, *, inside: bool) -> frozenset[str]:

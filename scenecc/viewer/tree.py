@@ -86,8 +86,8 @@ def object_rows(scenes: Objects, wanted: str = "", most: int = _MOST_ROWS) -> tu
 
 def _branches(folder: dict[Any, Any]) -> tuple[Branch, ...]:
     return tuple(
-        Branch(label, None, _branches(held)) if kind == "folder" else Branch(label, held)
-        for (label, kind), held in folder.items()
+        Branch(label, None, _branches(content)) if kind == "folder" else Branch(label, content)
+        for (label, kind), content in folder.items()
     )
 
 

@@ -67,12 +67,12 @@ def view_scene(
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
     writes = place.is_local or place.token is not None
-    around: Any = {"path": path, "told": told or _untold, "links": place.is_local, "writes": writes}
+    around: Any = {"path": path, "report": told or _ignore, "links": place.is_local, "writes": writes}
     with (
         _served(place, label) as server,
         closing(Session(server, _again(source), compile_options, look, **around)) as session,
     ):
-        session.serve(lambda: (ready or _untold)(address(place, server.get_port())))
+        session.serve(lambda: (ready or _ignore)(address(place, server.get_port())))
 
 
 @frozen
@@ -196,6 +196,6 @@ def _need_packages() -> None:
         raise SceneError(sink.diagnostics())
 
 
-def _untold(what: object) -> None:
+def _ignore(what: object) -> None:
     """Ignores what it is called with."""
     del what

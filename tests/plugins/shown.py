@@ -37,7 +37,7 @@ class Shown:
         self.server, self.path = server, path
         self.told: list[list[str]] = []
         options = Options.of(params=params)
-        self.session = Session(server, lambda: str(path), options, look or ViewOptions(), path=path, told=self._hear)
+        self.session = Session(server, lambda: str(path), options, look or ViewOptions(), path=path, report=self._hear)
 
     def _hear(self, diagnostics: Any) -> None:
         found: list[Diagnostic] = list(diagnostics)

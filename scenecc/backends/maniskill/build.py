@@ -110,8 +110,8 @@ def _compared_settings(physics: Physics, scene: Any) -> Iterator[tuple[tuple[str
     if physics.timestep is not None:
         yield ("timestep",), physics.timestep, scene.px.timestep
     given = process_wide_settings(physics)
-    held = {"scene": scene.px.config, "shape": physx.get_shape_config(), "body": physx.get_body_config()}
-    for kind, present in held.items():
+    configs = {"scene": scene.px.config, "shape": physx.get_shape_config(), "body": physx.get_body_config()}
+    for kind, present in configs.items():
         for name, value in given[kind].items():
             yield (name,), value, getattr(present, name)
     config = scene.sim_config
@@ -203,8 +203,8 @@ def _fill_scene(
         return None
     if audit and not audit_scenes(_built_scenes(plan, prepared_entities, lookup, constraints, lights, scene), sink):
         return None
-    held = {prepared.entity.name: prepared.held() for prepared in prepared_entities}
-    return LoadedScene(plan, scene, actors, articulations, held, drawn, constraints, lights)
+    objects = {prepared.entity.name: prepared.objects() for prepared in prepared_entities}
+    return LoadedScene(plan, scene, actors, articulations, objects, drawn, constraints, lights)
 
 
 def _built_scenes(

@@ -66,43 +66,43 @@ class ManiSkillEntityLookup(EntityLookup):
         return prepared.links[row][names.index(mount.link)]
 
 
-def write_state_on_cpu(held: BodyObjects | ArticulationObjects, state: AnyState) -> None:
+def write_state_on_cpu(objects: BodyObjects | ArticulationObjects, state: AnyState) -> None:
     """Puts an entity where its state says, in the scenes that the state is of. What is static stays."""
-    if isinstance(held, ArticulationObjects):
+    if isinstance(objects, ArticulationObjects):
         assert isinstance(state, ArticulationState)
-        placement = ArticulationStateWriter(held, state)
+        placement = ArticulationStateWriter(objects, state)
         for index in state.scene_idxs:
             placement.settle(index)
         return
     assert not isinstance(state, ArticulationState)
     where = to_poses(state.pose)
-    for number, row in enumerate(held.rows_in(state.scene_idxs)):
-        component = held.components[row]
+    for number, row in enumerate(objects.rows_in(state.scene_idxs)):
+        component = objects.components[row]
         if not _is_rigid_dynamic(component):
             continue
-        held.objs[row].set_pose(where[number])
+        objects.objs[row].set_pose(where[number])
         if is_dynamic(component):
             component.set_linear_velocity(state.linear_velocity[number])
             component.set_angular_velocity(state.angular_velocity[number])
 
 
-def write_state_on_gpu(objects: Sequence[Any], held: BodyObjects | ArticulationObjects, state: AnyState) -> None:
+def write_state_on_gpu(actors: Sequence[Any], objects: BodyObjects | ArticulationObjects, state: AnyState) -> None:
     """The same in ManiSkill's buffers, by the setters of `Actor`s or `Articulation`s.
 
     Args:
-        objects: those of ManiSkill that have the entity's bodies, in scene order.
-        held: the engine's.
+        actors: those of ManiSkill that have the entity's bodies, in scene order.
+        objects: the engine's.
         state: of the environments that ManiSkill's setters reach now.
     """
     if not isinstance(state, ArticulationState):
-        _write_actor(objects[0], state)
+        _write_actor(actors[0], state)
         return
-    assert isinstance(held, ArticulationObjects)
-    for each in objects:
+    assert isinstance(objects, ArticulationObjects)
+    for each in actors:
         own = set(each._scene_idxs.tolist())  # noqa: SLF001
         rows = [row for row, index in enumerate(state.scene_idxs) if index in own]
         if rows:
-            _write_articulation(each, state.rows(rows), fixed=root_is_fixed(held.links[held.row_of[min(own)]]))
+            _write_articulation(each, state.rows(rows), fixed=root_is_fixed(objects.links[objects.row_of[min(own)]]))
 
 
 @contextmanager
@@ -174,7 +174,7 @@ class LoadedScene:
         scene: Any,
         actors: Mapping[str, Any],
         articulations: Mapping[str, Any],
-        held: Mapping[str, BodyObjects | ArticulationObjects],
+        objects: Mapping[str, BodyObjects | ArticulationObjects],
         drawn: DrawnObjects,
         constraints: ConstraintSet,
         lights: LightSet | None,
@@ -183,7 +183,7 @@ class LoadedScene:
         self.scene = scene
         self.actors = NamedObjects(actors, "actor")
         self.articulations = NamedObjects(articulations, "articulation")
-        self._held = dict(held)
+        self._engine_objects = dict(objects)
         self._drawn_objects = drawn
         self._constraints = constraints
         self._lights = lights
@@ -219,7 +219,7 @@ class LoadedScene:
 
     @cached_property
     def _contact_reader(self) -> ContactReader:
-        return ContactReader(self._held)
+        return ContactReader(self._engine_objects)
 
     def _stepped(self) -> Iterable[tuple[int, Any]]:
         if self.scene.gpu_sim_enabled:
@@ -271,11 +271,11 @@ class LoadedScene:
             getattr(component, name)(*arguments)
         if not self.scene.gpu_sim_enabled:
             for name, state in states.items():
-                write_state_on_cpu(self._held[name], state)
+                write_state_on_cpu(self._engine_objects[name], state)
             return
         with restrict_reset(self.scene, chosen):
             for name, state in states.items():
-                write_state_on_gpu(self._objects(name), self._held[name], state)
+                write_state_on_gpu(self._objects(name), self._engine_objects[name], state)
 
     def passport(self, scene: int) -> str:
         """As `SceneBatch.passport`, of an environment. A replay has no agent's robot that the file lacks."""
@@ -299,7 +299,7 @@ class LoadedScene:
             return [self.scene.actors[name]]
         if name in self.scene.articulations:
             return [self.scene.articulations[name]]
-        return [self.scene.articulations[f"{name}-{index}"] for index in self._held[name].scene_idxs]
+        return [self.scene.articulations[f"{name}-{index}"] for index in self._engine_objects[name].scene_idxs]
 
     @cached_property
     def _drawn_fields(self) -> DrawnFieldSet:
@@ -310,7 +310,7 @@ class LoadedScene:
             components = {f"lights/{name}": one for name, one in self._lights.lights.items()}
             systems = self._lights.render_systems
         components |= {f"constraints/{name}": one for name, one in self._constraints.batches.items()}
-        holders = plan_holders(self.plan, every_scene, self._held, self._drawn_objects, components, systems)
+        holders = plan_holders(self.plan, every_scene, self._engine_objects, self._drawn_objects, components, systems)
         if self.scene.gpu_sim_enabled:
             # Its buffers hold the numbers of the simulation, and SAPIEN's setters do not reach all of them.
             every = tuple(holders)
@@ -341,4 +341,4 @@ class LoadedScene:
 
     @cached_property
     def _start(self) -> ResetSampler:
-        return ResetSampler(self.plan, tuple(range(self.plan.num_scenes)), self._held)
+        return ResetSampler(self.plan, tuple(range(self.plan.num_scenes)), self._engine_objects)

@@ -96,8 +96,8 @@ def check_divergence(
         SceneError: something diverged.
     """
     found: list[_Divergence] = []
-    for held in present:
-        found += _diverged_links(held) if isinstance(held, ArticulationObjects) else _diverged_bodies(held)
+    for objects in present:
+        found += _diverged_links(objects) if isinstance(objects, ArticulationObjects) else _diverged_bodies(objects)
     if not found:
         return
     first = min(found, key=lambda one: one.scene)
@@ -117,24 +117,24 @@ def _diverged_bodies(bodies: BodyObjects) -> list[_Divergence]:
     ]
 
 
-def _diverged_links(held: ArticulationObjects) -> list[_Divergence]:
+def _diverged_links(objects: ArticulationObjects) -> list[_Divergence]:
     found: list[_Divergence] = []
-    rows = [row for row in range(len(held.objs)) if held.in_scene(row)]
-    links = [(row, link) for row in rows for link in held.links[row]]
-    numbers = _body_motion([entity for row in rows for entity in held.entities[row]], [link for _, link in links])
-    found += [_link_divergence(held, *links[number], finite=fine) for number, fine in _rows_beyond_limit(numbers)]
-    joints = [(row, joint) for row in rows for joint in held.joints[row]]
+    rows = [row for row in range(len(objects.objs)) if objects.in_scene(row)]
+    links = [(row, link) for row in rows for link in objects.links[row]]
+    numbers = _body_motion([entity for row in rows for entity in objects.entities[row]], [link for _, link in links])
+    found += [_link_divergence(objects, *links[number], finite=fine) for number, fine in _rows_beyond_limit(numbers)]
+    joints = [(row, joint) for row in rows for joint in objects.joints[row]]
     there = {one.scene for one in found}
-    for number, fine in _rows_beyond_limit(_joint_motion([held.objs[row] for row in rows])):
+    for number, fine in _rows_beyond_limit(_joint_motion([objects.objs[row] for row in rows])):
         row, joint = joints[number]
-        one = _link_divergence(held, row, joint.get_child_link(), finite=fine)
+        one = _link_divergence(objects, row, joint.get_child_link(), finite=fine)
         if one.scene not in there:
             found.append(one)
     return found
 
 
-def _link_divergence(held: ArticulationObjects, row: int, link: Any, *, finite: bool) -> _Divergence:
-    return _Divergence(held.scene_idxs[row], held.name, link.get_name(), finite)
+def _link_divergence(objects: ArticulationObjects, row: int, link: Any, *, finite: bool) -> _Divergence:
+    return _Divergence(objects.scene_idxs[row], objects.name, link.get_name(), finite)
 
 
 def _body_motion(entities: Sequence[Any], components: Sequence[Any]) -> NDArray[np.float32]:
@@ -160,17 +160,17 @@ class ObjectRegistry:
     """The bodies and articulations of a batch.
 
     Attributes:
-        held: all that were built, by name.
+        objects: all that were built, by name.
         entities, articulations: those that are in the scenes now, by name, in build order.
     """
 
-    def __init__(self, held: Sequence[BodyObjects | ArticulationObjects]) -> None:
-        self.held = {each.name: each for each in held}
-        bodies = {each.name: EntityBatch(each) for each in held if isinstance(each, BodyObjects)}
+    def __init__(self, objects: Sequence[BodyObjects | ArticulationObjects]) -> None:
+        self.objects = {each.name: each for each in objects}
+        bodies = {each.name: EntityBatch(each) for each in objects if isinstance(each, BodyObjects)}
         self.entities = NamedObjects(bodies, "body")
-        articulations = {each.name: ArticulationBatch(each) for each in held if isinstance(each, ArticulationObjects)}
+        articulations = {one.name: ArticulationBatch(one) for one in objects if isinstance(one, ArticulationObjects)}
         self.articulations = NamedObjects(articulations, "articulation")
-        self._order = list(self.held)
+        self._order = list(self.objects)
         self._removed: dict[str, EntityBatch | ArticulationBatch] = {}
         self._removed_articulations: dict[str, RemovedArticulation] = {}
 
@@ -184,10 +184,10 @@ class ObjectRegistry:
         if name in self._removed:
             raise ValueError(f"'{name}' is removed already")
         self._removed[name] = self._present(name)
-        held = self.held[name]
-        if isinstance(held, ArticulationObjects):
-            self._removed_articulations[name] = RemovedArticulation(read_articulations(held, held.scene_idxs))
-        for index, entity in iterate_entities(held):
+        objects = self.objects[name]
+        if isinstance(objects, ArticulationObjects):
+            self._removed_articulations[name] = RemovedArticulation(read_articulations(objects, objects.scene_idxs))
+        for index, entity in iterate_entities(objects):
             scene_at(index).remove_entity(entity)
         self.entities.pop(name, None)
         self.articulations.pop(name, None)
@@ -203,26 +203,26 @@ class ObjectRegistry:
         if name not in self._removed:
             self._present(name)
             raise ValueError(f"'{name}' is there; only what was removed can be added")
-        held, batch = self.held[name], self._removed.pop(name)
-        for index, entity in iterate_entities(held):
+        objects, batch = self.objects[name], self._removed.pop(name)
+        for index, entity in iterate_entities(objects):
             scene_at(index).add_entity(entity)
         self._order.append(name)
         if isinstance(batch, EntityBatch):
             self.entities[name] = batch
         else:
             self.articulations[name] = batch
-        if isinstance(held, ArticulationObjects):
-            self._removed_articulations.pop(name).put_back(held)
+        if isinstance(objects, ArticulationObjects):
+            self._removed_articulations.pop(name).put_back(objects)
 
     def present(self) -> Iterator[BodyObjects | ArticulationObjects]:
         """Those that are in the scenes now."""
-        return (self.held[name] for name in self._order)
+        return (self.objects[name] for name in self._order)
 
     def state(self, scene_idxs: tuple[int, ...], drawn: dict[str, DrawnFieldState]) -> SceneState:
         """The state of all in these scenes, and of those that are removed from them. `drawn`: what it also holds."""
         found = {
-            name: read_state(held, self._removed_articulations.get(name), scene_idxs)
-            for name, held in self.held.items()
+            name: read_state(objects, self._removed_articulations.get(name), scene_idxs)
+            for name, objects in self.objects.items()
         }
         return SceneState.of(scene_idxs, found, drawn)
 
@@ -235,13 +235,13 @@ class ObjectRegistry:
         for name in self._removed_articulations.keys() & states.keys():
             self._removed_articulations[name].change(states[name])
         names = [name for name in (*self._order, *self._removed) if name in states]
-        return [make_state_writer(self.held[name], states[name]) for name in names]
+        return [make_state_writer(self.objects[name], states[name]) for name in names]
 
     def close(self) -> None:
         """Lets go of everything, and has what a user holds of it say so."""
         for each in (*self.entities.values(), *self.articulations.values(), *self._removed.values()):
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
-        self.held = {}
+        self.objects = {}
         self.entities.clear()
         self.articulations.clear()
         self._order, self._removed, self._removed_articulations = [], {}, {}
@@ -591,7 +591,7 @@ class SceneBatch:
         """
         self._check_open()
         chosen = self._chosen(state.scene_idxs if scene_idxs is None else scene_idxs)
-        states = validate_state(state, self._members.held, chosen)
+        states = validate_state(state, self._members.objects, chosen)
         drawn = self._drawn_fields.saved(state.drawn, chosen)
         self._drawn_fields.apply(drawn)
         self._place(chosen, states, exact=exact)
@@ -637,9 +637,9 @@ class SceneBatch:
             return
         self._closed = True
         self._members.close()
-        for held in (self._constraints, self._rendering):
-            if held is not None:
-                held.close()
+        for part in (self._constraints, self._rendering):
+            if part is not None:
+                part.close()
         for scene in self._scenes:
             scene.clear()
         self._scenes = []
@@ -648,7 +648,7 @@ class SceneBatch:
 
     @cached_property
     def _contact_reader(self) -> ContactReader:
-        return ContactReader(self._members.held)
+        return ContactReader(self._members.objects)
 
     def _stepped(self) -> Iterator[tuple[int, sapien.Scene]]:
         """The scenes whose contacts are of a step: after a reset the engine still gives the old ones."""
@@ -657,7 +657,7 @@ class SceneBatch:
 
     @cached_property
     def _start(self) -> ResetSampler:
-        return ResetSampler(self._plan, self._scene_idxs, self._members.held)
+        return ResetSampler(self._plan, self._scene_idxs, self._members.objects)
 
     @cached_property
     def _drawn_fields(self) -> DrawnFieldSet:
@@ -669,8 +669,8 @@ class SceneBatch:
             components |= {f"lights/{name}": one for name, one in self._rendering.lights.items()}
             components |= {f"cameras/{name}": one for name, one in self._rendering.cameras.items()}
             systems = self._rendering.render_systems
-        held = self._members.held
-        holders = plan_holders(self._plan, self._scene_idxs, held, self._drawn_objects, components, systems)
+        objects = self._members.objects
+        holders = plan_holders(self._plan, self._scene_idxs, objects, self._drawn_objects, components, systems)
         return DrawnFieldSet(holders, self._drawn_objects, rendered=self._render)
 
     def _place(self, scene_idxs: Sequence[int], states: Mapping[str, AnyState], *, exact: bool) -> None:

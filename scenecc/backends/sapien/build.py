@@ -51,7 +51,7 @@ def build_scenes(
     try:
         scenes.extend(new_scene(plan, rendered=rendered) for _ in scene_idxs)
         fill_scenes(scenes, prepared_entities, progress)
-        bodies = [prepared.held() for prepared in prepared_entities]
+        bodies = [prepared.objects() for prepared in prepared_entities]
         return (
             SceneBatch(plan, scene_idxs, scenes, bodies, drawn, render=rendered, sink=sink.another()),
             prepared_entities,

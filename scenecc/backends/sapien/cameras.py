@@ -307,12 +307,12 @@ def render_bodies(entity: Any) -> list[Any]:
     return [each for each in entity.components if isinstance(each, render.RenderBodyComponent)]
 
 
-def attach_component(component: Any, held: Light | Camera, row: int, lookup: EntityLookup, number: int) -> None:
+def attach_component(component: Any, item: Light | Camera, row: int, lookup: EntityLookup, number: int) -> None:
     """Adds a component to a scene.
 
     Args:
         component: of SAPIEN's, in no entity yet.
-        held: what it is in the plan.
+        item: what it is in the plan.
         row: its row in the plan's values.
         lookup: what stands in the scenes.
         number: of the scene.
@@ -320,19 +320,19 @@ def attach_component(component: Any, held: Light | Camera, row: int, lookup: Ent
     Raises:
         EngineFailure: the renderer cannot take it.
     """
-    component.name = held.name
+    component.name = item.name
     try:
-        if held.mount is not None:
-            lookup.entity(held.mount, number).add_component(component)
-            component.local_pose = to_pose(held.pose.row(row))
+        if item.mount is not None:
+            lookup.entity(item.mount, number).add_component(component)
+            component.local_pose = to_pose(item.pose.row(row))
             return
         entity: Any = sapien.Entity()
-        entity.name = held.name
+        entity.name = item.name
         entity.add_component(component)
-        entity.set_pose(to_pose(held.pose.row(row)))
+        entity.set_pose(to_pose(item.pose.row(row)))
         lookup.scenes[number].add_entity(entity)
     except RuntimeError as error:
-        raise EngineFailure("SC807", f"the renderer cannot make '{held.name}': {error}", origin=held.origin) from error
+        raise EngineFailure("SC807", f"the renderer cannot make '{item.name}': {error}", origin=item.origin) from error
 
 
 def to_pose(numbers: NDArray[np.float64]) -> Any:
@@ -374,9 +374,9 @@ def set_orthographic_again(camera: Any) -> None:
         camera.set_orthographic_parameters(camera.near, camera.far, *sides)
 
 
-def rows_by_scene(held: Light | Camera, lookup: EntityLookup) -> list[tuple[int, int]]:
+def rows_by_scene(item: Light | Camera, lookup: EntityLookup) -> list[tuple[int, int]]:
     """For each built scene that has a light or camera: the scene's number, and the row in the plan's values."""
-    rows = {index: row for row, index in enumerate(held.scene_idxs)}
+    rows = {index: row for row, index in enumerate(item.scene_idxs)}
     return [(number, rows[index]) for number, index in enumerate(lookup.scene_idxs) if index in rows]
 
 

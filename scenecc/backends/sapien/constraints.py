@@ -270,17 +270,17 @@ class ConstraintSet:
         PhysX solves constraints in an order that follows from when their bodies came in, and moves on otherwise in the
         last bit in another.
         """
-        held = [
+        removed = [
             (component.get_entity(), component)
             for each in self.batches.values()
             if (component := each.in_scene(scene_idx)) is not None
         ]
-        for entity, component in reversed(held):
+        for entity, component in reversed(removed):
             entity.remove_component(component)
         try:
             yield
         finally:
-            for entity, component in held:
+            for entity, component in removed:
                 entity.add_component(component)
 
     def close(self) -> None:

@@ -66,15 +66,15 @@ class ContactReader:
     """Reads the contacts of SAPIEN's scenes by the names of the plan.
 
     Args:
-        held: name → the engine's objects.
+        entities: name → the engine's objects.
     """
 
-    def __init__(self, held: Mapping[str, BodyObjects | ArticulationObjects]) -> None:
-        self._held = held
+    def __init__(self, entities: Mapping[str, BodyObjects | ArticulationObjects]) -> None:
+        self._entities = entities
         self._bodies: dict[Any, _Body] = {}
         self._links: dict[str, list[list[str]]] = {}
         count = 0
-        for name, objects in held.items():
+        for name, objects in entities.items():
             if isinstance(objects, ArticulationObjects):
                 # ManiSkill's names of links are longer; those of their entities are the plan's.
                 links = self._links[name] = [[each.get_name() for each in row] for row in objects.entities]
@@ -109,13 +109,13 @@ class ContactReader:
         Rows are the scenes that have the entity. `scenes` and errors as of `read`.
         """
         entity, link = self._find(name)
-        held = self._held[entity]
-        total = np.zeros((len(held.scene_idxs), 3))
+        objects = self._entities[entity]
+        total = np.zeros((len(objects.scene_idxs), 3))
         if link is not None:
             total[[link not in links for links in self._links[entity]]] = np.nan
         for point in self._points(scenes, (entity, link), (None, None)):
             if not point.b.is_of(entity, link):  # what an articulation does to itself cancels out
-                total[held.row_of[point.scene]] += point.impulse
+                total[objects.row_of[point.scene]] += point.impulse
         return freeze_array((total / timestep).astype(np.float32))
 
     def _points(
@@ -146,13 +146,13 @@ class ContactReader:
         """The entity of this name, or the longest entity that the name begins with and its link."""
         if not isinstance(name, str):  # pyright: ignore[reportUnnecessaryIsInstance] - callers without a type checker
             raise TypeError(f"the name of an entity or link must be a string, not {name!r}")
-        if name in self._held:
+        if name in self._entities:
             return name, None
         entity, _, _ = name.rpartition("/")
-        while entity and entity not in self._held:
+        while entity and entity not in self._entities:
             entity, _, _ = entity.rpartition("/")
         if entity not in self._links:
-            raise unknown_name(name, tuple(self._held), "entity")
+            raise unknown_name(name, tuple(self._entities), "entity")
         link = name[len(entity) + 1 :]
         known = dict.fromkeys(each for links in self._links[entity] for each in links)
         if link not in known:

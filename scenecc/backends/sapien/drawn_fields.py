@@ -94,8 +94,8 @@ class DrawnField:
 
     def objs(self, scenes: Sequence[int]) -> list[Any]:
         """The objects of some scenes, in their order."""
-        held = self.holder.objs
-        return list(held.values()) if scenes == list(held) else [held[scene] for scene in scenes]
+        objs = self.holder.objs
+        return list(objs.values()) if scenes == list(objs) else [objs[scene] for scene in scenes]
 
     @property
     def key(self) -> str:
@@ -361,7 +361,7 @@ def _check_rules(writes: Sequence[FieldWrite]) -> None:
 def plan_holders(
     plan: ScenePlan,
     scene_idxs: tuple[int, ...],
-    held: Mapping[str, BodyObjects | ArticulationObjects],
+    objects: Mapping[str, BodyObjects | ArticulationObjects],
     drawn: DrawnObjects,
     components: Mapping[str, ComponentBatch],
     render_systems: Mapping[int, Any],
@@ -371,7 +371,7 @@ def plan_holders(
     Args:
         plan: of the batch.
         scene_idxs: the scenes that are built.
-        held: bodies and articulations by name.
+        objects: bodies and articulations by name.
         drawn: what the build has kept for resets.
         components: of constraints, lights and cameras, by section and name: "lights/lamp".
         render_systems: by scene; none where nothing renders.
@@ -382,7 +382,7 @@ def plan_holders(
             continue
         for part in group_by_structure(entity, rows):
             row_of = _rows_by_scene(present, part)
-            yield from _structure_holders(entity.name, part.structure, row_of, held[entity.name])
+            yield from _structure_holders(entity.name, part.structure, row_of, objects[entity.name])
     yield from _material_holders(plan, drawn)
     for section, nodes in (("constraints", plan.constraints), ("lights", plan.lights), ("cameras", plan.cameras)):
         for node in nodes:
@@ -404,13 +404,13 @@ def _structure_holders(
     who: str,
     structure: BodyStructure | ArticulationStructure,
     rows: Mapping[int, int],
-    held: BodyObjects | ArticulationObjects,
+    objects: BodyObjects | ArticulationObjects,
 ) -> Iterator[Holder]:
-    if isinstance(held, ArticulationObjects):
+    if isinstance(objects, ArticulationObjects):
         assert isinstance(structure, ArticulationStructure)
         for number, link in enumerate(structure.links):
-            links = {scene: held.links[held.row_of[scene]][number] for scene in rows}
-            moved = partial(_set_joint_frames, structure, number, rows, held)
+            links = {scene: objects.links[objects.row_of[scene]][number] for scene in rows}
+            moved = partial(_set_joint_frames, structure, number, rows, objects)
             yield from _body_holders(f"{who}/{link.name}", link.body, links, rows, moved)
             if link.joint is not None and link.joint.type != "fixed":
                 joints = {scene: obj.get_joint() for scene, obj in links.items()}
@@ -418,14 +418,15 @@ def _structure_holders(
         return
     assert isinstance(structure, BodyStructure)
     if structure.body_type not in {"static", "none"}:
-        yield from _body_holders(who, structure, {scene: held.components[held.row_of[scene]] for scene in rows}, rows)
+        components = {scene: objects.components[objects.row_of[scene]] for scene in rows}
+        yield from _body_holders(who, structure, components, rows)
 
 
 def _set_joint_frames(
-    structure: ArticulationStructure, number: int, rows: Mapping[int, int], held: ArticulationObjects, scene: int
+    structure: ArticulationStructure, number: int, rows: Mapping[int, int], objects: ArticulationObjects, scene: int
 ) -> None:
     """Sets the frames of the joints at a link again: the engine keeps them from the centre of mass, and rounds."""
-    links, row = held.links[held.row_of[scene]], np.array([rows[scene]])
+    links, row = objects.links[objects.row_of[scene]], np.array([rows[scene]])
     for other, link in enumerate(structure.links):
         if link.joint is not None and number in {other, link.parent}:
             for name, frame in JOINT_FRAMES.items():

@@ -43,9 +43,9 @@ class MovingBatch(ComponentBatch):
     _prefix: ClassVar[str] = ""
     """Of the engine's setters and getters of poses and velocities."""
 
-    def __init__(self, held: BodyObjects | ArticulationObjects) -> None:
-        super().__init__(held.name, held.scene_idxs, held.objs)
-        self._row_of = held.row_of
+    def __init__(self, objects: BodyObjects | ArticulationObjects) -> None:
+        super().__init__(objects.name, objects.scene_idxs, objects.objs)
+        self._row_of = objects.row_of
 
     @property
     def pose(self) -> NDArray[np.float32]:
@@ -183,7 +183,7 @@ class ArticulationBatch(MovingBatch):
 
     def __init__(self, articulations: ArticulationObjects) -> None:
         super().__init__(articulations)
-        self._held = articulations
+        self._objects = articulations
         self._dofs = list(map(len, articulations.joints))
         self._dof = articulations.dof
 
@@ -207,7 +207,7 @@ class ArticulationBatch(MovingBatch):
         In the order in which they were built, the root first. Raises RuntimeError once the batch is closed.
         """
         self._check_open()
-        return NamedObjects(_index_by_name(self._held.links), "link", self.name)
+        return NamedObjects(_index_by_name(self._objects.links), "link", self.name)
 
     @property
     def joints(self) -> dict[str, list[Any]]:
@@ -217,7 +217,7 @@ class ArticulationBatch(MovingBatch):
         once the batch is closed.
         """
         self._check_open()
-        rows = [[link.get_joint() for link in row[1:]] for row in self._held.links]
+        rows = [[link.get_joint() for link in row[1:]] for row in self._objects.links]
         return NamedObjects(_index_by_name(rows), "joint", self.name)
 
     @property
@@ -229,7 +229,7 @@ class ArticulationBatch(MovingBatch):
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        found = {tuple(joint.get_name() for joint in row) for row in self._held.joints}
+        found = {tuple(joint.get_name() for joint in row) for row in self._objects.joints}
         if len(found) != 1:
             raise ValueError(f"'{self.name}' has other joints in other scenes: ask objs[i].active_joints")
         return found.pop()
@@ -356,7 +356,7 @@ class ArticulationBatch(MovingBatch):
 
     @cached_property
     def _link_rows(self) -> dict[str, list[Any]]:
-        return _index_by_name(self._held.links)
+        return _index_by_name(self._objects.links)
 
     def _link_values(
         self, names: str | Sequence[str], width: int, read: Callable[[Any], Sequence[float]]
@@ -372,25 +372,25 @@ class ArticulationBatch(MovingBatch):
     def _values(self, what: str) -> NDArray[np.float32]:
         """(B, dof) of what the engine holds of an articulation in its scene alone."""
         self._check_there()
-        return freeze_array(pad_rows([getattr(obj, f"get_{what}")() for obj in self._held.objs], self.dof))
+        return freeze_array(pad_rows([getattr(obj, f"get_{what}")() for obj in self._objects.objs], self.dof))
 
     def _set_values(self, what: str, numbers: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
         self._check_open()
         rows = self._rows(scene_idxs)
         self._check_there(rows)
         for row, new in self._spread(what, numbers, rows):
-            getattr(self._held.objs[row], f"set_{what}")(new)
+            getattr(self._objects.objs[row], f"set_{what}")(new)
 
     def _joint_values(self, what: str, shape: tuple[int, ...] = (-1,)) -> NDArray[np.float32]:
         """(B, dof) or (B, dof, 2) of what joints have in and out of a scene. `shape`: of those of one articulation."""
         self._check_open()
-        rows = [[getattr(joint, f"get_{what}")() for joint in joints] for joints in self._held.joints]
+        rows = [[getattr(joint, f"get_{what}")() for joint in joints] for joints in self._objects.joints]
         return freeze_array(pad_rows([np.array(row, np.float32).reshape(shape) for row in rows], self.dof))
 
     def _set_joint_values(self, what: str, numbers: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
         self._check_open()
         for row, new in self._spread(what, numbers, self._rows(scene_idxs)):
-            for joint, number in zip(self._held.joints[row], new.tolist(), strict=True):
+            for joint, number in zip(self._objects.joints[row], new.tolist(), strict=True):
                 getattr(joint, f"set_{what}")(number)
 
     def _spread(self, what: str, numbers: ArrayLike, rows: Sequence[int]) -> Iterable[tuple[int, NDArray[np.float32]]]:
@@ -398,14 +398,14 @@ class ArticulationBatch(MovingBatch):
 
     def _free(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
         objs, rows = self.objs, self._rows(scene_idxs)
-        if any(root_is_fixed(self._held.links[row]) for row in rows):
+        if any(root_is_fixed(self._objects.links[row]) for row in rows):
             raise TypeError(f"the root of '{self.name}' is fixed: it has no velocity")
         return objs, rows
 
     def _check_there(self, rows: Iterable[int] | None = None) -> None:
         self._check_open()
-        chosen = range(len(self._held.objs)) if rows is None else rows
-        gone = [self.scene_idxs[row] for row in chosen if not self._held.in_scene(row)]
+        chosen = range(len(self._objects.objs)) if rows is None else rows
+        gone = [self.scene_idxs[row] for row in chosen if not self._objects.in_scene(row)]
         if gone:
             where = "" if len(gone) == len(self) else f" in scene {gone[0]}"
             raise RuntimeError(f"'{self.name}' is removed{where}: the engine knows nothing of its joints there")
@@ -413,7 +413,7 @@ class ArticulationBatch(MovingBatch):
     def _close(self) -> None:
         super()._close()
         self.__dict__.pop("_link_rows", None)
-        self._held = replace(self._held, objs=[], entities=[], links=[])
+        self._objects = replace(self._objects, objs=[], entities=[], links=[])
 
 
 def _index_by_name(rows: list[list[Any]]) -> dict[str, list[Any]]:

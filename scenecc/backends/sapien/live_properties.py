@@ -219,15 +219,15 @@ LOCAL_POSE = LiveProperty(_set_local_pose, _pose_getter("local_pose"), to_poses)
 """`pose` of one that is mounted."""
 
 
-def _held_pose(held: Light | Camera) -> LiveProperty:
-    return ENTITY_POSE if held.mount is None else LOCAL_POSE
+def _pose_property(item: Light | Camera) -> LiveProperty:
+    return ENTITY_POSE if item.mount is None else LOCAL_POSE
 
 
 DEPENDENT_PROPERTIES: dict[tuple[type, str], Callable[[Any], LiveProperty]] = {
     **{(AxisDrive, field): partial(axis_gain, field=field) for field in _GAINS},
     **{(Perspective, field): partial(angle_of_view, field=field) for field in ("fovx", "fovy")},
-    (Light, "pose"): _held_pose,
-    (Camera, "pose"): _held_pose,
+    (Light, "pose"): _pose_property,
+    (Camera, "pose"): _pose_property,
 }
 """Properties that depend on the rest of the dataclass: on an axis, on another angle of view, on a mount."""
 

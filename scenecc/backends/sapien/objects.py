@@ -113,12 +113,12 @@ def _joint_columns(links: list[Any]) -> NDArray[np.intp]:
     return np.argsort(np.argsort(moving))
 
 
-def iterate_entities(held: BodyObjects | ArticulationObjects) -> Iterator[tuple[int, Any]]:
+def iterate_entities(objects: BodyObjects | ArticulationObjects) -> Iterator[tuple[int, Any]]:
     """Scene index and `sapien.Entity` of each body, in build order in each scene."""
-    if isinstance(held, BodyObjects):
-        yield from zip(held.scene_idxs, held.objs, strict=True)
+    if isinstance(objects, BodyObjects):
+        yield from zip(objects.scene_idxs, objects.objs, strict=True)
     else:
-        for index, entities in zip(held.scene_idxs, held.entities, strict=True):
+        for index, entities in zip(objects.scene_idxs, objects.entities, strict=True):
             yield from ((index, entity) for entity in entities)
 
 

@@ -89,7 +89,7 @@ class PreparedActor:
 
         return place
 
-    def held(self) -> BodyObjects:
+    def objects(self) -> BodyObjects:
         """The objects that were built."""
         return BodyObjects(self.entity.name, self.scene_idxs, self.objs, self.components)
 
@@ -131,7 +131,7 @@ class PreparedArticulation:
 
         return place
 
-    def held(self) -> ArticulationObjects:
+    def objects(self) -> ArticulationObjects:
         """The objects that were built; called while all are in their scenes."""
         return ArticulationObjects(self.entity.name, self.scene_idxs, self.objs, self.entities, self.links)
 

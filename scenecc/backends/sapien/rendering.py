@@ -238,9 +238,9 @@ class LightSet:
             light.name: LightBatch(light.name, self._present(light), built.get(light.name)) for light in plan.lights
         }
 
-    def _present(self, held: Light | Camera) -> tuple[int, ...]:
+    def _present(self, item: Light | Camera) -> tuple[int, ...]:
         assert self._lookup is not None
-        having = frozenset(held.scene_idxs)
+        having = frozenset(item.scene_idxs)
         return tuple(index for index in self._lookup.scene_idxs if index in having)
 
     @property

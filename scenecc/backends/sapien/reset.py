@@ -52,7 +52,7 @@ class ResetSampler:
     """The start of a batch; prepared once, when it is first reset."""
 
     def __init__(
-        self, plan: ScenePlan, scene_idxs: tuple[int, ...], held: Mapping[str, BodyObjects | ArticulationObjects]
+        self, plan: ScenePlan, scene_idxs: tuple[int, ...], objects: Mapping[str, BodyObjects | ArticulationObjects]
     ) -> None:
         self._plan = plan
         self._draws: Mapping[str, Node] = dict(plan.draws)
@@ -63,13 +63,13 @@ class ResetSampler:
         found = [(entity, *rows_in_scenes(entity, scene_idxs)) for entity in plan.entities]
         present = [each for each in found if each[1]]
         self._states = {
-            entity.name: _planned_state(entity, where, rows, held[entity.name]) for entity, where, rows in present
+            entity.name: _planned_state(entity, where, rows, objects[entity.name]) for entity, where, rows in present
         }
         self._row_of = {
             name: {index: row for row, index in enumerate(state.scene_idxs)} for name, state in self._states.items()
         }
         self._placed: list[_SampledField] = []
-        self._recipes = [recipe for each in present for recipe in _sampled_fields(*each, held[each[0].name])]
+        self._recipes = [recipe for each in present for recipe in _sampled_fields(*each, objects[each[0].name])]
         if plan.placements:
             from scenecc.placing.at_reset import placed_members
 
@@ -145,15 +145,15 @@ def _fixed_draw_message(name: str, names: Sequence[str]) -> str:
 
 
 def _planned_state(
-    entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], held: BodyObjects | ArticulationObjects
+    entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], objects: BodyObjects | ArticulationObjects
 ) -> AnyState:
     """As the plan has it."""
     pose = np.broadcast_to(select_rows(entity.pose, rows), (len(rows), 7))
-    if isinstance(held, ArticulationObjects):
-        whole = ArticulationState.at_rest(scene_idxs, pose, held.dof)
+    if isinstance(objects, ArticulationObjects):
+        whole = ArticulationState.at_rest(scene_idxs, pose, objects.dof)
         for part in group_by_structure(entity, rows):
             if isinstance(part.structure, ArticulationStructure):
-                _fill_articulation_state(whole, part.structure, part, held)
+                _fill_articulation_state(whole, part.structure, part, objects)
         return whole
     start = bodies_at_rest(scene_idxs, pose, np.zeros(len(rows), np.bool_))
     for part in group_by_structure(entity, rows):
@@ -165,13 +165,13 @@ def _planned_state(
 
 
 def _fill_articulation_state(
-    start: ArticulationState, structure: ArticulationStructure, part: StructureRows[Any], held: ArticulationObjects
+    start: ArticulationState, structure: ArticulationStructure, part: StructureRows[Any], objects: ArticulationObjects
 ) -> None:
     """Fills the rows of a structure."""
     for name, value in _specified_fields(structure, VELOCITY_FIELDS):
         getattr(start, name)[part.numbers] = select_rows(value, part.rows)
     joints = structure.active_joints
-    columns = held.columns[int(part.numbers[0])]
+    columns = objects.columns[int(part.numbers[0])]
     for field in JOINT_STATE_FIELDS:
         numbers = getattr(start, field)
         for joint, column in zip(joints, columns.tolist(), strict=True):
@@ -182,7 +182,7 @@ def _fill_articulation_state(
 
 
 def _sampled_fields(
-    entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], held: BodyObjects | ArticulationObjects
+    entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], objects: BodyObjects | ArticulationObjects
 ) -> Iterator[_SampledField]:
     if entity.pose.recipe is not None:
         yield _SampledField(entity.name, "pose", entity.pose.recipe, frozenset(scene_idxs))
@@ -192,8 +192,8 @@ def _sampled_fields(
         for name, value in _specified_fields(part.structure, VELOCITY_FIELDS):
             if value.recipe is not None:
                 yield _SampledField(entity.name, name, value.recipe, where)
-        if isinstance(held, ArticulationObjects) and isinstance(part.structure, ArticulationStructure):
-            columns: list[int] = held.columns[numbers[0]].tolist()
+        if isinstance(objects, ArticulationObjects) and isinstance(part.structure, ArticulationStructure):
+            columns: list[int] = objects.columns[numbers[0]].tolist()
             for joint, column in zip(part.structure.active_joints, columns, strict=True):
                 for name, value in _specified_fields(joint, JOINT_STATE_FIELDS):
                     if value.recipe is not None:

@@ -213,16 +213,16 @@ def _same_bits(a: NDArray[Any], b: NDArray[Any]) -> bool:
     return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 
 
-def read_articulations(held: ArticulationObjects, scene_idxs: Iterable[int]) -> ArticulationState:
+def read_articulations(objects: ArticulationObjects, scene_idxs: Iterable[int]) -> ArticulationState:
     """The state of an articulation in those of the scenes that have it.
 
     Raises:
         RuntimeError: the engine knows none of an articulation that is not in a scene.
     """
-    rows = held.rows_in(scene_idxs)
-    objs, joints = [held.objs[row] for row in rows], [held.joints[row] for row in rows]
-    roots = [held.links[row][0] for row in rows]
-    dof = held.dof
+    rows = objects.rows_in(scene_idxs)
+    objs, joints = [objects.objs[row] for row in rows], [objects.joints[row] for row in rows]
+    roots = [objects.links[row][0] for row in rows]
+    dof = objects.dof
 
     def root(name: str, width: int) -> Any:
         return np.array([getattr(obj, name) for obj in objs], np.float32).reshape(-1, width)
@@ -234,7 +234,7 @@ def read_articulations(held: ArticulationObjects, scene_idxs: Iterable[int]) -> 
         return pad_rows([np.array([getattr(joint, name)[0] for joint in row], np.float32) for row in joints], dof)
 
     return ArticulationState(
-        tuple(held.scene_idxs[row] for row in rows),
+        tuple(objects.scene_idxs[row] for row in rows),
         np.array([obj.get_root_pose().__getstate__() for obj in objs], np.float32).reshape(-1, 7),
         root("root_linear_velocity", 3),
         root("root_angular_velocity", 3),
@@ -250,9 +250,9 @@ def read_articulations(held: ArticulationObjects, scene_idxs: Iterable[int]) -> 
 class StateWriter(ABC):
     """Writes the state of one entity in some scenes. Everything is looked up before anything moves."""
 
-    def __init__(self, held: BodyObjects | ArticulationObjects, state: MotionState) -> None:
-        self._parts = held.parts
-        self._rows = held.row_of
+    def __init__(self, objects: BodyObjects | ArticulationObjects, state: MotionState) -> None:
+        self._parts = objects.parts
+        self._rows = objects.row_of
         self._row_of = {index: row for row, index in enumerate(state.scene_idxs)}
         self._poses = to_poses(state.pose)
 
@@ -286,16 +286,16 @@ class StateWriter(ABC):
 class ArticulationStateWriter(StateWriter):
     """One entity's articulations."""
 
-    def __init__(self, held: ArticulationObjects, state: ArticulationState) -> None:
-        super().__init__(held, state)
-        self._held = held
+    def __init__(self, objects: ArticulationObjects, state: ArticulationState) -> None:
+        super().__init__(objects, state)
+        self._objects = objects
         self._state = state
 
     def move(self, scene: int) -> None:
         """Sets the pose of the root; outside of the simulation there are no joints."""
         row = self._own(scene)
         if row is not None:
-            self._held.entities[row][0].set_pose(self._poses[self._row_of[scene]])
+            self._objects.entities[row][0].set_pose(self._poses[self._row_of[scene]])
 
     def settle(self, scene: int) -> None:
         """Sets velocities of the root, states and drive targets of joints, and whether it sleeps."""
@@ -303,10 +303,10 @@ class ArticulationStateWriter(StateWriter):
         if row is None:
             return
         number, state = self._row_of[scene], self._state
-        obj, joints = self._held.objs[row], self._held.joints[row]
+        obj, joints = self._objects.objs[row], self._objects.joints[row]
         dof = len(joints)
         obj.set_root_pose(self._poses[number])
-        if not root_is_fixed(self._held.links[row]):
+        if not root_is_fixed(self._objects.links[row]):
             obj.set_root_linear_velocity(state.linear_velocity[number])
             obj.set_root_angular_velocity(state.angular_velocity[number])
         set_joint_positions(obj, state.qpos[number, :dof])
@@ -319,14 +319,14 @@ class ArticulationStateWriter(StateWriter):
             joint.set_drive_target(target)
             joint.set_drive_velocity_target(velocity)
         if state.asleep[number]:
-            self._held.links[row][0].put_to_sleep()
+            self._objects.links[row][0].put_to_sleep()
         else:
-            self._held.links[row][0].wake_up()
+            self._objects.links[row][0].wake_up()
 
     def _own(self, scene: int) -> int | None:
         """Its row, if it is in this scene now. One that was removed has its state when it is added again."""
         row = super()._own(scene)
-        return row if row is not None and scene in self._row_of and self._held.in_scene(row) else None
+        return row if row is not None and scene in self._row_of and self._objects.in_scene(row) else None
 
 
 def read_bodies(bodies: BodyObjects, scene_idxs: Iterable[int]) -> EntityState:
@@ -395,13 +395,13 @@ class BodyStateWriter(StateWriter):
             component.set_kinematic_target(self._targets[row])
 
 
-def make_state_writer(held: BodyObjects | ArticulationObjects, state: AnyState) -> StateWriter:
+def make_state_writer(objects: BodyObjects | ArticulationObjects, state: AnyState) -> StateWriter:
     """The writer for a kind of entity; the state is of the same kind."""
-    if isinstance(held, ArticulationObjects):
+    if isinstance(objects, ArticulationObjects):
         assert isinstance(state, ArticulationState)
-        return ArticulationStateWriter(held, state)
+        return ArticulationStateWriter(objects, state)
     assert isinstance(state, EntityState)
-    return BodyStateWriter(held, state)
+    return BodyStateWriter(objects, state)
 
 
 def restore_scene(writers: Sequence[StateWriter], scene: int) -> None:
@@ -444,14 +444,14 @@ def _copy_systems(scene: Any) -> list[Any]:
 
 
 def read_state(
-    held: BodyObjects | ArticulationObjects, removed: RemovedArticulation | None, scene_idxs: Iterable[int]
+    objects: BodyObjects | ArticulationObjects, removed: RemovedArticulation | None, scene_idxs: Iterable[int]
 ) -> AnyState:
     """The state of what is in these scenes, or was when it was removed."""
-    if isinstance(held, BodyObjects):
-        return read_bodies(held, scene_idxs)
+    if isinstance(objects, BodyObjects):
+        return read_bodies(objects, scene_idxs)
     if removed is not None:
-        return removed.state.rows(held.rows_in(scene_idxs))
-    return read_articulations(held, scene_idxs)
+        return removed.state.rows(objects.rows_in(scene_idxs))
+    return read_articulations(objects, scene_idxs)
 
 
 class RemovedArticulation:
@@ -473,10 +473,10 @@ class RemovedArticulation:
             numbers[rows] = getattr(state, name)
         self._changed.update(state.scene_idxs)
 
-    def put_back(self, held: ArticulationObjects) -> None:
+    def put_back(self, objects: ArticulationObjects) -> None:
         """To be called once its entities are in their scenes again, where the engine gives it what it had there."""
         if self._changed:
-            writer = ArticulationStateWriter(held, self.state)
+            writer = ArticulationStateWriter(objects, self.state)
             for index in self._changed:
                 writer.settle(index)
 
@@ -548,10 +548,10 @@ def _check_finite(name: str, field: str, numbers: NDArray[np.float32]) -> None:
         raise ValueError(f"{field} of '{name}' must be finite")
 
 
-def _present_joints(held: ArticulationObjects, scene_idxs: Sequence[int]) -> NDArray[np.bool_]:
+def _present_joints(objects: ArticulationObjects, scene_idxs: Sequence[int]) -> NDArray[np.bool_]:
     """(B, dof) which columns are joints of the articulation of a scene."""
-    dofs = np.array([len(held.joints[held.row_of[index]]) for index in scene_idxs])
-    return np.arange(held.dof) < dofs[:, None]
+    dofs = np.array([len(objects.joints[objects.row_of[index]]) for index in scene_idxs])
+    return np.arange(objects.dof) < dofs[:, None]
 
 
 def _check_body_types(name: str, state: EntityState, bodies: BodyObjects) -> None:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.emit.output import Z_TO_X, AssetFolder, UnsupportedFeatures, XmlElement, format_obj, optional_fields
+from scenecc.emit.output import Z_TO_X, AssetFolder, UnsupportedFeatures, XmlElement, optional_fields
+from scenecc.geometry.obj import encode_obj
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshShape, SurfaceMaterial, encode_png
@@ -259,7 +260,7 @@ def _height_field(
 
 def cooked_mesh_asset(model: MjcfModel, name: str, mesh: MeasuredMesh) -> str:
     """The mesh asset of a cooked mesh."""
-    return _mesh_asset(model, f"{name}_collision", format_obj(mesh.vertices, mesh.triangles))
+    return _mesh_asset(model, f"{name}_collision", encode_obj(mesh.vertices, mesh.triangles))
 
 
 def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
@@ -284,8 +285,8 @@ def write_visuals(
         pose = shape.pose if native is None else compose(shape.pose, native[0])
         for part in parts if native is None else parts[:1]:
             if native is None:
-                data = format_obj(part.vertices, part.faces, part.uvs if part.look.base_color_image else None)
-                attributes: dict[str, Any] = {"type": "mesh", "mesh": _mesh_asset(model, shape.name or name, data)}
+                asset = _mesh_asset(model, shape.name or name, part.to_obj())
+                attributes: dict[str, Any] = {"type": "mesh", "mesh": asset}
             else:
                 attributes = native[1]
             element.add(

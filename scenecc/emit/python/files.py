@@ -22,6 +22,7 @@ from scenecc.emit.python.source import (
 from scenecc.files import read_checked
 from scenecc.geometry import ply, surfaces
 from scenecc.geometry.surfaces import heightfield_surface
+from scenecc.geometry.triangles import join_parts
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
 from scenecc.plan.properties import Quantity
 from scenecc.plan.schema import FieldKind, ListKind, ObjectKind, UnionKind, plan_fields
@@ -272,6 +273,7 @@ class ScriptFiles:
         terrain, seen = ("heightfield_shape" in self._made, "heightfield_visual" in self._made)
         made = (
             (_CONVEX_PARTS, self._cut),
+            (getsource(join_parts), self.writes_meshes),
             (getsource(ply.encode_ply), self.writes_meshes),
             (getsource(ply.encode_parts), self.writes_meshes),
             (_PLY_FILE, self.writes_meshes),

@@ -123,7 +123,7 @@ class InitialStateLowerer:
         if self._beyond_limits:
             return self._fields.finish(joint_value_node(given), variation, _POSITION, given.origin, reset=True)
         if variation.drawn or any(name in sampling.random for name in variation.reads):
-            return self._held(joint, given, variation)
+            return self._clamped(joint, given, variation)
         item = joint_value_node(given)
         kind = FieldType(within=Bounds(*widest(joint.limits)))
         value = self._fields.finish(item, variation, kind, given.origin, reset=True)
@@ -133,7 +133,7 @@ class InitialStateLowerer:
             self._fields.defer(value, kind, given.origin, variation)
         return value
 
-    def _held(self, joint: DraftJoint, given: JointValue, variation: VariationLowerer) -> Value:
+    def _clamped(self, joint: DraftJoint, given: JointValue, variation: VariationLowerer) -> Value:
         """A position that is drawn, held within the limits, as each later one is."""
         fields, limits = self._fields, joint.limits
         plain = limits is None or limits.is_constant
@@ -150,9 +150,9 @@ class InitialStateLowerer:
             # Either has one row where its rows are equal.
             return np.broadcast_to(np.clip(value.data, limits.data[:, 0], limits.data[:, 1]), rows)
 
-        held = varying(draw, bounds=_clamped_support(value.bounds, limits), rows=rows)
-        fields.sampling.resets[id(held)] = ResettableValue(held, item, variation, fields, limits)
-        return held
+        clamped = varying(draw, bounds=_clamped_support(value.bounds, limits), rows=rows)
+        fields.sampling.resets[id(clamped)] = ResettableValue(clamped, item, variation, fields, limits)
+        return clamped
 
     def _left_out(self, joint: DraftJoint, found: Mapping[int, Value], *, told: bool) -> tuple[Value, bool]:
         """The default initial position of a joint, and whether it is not 0.
@@ -225,8 +225,8 @@ class InitialStateLowerer:
 
         def draw() -> NDArray[Any]:
             moved = mimic.multiplier.data * source.data + mimic.offset.data
-            held = moved if limits is None else np.maximum(np.minimum(moved, limits.data[:, 1]), limits.data[:, 0])
-            return np.broadcast_to(held, rows)
+            clamped = moved if limits is None else np.maximum(np.minimum(moved, limits.data[:, 1]), limits.data[:, 0])
+            return np.broadcast_to(clamped, rows)
 
         if all(part.known for part in parts):
             return per_scene(draw())

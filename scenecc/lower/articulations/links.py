@@ -305,7 +305,7 @@ class DriveTargetCheck:
         self._fields = fields
         self._sink = sink
         self._beyond_limits = beyond_limits
-        self._told: set[int] = set()
+        self._reported: set[int] = set()
 
     def judge(self, joint: DraftJoint, target: Value, place: Origin) -> None:
         """Warns of the first scene in which a target is, or may be, beyond the limits.
@@ -317,12 +317,12 @@ class DriveTargetCheck:
             target: (·,) as written.
             place: where it is written.
         """
-        if self._beyond_limits or joint.limits is None or id(target) in self._told:
+        if self._beyond_limits or joint.limits is None or id(target) in self._reported:
             return
         found = beyond_limits(joint.limits, target)
         if found is None:
             return
-        self._told.add(id(target))
+        self._reported.add(id(target))
         (row, at, low, high), certain = found
         several = certain and max(len(joint.limits.numbers()) // 2, len(target.numbers())) > 1
         scene = f" in scene {self._fields.scenes[row]}" if several else ""

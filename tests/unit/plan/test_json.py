@@ -33,8 +33,9 @@ from scenecc.plan import (
     per_scene,
 )
 from scenecc.plan.body import AssetFile
-from scenecc.plan.json_codec import PlanLimits, plan_from_json, plan_to_json
+from scenecc.plan.json_codec import plan_from_json, plan_to_json
 from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
+from scenecc.source.limits import Limits
 
 BASE = Path("/files")
 DATACLASSES: set[type] = {
@@ -420,11 +421,12 @@ def test_what_is_no_plan_is_refused_in_one_sentence(text: str) -> None:
     assert len(faults(text)) == 1
 
 
-def test_limits_hold() -> None:
+def test_limits_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.source.limits._SCENES_PER_OBJECT", 1)
     text = plan_to_json(ball())
-    assert faults(text, limits=PlanLimits(characters=10)) == [("SC712", "")]
-    assert faults(text, limits=PlanLimits(scenes=1)) == [("SC712", "num_scenes")]
-    assert faults(text, limits=PlanLimits(objects=1)) == [("SC712", "entities[0].scene_idxs")]
+    assert faults(text, limits=Limits(text_bytes=10)) == [("SC712", "")]
+    assert faults(text, limits=Limits(scenes=1)) == [("SC712", "num_scenes")]
+    assert faults(text, limits=Limits(objects=1)) == [("SC712", "entities[0].scene_idxs")]
 
 
 JSON = st.recursive(

@@ -12,14 +12,20 @@ from plugins.nightly import assert_took
 
 from scenecc import ScenePlan, compile_scene
 from scenecc.diagnostics import Sink
-from scenecc.plan.json_codec import PlanLimits, plan_from_json, plan_to_json
+from scenecc.plan.json_codec import plan_from_json, plan_to_json
+from scenecc.source.limits import Limits
 
 BALL = {"type": "sphere", "radius": 1}
 
 
+@pytest.fixture(autouse=True)
+def objects_are_those_in_all_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.source.limits._SCENES_PER_OBJECT", 1)
+
+
 def codes(data: dict[str, Any], limit: int) -> list[str]:
     sink = Sink()
-    plan_from_json(json.dumps(data), base=Path("/"), sink=sink, limits=PlanLimits(objects=limit))
+    plan_from_json(json.dumps(data), base=Path("/"), sink=sink, limits=Limits(objects=limit))
     return [found.code for found in sink.diagnostics()]
 
 

@@ -38,7 +38,8 @@ from scenecc.plan import (
     per_scene,
 )
 from scenecc.plan.body import PhysicalMaterial
-from scenecc.plan.json_codec import PlanLimits, plan_from_json, plan_to_json
+from scenecc.plan.json_codec import plan_from_json, plan_to_json
+from scenecc.source.limits import Limits
 
 INF = float("inf")
 HERE = constant([0, 0, 0, 1, 0, 0, 0])
@@ -193,9 +194,10 @@ def test_links_have_rows_of_materials_for_all_their_scenes() -> None:
     assert faults(text) == [("SC706", f"{AT}.links[0].body.collisions[0].material")]
 
 
-def test_shapes_of_links_count() -> None:
+def test_shapes_of_links_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.source.limits._SCENES_PER_OBJECT", 1)
     # Three links in two scenes are six, two balls and the one that is alone three, and six of what holds on.
-    assert faults(edited(), limits=PlanLimits(objects=8)) == [("SC712", "entities[2].scene_idxs")]
+    assert faults(edited(), limits=Limits(objects=8)) == [("SC712", "entities[2].scene_idxs")]
     sink = Sink()
-    assert plan_from_json(edited(), base=Path("/files"), sink=sink, limits=PlanLimits(objects=15)) is not None
-    assert faults(edited(), limits=PlanLimits(objects=14)) == [("SC712", "cameras[0].scene_idxs")]
+    assert plan_from_json(edited(), base=Path("/files"), sink=sink, limits=Limits(objects=15)) is not None
+    assert faults(edited(), limits=Limits(objects=14)) == [("SC712", "cameras[0].scene_idxs")]

@@ -23,16 +23,16 @@ class Difference(NamedTuple):
     """One thing in one scene that is not as the plan says.
 
     Attributes:
-        held: of the plan, has it; None: the scene as a whole.
+        item: of the plan, that differs; None: the scene as a whole.
         what: differs, by the engine's name.
         expected, found: what the plan asks for and what the engine holds, for people.
         scene_idx: index of the scene in the plan.
         link: name of the link that has it; "": it is of no link.
-        origin: of the node that asked; None: of `held`.
+        origin: of the node that asked; None: of `item`.
         code: of the diagnostic.
     """
 
-    held: Entity | Light | Camera | Constraint | None
+    item: Entity | Light | Camera | Constraint | None
     what: str
     expected: object
     found: object
@@ -44,7 +44,7 @@ class Difference(NamedTuple):
     @property
     def who(self) -> str:
         """What has it, for people."""
-        name = "the scene" if self.held is None else f"'{self.held.name}'"
+        name = "the scene" if self.item is None else f"'{self.item.name}'"
         return f"link '{self.link}' of {name}" if self.link else name
 
 
@@ -52,17 +52,17 @@ def report_differences(differences: Iterable[Difference], sink: Sink) -> bool:
     """Reports one diagnostic for each thing that differs, however many scenes have it. Returns True if nothing does."""
     found = list(differences)
     # A wrong pose follows from a mass that is beyond the engine, and is not reported beside it.
-    causes = {id(one.held) for one in found if one.code != AUDIT_CODE}
+    causes = {id(one.item) for one in found if one.code != AUDIT_CODE}
     groups: dict[tuple[object, ...], list[Difference]] = {}
     for one in found:
-        if one.code != AUDIT_CODE or id(one.held) not in causes:
+        if one.code != AUDIT_CODE or id(one.item) not in causes:
             groups.setdefault((one.who, one.what, one.origin, one.code), []).append(one)
     for group in groups.values():
         first, scenes = group[0], len({one.scene_idx for one in group})
         more = f" (and in {scenes - 1} more)" if scenes > 1 else ""
         values = f"{first.what} = {first.found}, and the plan asks for {first.expected}"
         message = f"{first.who} in scene {first.scene_idx}{more}: the engine holds {values}"
-        origin = first.origin or (first.held and first.held.origin)
+        origin = first.origin or (first.item and first.item.origin)
         sink.report(first.code, message, origin or Location(None))
     return not groups
 

@@ -34,7 +34,7 @@ class EntityBlock:
     """The entities of one thing of the plan, in the order in which they came into each scene.
 
     Attributes:
-        held: the thing.
+        item: the thing.
         scene_idxs: (N,) the scene of each entity, as an index in the plan.
         objs: (N,) the `sapien.Entity`s.
         poses: (N, 7) float32 where they belong.
@@ -42,7 +42,7 @@ class EntityBlock:
         links: (N,) names of the links that they are; empty of what is no articulation.
     """
 
-    held: Entity | Light | Camera
+    item: Entity | Light | Camera
     scene_idxs: Sequence[int]
     objs: list[Any]
     poses: NDArray[np.float32]
@@ -52,16 +52,16 @@ class EntityBlock:
     def difference(self, number: int, what: str, expected: object, found: object) -> Difference:
         """What is wrong with one of the entities."""
         link = self.links[number] if self.links else ""
-        return Difference(self.held, what, expected, found, self.scene_idxs[number], link)
+        return Difference(self.item, what, expected, found, self.scene_idxs[number], link)
 
 
 def plain_block(
-    held: Entity | Light | Camera, scene_idxs: Sequence[int], rows: NDArray[np.intp], objs: list[Any]
+    item: Entity | Light | Camera, scene_idxs: Sequence[int], rows: NDArray[np.intp], objs: list[Any]
 ) -> EntityBlock:
     """Bodies, lights or cameras that are at their pose. `rows`: of the plan's values."""
     poses = np.empty((len(rows), 7), np.float32)
-    poses[:] = select_rows(held.pose, rows)
-    return EntityBlock(held, scene_idxs, objs, poses, np.zeros(len(rows)))
+    poses[:] = select_rows(item.pose, rows)
+    return EntityBlock(item, scene_idxs, objs, poses, np.zeros(len(rows)))
 
 
 def articulation_block(prepared: PreparedArticulation, *, moved: bool) -> EntityBlock:
@@ -167,7 +167,7 @@ def _order_difference(blocks: Sequence[EntityBlock], wanted: list[Any], present:
     row = next(row for row, entity in enumerate(wanted) if entity is not present[row])
     block = next(block for block in blocks if wanted[row] in block.objs)
     number = block.objs.index(wanted[row])
-    name, found = block.links[number] if block.links else block.held.name, present[row].name
+    name, found = block.links[number] if block.links else block.item.name, present[row].name
     other = f"'{found}'" if found != name else f"another entity '{found}'"
     return block.difference(number, f"entity {row} of the build order", f"'{name}'", other)
 

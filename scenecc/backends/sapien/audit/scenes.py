@@ -88,10 +88,10 @@ def _differences(built: BuiltScenes) -> Iterator[Difference]:
         else plain_block(prepared.entity, prepared.scene_idxs, prepared.rows, prepared.objs)
         for prepared in built.prepared
     ]
-    for held, batch in built.seen:
-        if held.mount is None:
-            rows = np.searchsorted(held.scene_idxs, batch.scene_idxs)
-            blocks.append(plain_block(held, batch.scene_idxs, rows, [one.get_entity() for one in batch.objs]))
+    for item, batch in built.seen:
+        if item.mount is None:
+            rows = np.searchsorted(item.scene_idxs, batch.scene_idxs)
+            blocks.append(plain_block(item, batch.scene_idxs, rows, [one.get_entity() for one in batch.objs]))
     yield from entity_differences(blocks, built.lookup, shared=built.shared, poses=built.poses)
     meshes = CookedMeshes(built.plan)
     for group in _body_groups(built.prepared):
@@ -241,10 +241,10 @@ def _seen_differences(built: BuiltScenes) -> Iterator[Difference]:
     for kind, name in ((Light, "lights"), (Camera, "cameras")) if built.rendered else ():
         expected: dict[int, set[Any]] = {index: set() for index in built.lookup.scene_idxs}
         origin = built.plan.origin
-        for held, batch in built.seen:
-            for index, component in zip(batch.scene_idxs, batch.objs, strict=True) if type(held) is kind else ():
+        for item, batch in built.seen:
+            for index, component in zip(batch.scene_idxs, batch.objs, strict=True) if type(item) is kind else ():
                 expected[index].add(component)
-                origin = held.origin
+                origin = item.origin
         scenes: list[Any] = built.lookup.scenes
         for (index, wanted), scene in zip(expected.items(), scenes, strict=True):
             found = set(getattr(scene.render_system, name))

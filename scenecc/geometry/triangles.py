@@ -1,0 +1,18 @@
+"""Triangles as vertices and faces, whatever file they are from."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def join_parts(parts: list[tuple[Any, Any]]) -> tuple[Any, Any]:
+    """The vertices (V, 3) and faces (F, 3) of several parts as those of one mesh.
+
+    Raises:
+        ValueError: there are no parts.
+    """
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+    faces = [np.asarray(indices) + start for (_, indices), start in zip(parts, starts, strict=False)]
+    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(faces)
