@@ -172,7 +172,8 @@ def _read_size(data: bytes, kind: str) -> ImageSize:
         return _SIZES[kind](data)
     picture = _open_with_pillow(data, kind)
     grey = kind != "Bmp" and picture.mode in _GREY_MODES and "transparency" not in picture.info
-    return ImageSize(*picture.size, 8 if kind == "Png" and data[24] == 16 else 4, grey=grey)
+    columns, rows = picture.size
+    return ImageSize(columns, rows, 8 if kind == "Png" and data[24] == 16 else 4, grey=grey)
 
 
 _GREY_MODES = {"1", "L", "I", "I;16"}

@@ -170,8 +170,8 @@ def _built(plan: ScenePlan, *, render: bool) -> str | None:
 def _engine_reads_otherwise(error: Diagnostic) -> bool:
     """Whether a file is refused because SAPIEN cannot read it, or makes another hull of it."""
     named = error.path.rpartition(".")[2] == "file" or "texture" in error.path
-    unread = error.code in {"SC801", "SC807"} and error.message.startswith(("SAPIEN cannot", "the renderer cannot load"))
-    return named and (unread or error.code == "SC423")
+    unread = error.message.startswith(("SAPIEN cannot", "the renderer cannot load"))
+    return named and (error.code == "SC423" or (error.code in {"SC801", "SC807"} and unread))
 
 
 def _extreme(plan: ScenePlan) -> bool:
