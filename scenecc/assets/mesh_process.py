@@ -200,14 +200,11 @@ def _is_binary(data: bytes) -> bool:
     return False
 
 
-_OBJ_FACE = re.compile(rb"(?m)^f ")
 _PLY_FACES = re.compile(rb"\nelement[ \t]+face[ \t]+(\d+)")
 
 
 def _check_length(data: bytes, suffix: str, faces: int) -> None:
     """Raises ValueError where trimesh reads fewer faces than there are: it leaves out what it cannot read of a text."""
-    if suffix == ".obj" and (lines := len(_OBJ_FACE.findall(data))) > faces:
-        raise ValueError(f"it has {lines} faces, of which {lines - faces} cannot be read")
     if suffix == ".ply" and (match := _PLY_FACES.search(data)) is not None and faces < int(match[1]):
         raise ValueError(f"its header declares {int(match[1])} faces, but it has {faces}")
     if suffix == ".stl" and not _is_binary(data):

@@ -31,9 +31,15 @@ def test_an_obj_is_read_whatever_separates_its_words(tmp_path: Path, text: str) 
 
 def test_a_face_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
-    path.write_text(TETRAHEDRON + "f 1 2\n")
-    (fault,) = diagnose(path, "hull")
-    assert (fault.code, fault.message.partition("read: ")[2]) == ("SC412", "it has 5 faces, of which 1 cannot be read")
+    path.write_text(TETRAHEDRON + "f 1 2 x\n")
+    assert codes(path, "hull") == ["SC412"]
+
+
+def test_a_face_of_two_corners_is_a_line(tmp_path: Path) -> None:
+    """SAPIEN takes one of one or two corners for a point or a line, and shows neither."""
+    path = tmp_path / "a.obj"
+    path.write_text(TETRAHEDRON + "f 1/1 2/1\nf 1\n")
+    assert not codes(path, "hull", "triangles", "visual")
 
 
 def test_a_name_in_another_encoding(tmp_path: Path) -> None:
