@@ -205,7 +205,8 @@ def _imported(source: Path, *, render: bool | None) -> str | None:
     except scenecc.SceneError as error:
         if not any(one.severity == "error" for one in error.diagnostics):
             return f"it is refused without an error: {_said(error)}"
-        built = [one for one in error.diagnostics if one.code.startswith("SC80")]
+        engine = [one for one in error.diagnostics if one.code.startswith("SC80")]
+        built = [one for one in engine if not _engine_reads_otherwise(one)]
         left = set(Path().rglob("*")) - before
         return (
             f"{left} is left: {_said(error)}"
