@@ -117,24 +117,25 @@ class AssetFiles:
         Raises:
             AssetError: it cannot be used; `MissingError`: it is not there.
         """
+        by_mtl = reference.kind == "image" and asset.path.suffix.lower() == ".obj"
+        it = "its MTL" if by_mtl else "it"
         if len(reference.uri.encode(errors="surrogatepass")) > _MOST_NAME_BYTES:
-            raise AssetError("SC419", f"it names a file by more than {_MOST_NAME_BYTES} bytes", "rename the file")
+            raise AssetError("SC419", f"{it} names a file by more than {_MOST_NAME_BYTES} bytes", "rename the file")
         if "\ufffd" in reference.uri:
-            place = "its MTL" if reference.kind == "image" and asset.path.suffix.lower() == ".obj" else "it"
-            message = f"{place} names `{reference.uri[:60]}`, which is not in UTF-8"
-            raise AssetError("SC419", message, f"save {'the MTL' if place != 'it' else 'the mesh'} in UTF-8")
+            message = f"{it} names `{reference.uri[:60]}`, which is not in UTF-8"
+            raise AssetError("SC419", message, f"save {'the MTL' if by_mtl else 'the mesh'} in UTF-8")
         found = self.resolve_named(unquote(reference.uri) if reference.escaped else reference.uri, asset)
         if not isinstance(found, Path) and found[0] in {"SC402", "SC403"}:
-            raise AssetError("SC419", f"it names a file that cannot be used: {found[1]}", found[2])
+            raise AssetError("SC419", f"{it} names a file that cannot be used: {found[1]}", found[2])
         if reference.escaped:
             raise AssetError(
                 "SC418",
-                f"it names `{reference.uri[:60]}`, and SAPIEN does not decode percent escapes",
+                f"{it} names `{reference.uri[:60]}`, and SAPIEN does not decode percent escapes",
                 "rename the file so that its name needs none, and export the asset again",
             )
         if not isinstance(found, Path):
             fault = MissingError if found[0] == "SC401" else AssetError
-            raise fault("SC418", f"it names a file that cannot be used: {found[1]}", found[2])
+            raise fault("SC418", f"{it} names a file that cannot be used: {found[1]}", found[2])
         return found
 
     def mesh(self, asset: AssetFile) -> MeshRecord:

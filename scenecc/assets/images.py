@@ -124,6 +124,7 @@ _OTHER_ERRORS = (ArithmeticError, AttributeError, EOFError, LookupError, TypeErr
 """What Pillow raises for a damaged file: with words for a user, and without."""
 
 _PLAIN_WORDS = {
+    "Truncated File Read": "it is truncated",
     "not identified by this driver": "it has no pixels, or its header is damaged",
     "cannot load this image": "it has no pixels",
     "": "it is truncated or damaged",
@@ -192,9 +193,19 @@ def _check_pixels(data: bytes, kind: str) -> None:
     elif kind != ".ktx":
         if kind == "Png":
             _open_with_pillow(data, kind).verify()  # the checksums of chunks, which `load` does not read
+        elif kind == "Bmp":
+            _check_bmp_header(data)
         elif kind == "Jpeg" and data.count(b"\xff\xda") > _MOST_SCANS:
             raise ValueError(f"it has more than {_MOST_SCANS} scans")
         _open_with_pillow(data, kind).load()
+
+
+def _check_bmp_header(data: bytes) -> None:
+    """Raises ValueError for what SAPIEN 3.0 shows other pixels of, as was measured with each number of bits."""
+    if int.from_bytes(data[14:18], "little") == 12:
+        raise ValueError("it is a BMP of OS/2, which SAPIEN misreads")
+    if int.from_bytes(data[28:30], "little") == 1:
+        raise ValueError("it is a BMP with one bit per pixel, which SAPIEN misreads")
 
 
 def _open_with_pillow(data: bytes, kind: str) -> Any:

@@ -138,10 +138,21 @@ def _read(
     except MemoryError as error:
         raise AssetError("SC607", "the mesh takes too much memory", "simplify it") from error
     except Exception as error:  # the libraries raise whatever comes
-        words = (
-            "it is truncated or damaged" if isinstance(error, _UNHELPFUL_ERRORS) else " ".join(str(error).split())[:200]
-        )
+        words = _plain_words(error)
         raise AssetError("SC412", f"the mesh cannot be read: {words}", "export the mesh again") from error
+
+
+_UNHELPFUL_WORDS = (
+    ("string or file could not be read to its end", "a number in it cannot be read"),
+    ("PLY is unexpected length", "it is truncated or damaged"),
+)
+
+
+def _plain_words(error: Exception) -> str:
+    if isinstance(error, _UNHELPFUL_ERRORS):
+        return "it is truncated or damaged"
+    words = " ".join(str(error).split())[:200]
+    return next((plain for beginning, plain in _UNHELPFUL_WORDS if words.startswith(beginning)), words)
 
 
 def _check_part(used: NDArray[np.int64], vertices: int, taken: int, most: float) -> None:
@@ -210,7 +221,7 @@ def _check_length(data: bytes, suffix: str, faces: int) -> None:
     if suffix == ".stl" and not _is_binary(data):
         vertices = data.lower().count(b"vertex")
         if vertices > 3 * faces:
-            raise ValueError(f"it is truncated or damaged: only {faces} triangles of its {vertices} vertices are whole")
+            raise ValueError(f"it is truncated or damaged: it has {vertices} vertices and only {faces} whole triangles")
 
 
 _MOST_INSTANCES = 20_000

@@ -64,8 +64,19 @@ def scan_names(data: bytes, suffix: str) -> MeshNames:
         message = f"the key {error} occurs twice in one object"
         raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
     except (ValueError, TypeError, AttributeError, RecursionError, struct.error, ET.ParseError) as error:
-        message = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        message = _plain_words(error)
         raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
+
+
+def _plain_words(error: Exception) -> str:
+    """The words of an error; of Python's own errors about a text, what they mean to a user."""
+    if isinstance(error, RecursionError):
+        return "it is nested too deeply"
+    if isinstance(error, UnicodeDecodeError):
+        return "its text is not in UTF-8"
+    if isinstance(error, json.JSONDecodeError):
+        return f"its JSON is damaged in line {error.lineno}, column {error.colno}"
+    return str(error)
 
 
 _OTHER_CONTENTS = (
@@ -75,6 +86,8 @@ _OTHER_CONTENTS = (
     (re.compile(rb"glTF"), (".glb", ".gltf"), "a GLB", "give it the suffix .glb"),
     (re.compile(rb"ply\r?\n"), (".ply",), "a PLY", "give it the suffix .ply"),
     (re.compile(rb"\s*(?:<\?xml\b[^>]*>\s*)?<COLLADA\b"), (".dae",), "a COLLADA", "give it the suffix .dae"),
+    (re.compile(rb"\s*(?:#[^\n]*\n\s*)*(?:mtllib|o|g|v)[ \t]"), (".obj",), "an OBJ", "give it the suffix .obj"),
+    (re.compile(rb"\s*solid\s[^\0]*?\bfacet\b"), (".stl",), "an STL", "give it the suffix .stl"),
 )
 """How a file begins, the suffixes for which that is right, what it is, and what to do."""
 
@@ -194,6 +207,8 @@ def _check_nodes(document: dict[str, Any]) -> None:
 def _split_chunks(data: bytes) -> tuple[bytes, bytes | None]:
     """The JSON of a glTF, and the binary chunk of a GLB."""
     if data[:4] != b"glTF":
+        if not data.lstrip().startswith(b"{"):
+            raise ValueError("it is neither a GLB nor the JSON of a glTF")
         return data, None
     _, version, length, size, kind = struct.unpack_from("<4sIII4s", data)
     if version != 2 or length > len(data) or kind != b"JSON" or 20 + size > length:
@@ -261,7 +276,12 @@ _LINE_BREAK_FIRST = re.compile(rb"ply\s.*?\bformat binary_.*?\bend_header\r?\n[\
 
 
 def _check_ply_data(data: bytes) -> None:
-    """Raises ValueError where the first byte of binary data equals a line break: SAPIEN skips it, and may crash."""
+    """Raises ValueError for what is no PLY, and where the first byte of binary data equals a line break.
+
+    SAPIEN skips that byte, and may crash.
+    """
+    if not data.startswith(b"ply"):
+        raise ValueError("it does not begin with `ply`")
     if _LINE_BREAK_FIRST.match(data) is not None:
         raise ValueError("the first byte of its data equals a line break, which SAPIEN takes for a part of the header")
 

@@ -391,7 +391,7 @@ def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is not an image format" if suffix else "a file without a suffix is not an image"
-        raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
+        raise AssetError("SC410", f"{kind} that is read", "save it as PNG or JPEG")
     checker.files.image(path)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.assets.errors import AssetError
+from scenecc.assets.meshes import checked_content, read_hulls
 from scenecc.assets.surface_measures import SurfaceMeasures, measure_surface
 from scenecc.checks.mass import DYNAMIC_TYPES
 from scenecc.checks.physics import plan_origin
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.plan import CollisionShape, ScenePlan, VisualShape
+    from scenecc.plan import AssetFile, CollisionShape, ScenePlan, VisualShape
 
     Box = tuple[NDArray[np.float64], NDArray[np.float64]]
     """The lowest and the highest corner, each (3,) [m]."""
@@ -106,6 +107,7 @@ def _check_mesh(body: Body, shape: CollisionShape | VisualShape, plan: ScenePlan
         measures = measure_surface(file)
         for code, message, hint in (
             *_surface_faults(geometry, file.path.suffix.lower(), measures, body),
+            *_hull_faults(geometry, file, measures),
             *_size_faults(shape, measures, body),
         ):
             sink.report(code, f"{cut(file.uri)} {message}", place, hint=hint)
@@ -136,11 +138,25 @@ def _surface_faults(geometry: MeshGeometry, suffix: str, measures: SurfaceMeasur
         # SAPIEN keeps them of a PLY alone, as was measured with one file in each format.
         message = f"has {measures.unused} vertices that no triangle uses, up to {measures.beyond:.3g} m outside of it"
         yield "SC440", f"{message}, and the hull goes around them", "remove loose vertices in the program that made it"
-    if isinstance(geometry, ConvexMesh) and measures.is_watertight and measures.volume > 0:
-        ratio = measures.hull_volume / measures.volume
-        if ratio > HULL_RATIO:
-            hint = "use `convex_parts` with `decomposition: coacd`, so that hollows stay hollow"
-            yield "SC439", f"has a hull of {ratio:.1f} times its volume, and collides as that", hint
+
+
+def _hull_faults(geometry: MeshGeometry, file: AssetFile, measures: SurfaceMeasures) -> Iterator[_Fault]:
+    """Hulls that fill what is hollow."""
+    whole, parts = isinstance(geometry, ConvexMesh), isinstance(geometry, ConvexParts) and geometry.coacd is None
+    if not (whole or parts) or not measures.is_watertight or measures.volume <= 0:
+        return
+    hulls = [measures.hull_volume]
+    if parts:
+        hulls = [hull.hull_volume or 0 for hull in read_hulls(checked_content(file), parts=True)]
+    ratio = sum(hulls) / measures.volume
+    if ratio > HULL_RATIO:
+        has = "has a hull" if whole else f"has {len(hulls)} convex part{'s' * (len(hulls) > 1)}"
+        what = "`decomposition: coacd`" if parts else "`convex_parts` with `decomposition: coacd`"
+        yield (
+            "SC439",
+            f"{has} of {ratio:.1f} times its volume, and collides as that",
+            f"use {what}, so that hollows stay hollow",
+        )
 
 
 def _size_faults(shape: CollisionShape | VisualShape, measures: SurfaceMeasures, body: Body) -> Iterator[_Fault]:

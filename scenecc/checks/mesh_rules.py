@@ -46,15 +46,19 @@ def check_mesh_use(
     if use in {"triangles", "decomposed"} and all(part.degenerate for part in mesh.parts):
         yield AssetError("SC415", "all triangles of the mesh are degenerate", "export the mesh again")
     if use == "hull":
-        yield from _hull_faults((whole,), "")
+        yield from _hull_faults((whole,), "", _FLAT)
     if use == "parts":
-        yield from _hull_faults(parts(), " of one of its parts")
+        hint = _FLAT if suffix != ".ply" else "merge its vertices: triangles are one part where they share vertices"
+        yield from _hull_faults(parts(), " of one of its parts", hint)
 
 
-def _hull_faults(hulls: tuple[Measures, ...], whose: str) -> Iterator[AssetError]:
+_FLAT = "give it a thickness, or use a box"
+
+
+def _hull_faults(hulls: tuple[Measures, ...], whose: str, hint: str) -> Iterator[AssetError]:
+    """Hulls without volume, and far from their origin. `hint`: of the first."""
     thin = min(hull.thickness for hull in hulls)
     if thin < MIN_THICKNESS:
-        hint = "give it a thickness, or use a box"
         yield AssetError("SC415", f"the hull{whose} has no volume: it is {thin:.3g} m thick", hint)
         return
     for hull in hulls:

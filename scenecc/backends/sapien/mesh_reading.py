@@ -31,7 +31,7 @@ def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink:
         if fault is not None:
             code = "SC807" if use == "visual" else "SC801"
             message = f"SAPIEN cannot read '{file.path}': {fault}"
-            failure = EngineFailure(code, message, origin=origin, hint="export the mesh again, as GLB or OBJ")
+            failure = EngineFailure(code, message, origin=origin, hint="export the mesh again, in another format")
             report_failure(failure, sink, plan.origin)
             failed = True
     return failed

@@ -38,7 +38,7 @@ GREY = png(np.arange(12, dtype=np.uint8).reshape(3, 4))
         (b"", "not a PNG"),
         (b"GIF89a", "not a PNG"),
         (GREY[:40], "broken"),
-        (GREY[:-20], "Truncated"),
+        (GREY[:-20], "truncated"),
         (GREY.replace(b"IDAT", b"IDAX"), "checksum"),
         (GREY[:50] + bytes([GREY[50] ^ 1]) + GREY[51:], "checksum"),
         (png(np.zeros((3, 4, 3), np.uint8)), "not a grey PNG"),

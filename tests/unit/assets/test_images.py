@@ -49,6 +49,12 @@ UNREAD: dict[str, bytes] = {
     "deep.ktx": ktx(8, 4).replace(struct.pack("<3I", 8, 4, 0), struct.pack("<3I", 8, 4, 2)),
     "supercompressed.ktx": ktx2(8, 4)[:44] + b"\1" + ktx2(8, 4)[45:],
 }
+MISREAD: dict[str, bytes] = {
+    "1.bmp": picture("BMP", "1", 8, 4),
+    "os2.bmp": b"BM" + struct.pack("<IHHIIHHHH", 26 + 24, 0, 0, 26, 12, 4, 2, 1, 24) + bytes(range(24)),
+}
+"""What SAPIEN shows other pixels of."""
+
 UNBUILT: dict[str, bytes] = {
     "line.exr": exr(8, 4).replace(struct.pack("<iI", 2, 48), struct.pack("<iI", 2, 44)),
 }
@@ -85,9 +91,9 @@ def test_bytes_in_the_other_order(tmp_path: Path) -> None:
     assert told(tmp_path, "a.ktx", ktx(8, 4, levels=2, order=">")) == []
 
 
-@pytest.mark.parametrize("name", BROKEN | UNREAD)
+@pytest.mark.parametrize("name", BROKEN | UNREAD | MISREAD)
 def test_what_is_refused(tmp_path: Path, name: str) -> None:
-    assert told(tmp_path, name, (BROKEN | UNREAD)[name]) == ["SC420"]
+    assert told(tmp_path, name, (BROKEN | UNREAD | MISREAD)[name]) == ["SC420"]
 
 
 @pytest.mark.parametrize("name", HUGE)

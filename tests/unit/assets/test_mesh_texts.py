@@ -133,3 +133,22 @@ def test_a_name_that_is_no_text(tmp_path: Path) -> None:
     scene.write_text("scenecc: 1\nentities: {a: {body_type: static, visuals: [{type: mesh, file: a.glb}]}}\n")
     (fault,) = scenecc.validate(scene)
     assert fault.code in {"SC418", "SC419"}
+
+
+OBJ = TETRAHEDRON.encode()
+STL = b"solid a\nfacet normal 0 0 1\nouter loop\n"
+OTHERS = {
+    ".glb": {"an OBJ": b"# a\n\n# b\n" + OBJ, "an STL": STL, "neither a GLB": bytes(100), "line 1, column 2": b"{"},
+    ".ply": {"an OBJ": OBJ, "an STL": STL, "does not begin with `ply`": bytes(100)},
+    ".stl": {"an OBJ": OBJ},
+    ".obj": {"an STL": STL, "a number in it cannot be read": OBJ.replace(b"1 0 0", b"1 0 0,5")},
+}
+
+
+@pytest.mark.parametrize(("suffix", "words"), [(suffix, words) for suffix, each in OTHERS.items() for words in each])
+def test_what_is_said_of_another_content(tmp_path: Path, suffix: str, words: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(OTHERS[suffix][words])
+    (fault,) = diagnose(path, "hull")
+    assert fault.code == "SC412"
+    assert words in fault.message

@@ -89,6 +89,14 @@ def test_what_does_not_matter_for_a_use_is_not_found(
     assert found(tmp_path, mesh, shape, body) == []
 
 
+def test_parts_that_are_filled_are_found(tmp_path: Path) -> None:
+    parts = COLLIDES.format("convex_parts", "")
+    two = trimesh.util.concatenate([box(), box(move=lambda vertices: vertices + 1)])
+    assert found(tmp_path, cup(), parts, "body_type: dynamic") == [("SC439", 6)]
+    assert found(tmp_path, two, parts, "body_type: dynamic") == []
+    assert found(tmp_path, two, HULL, "body_type: dynamic") == [("SC439", 6)]
+
+
 def test_neighbours_that_face_opposite_sides_are_found(tmp_path: Path) -> None:
     turned = box(faces=lambda faces: np.vstack([faces[:1, ::-1], faces[1:]]))
     assert found(tmp_path, turned, TRIANGLES) == [("SC435", 6)]

@@ -402,7 +402,7 @@ def pictured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_an_image_that_cannot_be_read_is_left_out(tmp_path: Path, pictured: str) -> None:
     assert len(build(tmp_path, pictured, "files").links) == 2
     found = {each.message for each in scenecc.validate(tmp_path / "scene.yaml") if each.code == "SC488"}
-    why = "cannot be used (`.gif` is not an image format that is read, in moving.gif)"
+    why = "cannot be used (`.gif` is not an image format that is read)"
     assert found == {
         f"part.obj names `moving.gif`, which {why}: it is left out",
         "part.obj names `gone.png`, which is missing: it is left out",
