@@ -29,7 +29,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.assets.measures import weld
-from scenecc.assets.meshes import checked_content, read_triangles
+from scenecc.assets.meshes import checked_content, read_mesh, read_triangles
 from scenecc.assets.obj_materials import keep_named_images, with_materials
 from scenecc.backends.sapien.engine import (
     DROPPED_PART,
@@ -230,7 +230,7 @@ def decompose(file: AssetFile, params: CoacdParams) -> Path:
 def collision_file(file: AssetFile) -> Path:
     """A mesh as PhysX can read it: of a COLLADA (`.dae`), which SAPIEN only shows, a PLY with the same triangles.
 
-    The PLY is kept in the user's cache folder, by the content of the COLLADA and the version of what reads it.
+    The PLY is kept in the user's cache folder, by the key of the COLLADA's record.
 
     Raises:
         EngineFailure: it cannot be read, or the cache folder cannot be written.
@@ -239,10 +239,10 @@ def collision_file(file: AssetFile) -> Path:
         return file.path
     folder = cache_folder("collada")
     try:
-        digest = file.sha256 or hashlib.sha256(read_checked(file.path, None)).hexdigest()
-        result = folder / f"{digest}-{version('pycollada')}.ply"
+        content = checked_content(file)
+        result = folder / f"{read_mesh(content).key}.ply"
         if not result.exists():
-            parts = [weld(*part) for part in read_triangles(checked_content(file))]
+            parts = [weld(*part) for part in read_triangles(content)]
             folder.mkdir(parents=True, exist_ok=True)
             replace_all({result: encode_parts([(points.astype(np.float32), faces) for points, faces in parts])})
     except AssetError as error:
