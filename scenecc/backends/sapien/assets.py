@@ -189,7 +189,7 @@ class _CoacdInput(NamedTuple):
         """The content, and what is done with it, without where it lies."""
         path, digest = self.mesh
         hashes = [digest, *sorted((uri, named) for uri, (_, named) in self.buffers.items())]
-        how = [Path(path).suffix.lower(), version("coacd"), arguments]
+        how = [Path(path).suffix.lower(), version("coacd"), version("trimesh"), arguments]
         return hashlib.sha256(json.dumps([hashes, how], sort_keys=True).encode()).hexdigest()
 
 
@@ -198,18 +198,14 @@ def decompose(file: AssetFile, params: CoacdParams) -> Path:
 
     The result is what `sapien.wrapper.coacd.do_coacd` gives for the same parameters. It is kept under
     `$XDG_CACHE_HOME/scenecc/coacd` (`~/.cache` without that variable) by the mesh's content, that of its buffers, the
-    parameters and CoACD's version. Materials and images are not read.
+    parameters and the versions of CoACD and trimesh, which reads the mesh. Materials and images are not read.
 
     Raises:
         EngineFailure: CoACD is not installed or fails, or the cache folder cannot be written.
     """
-    for module in ("coacd", "trimesh"):
-        if importlib.util.find_spec(module) is None:
-            raise EngineFailure(
-                COACD_CODE,
-                f"convex decomposition needs the package '{module}', which is not installed",
-                hint=install_hint("convex"),
-            )
+    if importlib.util.find_spec("coacd") is None:
+        message = "convex decomposition needs the package 'coacd', which is not installed"
+        raise EngineFailure(COACD_CODE, message, hint=install_hint("convex"))
     arguments = coacd_arguments(params)
     folder = cache_folder("coacd")
     try:
