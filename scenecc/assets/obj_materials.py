@@ -11,7 +11,7 @@ MATERIAL_LINE = re.compile(rb"(?m)^([ \t]*)mtllib[ \t]+([^\r\n]*)")
 """What is before `mtllib`, and the name with the blanks behind it, which belong to it for SAPIEN's reader."""
 
 _MAP_LINE = re.compile(r"(?i)(?:map_|bump|norm|disp|decal|refl)[^ \t]*[ \t]+(.*)")
-"""SAPIEN's reader looks at the first letters of the word alone, and takes all that follows it for the name."""
+"""SAPIEN's reader looks only at the first letters of the word, and takes all that follows it for the name."""
 
 _OPTION_WORDS = (
     dict.fromkeys(("-blendu", "-blendv", "-boost", "-texres", "-clamp", "-bm", "-imfchan", "-type"), 1)

@@ -329,7 +329,7 @@ def _check_optional(
         if reference.kind == "buffer" or not unused:
             raise fault
         return
-    # A build takes images out of an OBJ alone: of others SAPIEN opens them at the first picture.
+    # A build takes images out of an OBJ only: of others SAPIEN opens them at the first picture.
     if reference.kind == "image" and Path(asset.path).suffix.lower() != ".obj":
         repaired = missing and asset.optional_names
         raise AssetError(fault.code, fault.message, _ONLY_OF_OBJ) if repaired else fault
@@ -343,7 +343,7 @@ def _check_optional(
     checker.left_out.setdefault((visual.parent, reference.kind, missing), []).append((message, visual))
 
 
-_ONLY_OF_OBJ = "`repair: [files]` leaves images out of OBJ meshes alone: put the image there, or export the mesh as OBJ"
+_ONLY_OF_OBJ = "`repair: [files]` leaves images out of OBJ meshes only: put the image there, or export the mesh as OBJ"
 
 _UNREAD_IMAGE = {"SC410", "SC420"}
 """Codes of images that are there and that cannot be read."""
@@ -409,7 +409,7 @@ def _check_colors(checker: _AssetChecker, asset: AssetFile, slots: Mapping[str, 
         return
     for slot, origin in slots.items():
         if slot in _GREY_RESULTS:
-            message = f"{asset.uri} is a grey image, which SAPIEN reads as red alone: as {slot}, {_GREY_RESULTS[slot]}"
+            message = f"{asset.uri} is a grey image, which SAPIEN reads as red only: as {slot}, {_GREY_RESULTS[slot]}"
             checker.sink.report("SC424", message, origin, hint="save it in colour (RGB)")
 
 

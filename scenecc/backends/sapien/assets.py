@@ -62,7 +62,7 @@ Signature = tuple[State, ...]
 """Of a file and of those that it names."""
 
 _START_MARGIN = 2_000_000_000
-"""Nanoseconds by which the start of the process may be off: the kernel tells its boot time in whole seconds."""
+"""Nanoseconds by which the start of the process may be off: the kernel gives its boot time in whole seconds."""
 
 
 class FileCache:
@@ -104,7 +104,7 @@ def load_all_parts(load: Callable[[], Any]) -> Any:
     """What `load` gives of a mesh's parts.
 
     Raises:
-        ValueError: the engine cannot cook some. SAPIEN leaves these out and says so in its log alone.
+        ValueError: the engine cannot cook some. SAPIEN leaves these out and says so only in its log.
     """
     with capture_engine_log() as log:
         made = load()
@@ -329,7 +329,7 @@ def mirror_mesh(mesh: str, signs: AxisSigns, *, parts: bool) -> str:
     """Path of the convex hull of a mesh, or of the hulls of its connected parts, mirrored; of the mesh where it is not.
 
     PhysX allows no negative scale of a convex mesh: its faces would look inwards, it would weigh nothing, and the
-    process would die at the first contact. The file stands in the user's cache folder, named by what it holds.
+    process would die at the first contact. The file is kept in the user's cache folder, named by its content.
 
     Raises:
         EngineFailure: the engine cannot read the mesh, or the cache folder cannot be written.
