@@ -67,6 +67,7 @@ class AssetFiles:
     def digest(self, path: Path) -> str:
         """The SHA-256 of a file. Raises AssetError."""
         if path not in self.opened:
+            _check_encoding(path)
             try:
                 state = state_of(os.stat(path))  # noqa: PTH116 - a link as what it leads to
             except OSError as error:
@@ -166,6 +167,14 @@ class AssetFiles:
         return MeshContent(
             self.digest(asset.path), suffix, lambda: self.content(asset.path), self.max_bytes, open_buffer
         )
+
+
+def _check_encoding(path: Path) -> None:
+    try:
+        str(path).encode()
+    except UnicodeEncodeError as error:
+        message = f"the path of {path.name} is not in UTF-8, and SAPIEN cannot open it"
+        raise AssetError("SC403", message, "rename its folders and the file") from error
 
 
 def check_measures(mesh: MeshRecord) -> Measures:
