@@ -56,17 +56,18 @@ class AssetFiles:
         resolve_named: finds the files that an asset names, inside what the scene may read.
         max_bytes: the limit `asset_bytes`, of a file and of what it unpacks to.
         opened: hash and state of each file that was asked for, by its path.
-        held: content of the file that was read last: a mesh that is not known yet is read for several measures.
+        last_content: of the file that was read last. A mesh that is not known yet is read for several measures.
     """
 
     resolve_named: ResolveNamed
     max_bytes: int
     opened: dict[Path, tuple[str, State]] = field(default_factory=dict[Path, "tuple[str, State]"])
-    held: dict[Path, bytes] = field(default_factory=dict[Path, bytes])
+    last_content: dict[Path, bytes] = field(default_factory=dict[Path, bytes])
 
     def digest(self, path: Path) -> str:
         """The SHA-256 of a file. Raises AssetError."""
         if path not in self.opened:
+            _check_encoding(path)
             try:
                 state = state_of(os.stat(path))  # noqa: PTH116 - a link as what it leads to
             except OSError as error:
@@ -79,8 +80,8 @@ class AssetFiles:
 
     def content(self, path: Path) -> bytes:
         """The content of a file. Raises AssetError."""
-        if path in self.held:
-            return self.held[path]
+        if path in self.last_content:
+            return self.last_content[path]
         try:
             with open_regular(path) as file:
                 state = state_of(os.fstat(file.fileno()))
@@ -97,8 +98,8 @@ class AssetFiles:
             del _digests[next(iter(_digests))]
         _digests[path, state] = digest = sha256(data).hexdigest()
         self.opened[path] = digest, state
-        self.held.clear()
-        self.held[path] = data
+        self.last_content.clear()
+        self.last_content[path] = data
         return data
 
     def image(self, path: Path) -> ImageSize:
@@ -167,6 +168,14 @@ class AssetFiles:
         return MeshContent(
             self.digest(asset.path), suffix, lambda: self.content(asset.path), self.max_bytes, open_buffer
         )
+
+
+def _check_encoding(path: Path) -> None:
+    try:
+        str(path).encode()
+    except UnicodeEncodeError as error:
+        message = f"the path of {path.name} is not in UTF-8, and SAPIEN cannot open it"
+        raise AssetError("SC403", message, "rename its folders and the file") from error
 
 
 def check_measures(mesh: MeshRecord) -> Measures:

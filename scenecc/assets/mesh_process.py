@@ -66,7 +66,7 @@ def prepare() -> Answer:
             parts: content of the file and of its buffers.
 
         Returns:
-            A header with `error` (code, message, hint), or with what `MeshRecord` holds; with `names` alone where it
+            A header with `error` (code, message, hint), or with what `MeshRecord` holds; with only `names` where it
             needs buffers. If triangles are wanted, vertices (float64) and faces (int64) of each part follow; if a hull
             is, those of all convex parts ("hulls") or these without their volumes ("parts"), the header has their
             measures as `hulls`.

@@ -17,7 +17,7 @@ from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 
 from scenecc.assets.errors import AssetError, AssetReference
-from scenecc.assets.obj_materials import image_of_line
+from scenecc.assets.obj_materials import MATERIAL_LINE, image_of_line
 from scenecc.plan.json_values import RepeatedKeyError, reject_repeated_keys
 
 
@@ -112,17 +112,15 @@ def _check_text(data: bytes) -> None:
         raise ValueError("it has a carriage return without a line feed, which only SAPIEN takes for a line end")
 
 
-_MATERIAL_LINE = re.compile(rb"(?m)^([ \t]*)mtllib[ \t]+([^\r\n]*)")
-
 _LINE_GOES_ON = re.compile(rb"\\\r*\n")
 
 
 def _obj_names(data: bytes) -> Iterator[AssetReference]:
     """The material files of an OBJ."""
     _check_text(data)
-    found: list[tuple[bytes, bytes]] = _MATERIAL_LINE.findall(data)
+    found: list[tuple[bytes, bytes]] = MATERIAL_LINE.findall(data)
     # SAPIEN joins a line that ends in a backslash with the next, and sees other names and words than this scan then.
-    if b"\\" in data and found != _MATERIAL_LINE.findall(_LINE_GOES_ON.sub(b"", data)):
+    if b"\\" in data and found != MATERIAL_LINE.findall(_LINE_GOES_ON.sub(b"", data)):
         raise ValueError("a line of `mtllib` ends in a backslash, so that it goes on in the next line")
     if any(blank for blank, _ in found):
         raise ValueError("`mtllib` follows a blank, and SAPIEN's reader skips such lines")
@@ -272,7 +270,7 @@ def _decode_data_uri(uri: str) -> bytes:
         raise ValueError(f"a data: URI is not base64: {error}") from error
 
 
-_LINE_BREAK_FIRST = re.compile(rb"ply\s.*?\bformat binary_.*?\bend_header\r?\n[\r\n]", re.DOTALL)
+_LINE_BREAK_FIRST = re.compile(rb"end_header\r?\n[\r\n]")
 
 
 def _check_ply_data(data: bytes) -> None:
@@ -282,7 +280,9 @@ def _check_ply_data(data: bytes) -> None:
     """
     if not data.startswith(b"ply"):
         raise ValueError("it does not begin with `ply`")
-    if _LINE_BREAK_FIRST.match(data) is not None:
+    # Two searches: one pattern for both takes a time that grows with the square of the size of the file.
+    start = data.find(b"format binary_")
+    if start >= 0 and _LINE_BREAK_FIRST.search(data, start) is not None:
         raise ValueError("the first byte of its data equals a line break, which SAPIEN takes for a part of the header")
 
 

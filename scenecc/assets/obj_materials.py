@@ -7,8 +7,11 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+MATERIAL_LINE = re.compile(rb"(?m)^([ \t]*)mtllib[ \t]+([^\r\n]*)")
+"""What is before `mtllib`, and the name with the blanks behind it, which belong to it for SAPIEN's reader."""
+
 _MAP_LINE = re.compile(r"(?i)(?:map_|bump|norm|disp|decal|refl)[^ \t]*[ \t]+(.*)")
-"""SAPIEN's reader looks at the first letters of the word alone, and takes all that follows it for the name."""
+"""SAPIEN's reader looks only at the first letters of the word, and takes all that follows it for the name."""
 
 _OPTION_WORDS = (
     dict.fromkeys(("-blendu", "-blendv", "-boost", "-texres", "-clamp", "-bm", "-imfchan", "-type"), 1)
@@ -66,9 +69,6 @@ def _file_exists(path: str) -> bool:
     return os.path.exists(path) and not os.path.isdir(path)  # noqa: PTH110, PTH112
 
 
-_MTLLIB_LINE = re.compile(rb"(?m)^[ \t]*mtllib[ \t]+([^\r\n]*?)[ \t]*$")
-
-
 def keep_named_images(
     mesh: bytes, path: Path, named: Mapping[str, Path], read: Callable[[Path], bytes]
 ) -> bytes | None:
@@ -87,7 +87,7 @@ def keep_named_images(
     """
     kept: list[str] = []
     is_whole = True
-    for found in dict.fromkeys(match[1].decode("utf-8", "replace") for match in _MTLLIB_LINE.finditer(mesh)):
+    for found in dict.fromkeys(match[2].decode("utf-8", "replace") for match in MATERIAL_LINE.finditer(mesh)):
         file = next((named[name] for name in (found, *fallback_materials(found, path)) if name in named), None)
         text = "" if file is None else read(file).decode("utf-8", "surrogateescape")
         for line in text.split("\n"):
@@ -101,4 +101,4 @@ def keep_named_images(
 
 def with_materials(mesh: bytes, name: str) -> bytes:
     """An OBJ whose materials are in the file `name` beside it."""
-    return b"mtllib " + name.encode() + b"\n" + _MTLLIB_LINE.sub(b"", mesh)
+    return b"mtllib " + name.encode() + b"\n" + MATERIAL_LINE.sub(b"", mesh)

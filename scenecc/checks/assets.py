@@ -159,12 +159,13 @@ def check_assets(
         meshes.setdefault(index, {}).setdefault(use, origin)
     textures: dict[int, dict[str, Origin]] = {}
     for index, slot, origin in _textures(plan):
-        textures.setdefault(index, {}).setdefault(slot, plan.files[index].origin or origin)
+        textures.setdefault(index, {}).setdefault(slot, origin)
     files = list(plan.files)
     for index in dict.fromkeys([*textures, *meshes]):
         asset, by_use = files[index], meshes.get(index, {})
         first = next(iter(textures.get(index, by_use).values()))
         if index in textures:
+            first = asset.origin or first
             with _report_asset_errors(checker, asset, first):
                 _check_texture(checker, asset.path)
                 _check_colors(checker, asset, textures[index])
@@ -329,7 +330,7 @@ def _check_optional(
         if reference.kind == "buffer" or not unused:
             raise fault
         return
-    # A build takes images out of an OBJ alone: of others SAPIEN opens them at the first picture.
+    # A build takes images out of an OBJ only: of others SAPIEN opens them at the first picture.
     if reference.kind == "image" and Path(asset.path).suffix.lower() != ".obj":
         repaired = missing and asset.optional_names
         raise AssetError(fault.code, fault.message, _ONLY_OF_OBJ) if repaired else fault
@@ -343,7 +344,7 @@ def _check_optional(
     checker.left_out.setdefault((visual.parent, reference.kind, missing), []).append((message, visual))
 
 
-_ONLY_OF_OBJ = "`repair: [files]` leaves images out of OBJ meshes alone: put the image there, or export the mesh as OBJ"
+_ONLY_OF_OBJ = "`repair: [files]` leaves images out of OBJ meshes only: put the image there, or export the mesh as OBJ"
 
 _UNREAD_IMAGE = {"SC410", "SC420"}
 """Codes of images that are there and that cannot be read."""
@@ -404,12 +405,14 @@ _GREY_RESULTS = {
 
 
 def _check_colors(checker: _AssetChecker, asset: AssetFile, slots: Mapping[str, Origin]) -> None:
-    """Warns of a grey image where SAPIEN needs three channels."""
+    """Warns of a grey image where SAPIEN needs three channels. `slots`: a place that uses it, by field."""
     if not checker.files.image(asset.path).grey:
         return
-    for slot, origin in slots.items():
+    for slot, place in slots.items():
         if slot in _GREY_RESULTS:
-            message = f"{asset.uri} is a grey image, which SAPIEN reads as red alone: as {slot}, {_GREY_RESULTS[slot]}"
+            # Another slot may have named the file first.
+            origin = asset.origin if asset.origin is not None and slot in asset.origin.path else place
+            message = f"{asset.uri} is a grey image, which SAPIEN reads as red only: as {slot}, {_GREY_RESULTS[slot]}"
             checker.sink.report("SC424", message, origin, hint="save it in colour (RGB)")
 
 

@@ -1,4 +1,4 @@
-"""Meshes as binary PLY, which SAPIEN reads as it stands: its vertices, in their order, to the bit."""
+"""Meshes as binary PLY, which SAPIEN reads without changes: its vertices, in their order, to the bit."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ _IDENTITY_POSE = np.array((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
 def map_elements(function: Callable[[float], float], values: NDArray[np.float64]) -> NDArray[np.float64]:
     """A function of `math` for every element.
 
-    numpy's own functions may give other bits for the same number, by where in an array it stands and how long
+    numpy's own functions may give other bits for the same number, by where in an array it is and how long
     that is; a scene's draw must not depend on how many others are drawn with it.
     """
     if values.strides[:1] == (0,) and len(values) > 1:

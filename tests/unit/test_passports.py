@@ -16,9 +16,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plugins.mesh_files import plan_of
 
 import scenecc
 from scenecc import SceneError, compile_scene, load_scene, replay
+from scenecc.backends.sapien.passport import build_versions
 
 SCENES = Path(__file__).parents[2] / "scenes"
 FILES = sorted(file for folder in (".", "recipes", "parts") for file in (SCENES / folder).glob("*.yaml"))
@@ -251,6 +253,15 @@ def test_another_version_or_state_is_named(scene: Path) -> None:
     told = _told(json.dumps(content), any_version=True)
     assert told[-1].startswith("SC934 the start of scene 2 has the hash ")
     assert told[-1].endswith(f", and had {content['state']}")
+
+
+@pytest.mark.parametrize(
+    ("name", "use", "packages"),
+    [("a.dae", "hull", {"pycollada"}), ("a.obj", "decomposed", {"coacd", "trimesh"}), ("a.obj", "hull", set[str]())],
+)
+def test_the_libraries_that_read_a_mesh_are_in_the_versions(name: str, use: str, packages: set[str]) -> None:
+    found = set(build_versions(plan_of([Path(name)], use)))
+    assert found - {"scenecc", "sapien", "numpy", "python", "platform"} == packages
 
 
 def test_a_scene_is_found_beside_another_current_folder(scene: Path, tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.assets.measures import weld
-from scenecc.assets.meshes import checked_content, read_triangles
+from scenecc.assets.meshes import checked_content, read_mesh, read_triangles
 from scenecc.assets.obj_materials import keep_named_images, with_materials
 from scenecc.backends.sapien.engine import (
     DROPPED_PART,
@@ -62,7 +62,7 @@ Signature = tuple[State, ...]
 """Of a file and of those that it names."""
 
 _START_MARGIN = 2_000_000_000
-"""Nanoseconds by which the start of the process may be off: the kernel tells its boot time in whole seconds."""
+"""Nanoseconds by which the start of the process may be off: the kernel gives its boot time in whole seconds."""
 
 
 class FileCache:
@@ -104,7 +104,7 @@ def load_all_parts(load: Callable[[], Any]) -> Any:
     """What `load` gives of a mesh's parts.
 
     Raises:
-        ValueError: the engine cannot cook some. SAPIEN leaves these out and says so in its log alone.
+        ValueError: the engine cannot cook some. SAPIEN leaves these out and says so only in its log.
     """
     with capture_engine_log() as log:
         made = load()
@@ -189,7 +189,7 @@ class _CoacdInput(NamedTuple):
         """The content, and what is done with it, without where it lies."""
         path, digest = self.mesh
         hashes = [digest, *sorted((uri, named) for uri, (_, named) in self.buffers.items())]
-        how = [Path(path).suffix.lower(), version("coacd"), arguments]
+        how = [Path(path).suffix.lower(), version("coacd"), version("trimesh"), arguments]
         return hashlib.sha256(json.dumps([hashes, how], sort_keys=True).encode()).hexdigest()
 
 
@@ -198,18 +198,14 @@ def decompose(file: AssetFile, params: CoacdParams) -> Path:
 
     The result is what `sapien.wrapper.coacd.do_coacd` gives for the same parameters. It is kept under
     `$XDG_CACHE_HOME/scenecc/coacd` (`~/.cache` without that variable) by the mesh's content, that of its buffers, the
-    parameters and CoACD's version. Materials and images are not read.
+    parameters and the versions of CoACD and trimesh, which reads the mesh. Materials and images are not read.
 
     Raises:
         EngineFailure: CoACD is not installed or fails, or the cache folder cannot be written.
     """
-    for module in ("coacd", "trimesh"):
-        if importlib.util.find_spec(module) is None:
-            raise EngineFailure(
-                COACD_CODE,
-                f"convex decomposition needs the package '{module}', which is not installed",
-                hint=install_hint("convex"),
-            )
+    if importlib.util.find_spec("coacd") is None:
+        message = "convex decomposition needs the package 'coacd', which is not installed"
+        raise EngineFailure(COACD_CODE, message, hint=install_hint("convex"))
     arguments = coacd_arguments(params)
     folder = cache_folder("coacd")
     try:
@@ -230,7 +226,7 @@ def decompose(file: AssetFile, params: CoacdParams) -> Path:
 def collision_file(file: AssetFile) -> Path:
     """A mesh as PhysX can read it: of a COLLADA (`.dae`), which SAPIEN only shows, a PLY with the same triangles.
 
-    The PLY is kept in the user's cache folder, by the content of the COLLADA and the version of what reads it.
+    The PLY is kept in the user's cache folder, by the key of the COLLADA's record.
 
     Raises:
         EngineFailure: it cannot be read, or the cache folder cannot be written.
@@ -239,10 +235,10 @@ def collision_file(file: AssetFile) -> Path:
         return file.path
     folder = cache_folder("collada")
     try:
-        digest = file.sha256 or hashlib.sha256(read_checked(file.path, None)).hexdigest()
-        result = folder / f"{digest}-{version('pycollada')}.ply"
+        content = checked_content(file)
+        result = folder / f"{read_mesh(content).key}.ply"
         if not result.exists():
-            parts = [weld(*part) for part in read_triangles(checked_content(file))]
+            parts = [weld(*part) for part in read_triangles(content)]
             folder.mkdir(parents=True, exist_ok=True)
             replace_all({result: encode_parts([(points.astype(np.float32), faces) for points, faces in parts])})
     except AssetError as error:
@@ -333,7 +329,7 @@ def mirror_mesh(mesh: str, signs: AxisSigns, *, parts: bool) -> str:
     """Path of the convex hull of a mesh, or of the hulls of its connected parts, mirrored; of the mesh where it is not.
 
     PhysX allows no negative scale of a convex mesh: its faces would look inwards, it would weigh nothing, and the
-    process would die at the first contact. The file stands in the user's cache folder, named by what it holds.
+    process would die at the first contact. The file is kept in the user's cache folder, named by its content.
 
     Raises:
         EngineFailure: the engine cannot read the mesh, or the cache folder cannot be written.

@@ -176,10 +176,10 @@ def build_versions(plan: ScenePlan) -> dict[str, str]:
             name, _, number = file.read_by.partition(" ")
             found[name] = number
         if file.path.suffix.lower() == ".dae":
-            found["trimesh"] = _version("trimesh")
+            found["pycollada"] = _version("pycollada")
     shapes = (shape.geometry for entity in plan.entities for body in entity.bodies for shape in body.collisions)
     if any(isinstance(geometry, ConvexParts) and geometry.coacd is not None for geometry in shapes):
-        found["coacd"] = _version("coacd")
+        found |= {package: _version(package) for package in ("coacd", "trimesh")}
     return found
 
 

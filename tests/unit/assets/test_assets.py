@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import struct
 import subprocess
 import sys
@@ -33,6 +34,7 @@ from plugins.mesh_files import (
 from plugins.nightly import assert_took
 from plugins.sample_plans import indices
 
+from scenecc import validate
 from scenecc.assets import files
 from scenecc.assets.measures import hull_parts
 from scenecc.checks.assets import check_assets
@@ -498,3 +500,21 @@ def test_a_long_strip_takes_no_long_time(order: str) -> None:
     start = time.process_time()
     assert len(hull_parts([(np.zeros((count, 3)), faces)], ".ply")) == 1
     assert_took(time.process_time() - start, most=5)
+
+
+@pytest.mark.parametrize("use", ["mesh", "image"])
+def test_a_path_that_is_not_in_utf_8(tmp_path: Path, use: str) -> None:
+    """Which SAPIEN's functions do not take."""
+    folder = tmp_path / os.fsdecode(b"bad\xff")
+    folder.mkdir()
+    write(folder, "a.obj", TETRA)
+    write(folder, "a.png", png(4, 4))
+    shape: dict[str, Any] = {"type": "mesh", "file": "a.obj"}
+    if use == "image":
+        shape = {"type": "sphere", "radius": 1, "material": {"visual": {"base_color_texture": "a.png"}}}
+    scene = {"scenecc": 1, "entities": {"a": {"body_type": "none", "visuals": [shape]}}}
+    write(folder, "scene.yaml", json.dumps(scene))
+    (found,) = validate(folder / "scene.yaml")
+    assert (found.code, found.message.partition(": ")[2].partition(",")[0]) == (
+        "SC403", f"the path of a.{'obj' if use == 'mesh' else 'png'} is not in UTF-8",
+    )  # fmt: skip

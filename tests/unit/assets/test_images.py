@@ -175,6 +175,20 @@ def test_grey_textures(tmp_path: Path, name: str) -> None:
     assert found == ([("SC424", "warning", place)] if name in GREY else [])
 
 
+def test_a_grey_texture_that_another_key_named_first(tmp_path: Path) -> None:
+    path = tmp_path / "L.png"
+    path.write_bytes(GREY[path.name])
+    material = {"base_color_texture": str(path), "emission_texture": str(path)}
+    visual = {"type": "sphere", "radius": 1, "material": {"visual": material}}
+    scene = {"scenecc": 1, "entities": {"ball": {"body_type": "none", "visuals": [visual]}}}
+    found = {one.path: one.message.partition("only: as ")[2] for one in validate(scene, asset_roots=[tmp_path])}
+    place = "entities.ball.visuals[0].material"
+    assert found == {
+        f"{place}.visual.base_color_texture": "base_color_texture, the shape is invisible",
+        place: "emission_texture, nothing glows",
+    }
+
+
 @pytest.mark.render
 @pytest.mark.parametrize("name", GREY | COLORED)
 def test_sapien_loads_grey_textures_with_one_channel(tmp_path: Path, name: str) -> None:

@@ -11,6 +11,7 @@ from PIL import Image
 from plugins.mesh_files import codes, diagnose, glb, gltf_document, ply
 
 import scenecc
+from scenecc.assets.names import scan_names
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
@@ -63,6 +64,11 @@ def test_data_that_begins_like_a_line_break_is_refused(tmp_path: Path) -> None:
         path.write_bytes(header.encode() + data)
         (fault,) = diagnose(path, "hull")
         assert message in fault.message
+
+
+def test_a_header_that_repeats_its_format_is_read_once() -> None:
+    """It took hours, and 3 s of a good PLY of 50 MB."""
+    scan_names(b"ply\n" + b"format binary_ " * 100_000, ".ply")
 
 
 def test_a_fan_is_refused(tmp_path: Path) -> None:

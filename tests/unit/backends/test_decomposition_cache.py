@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -16,13 +17,29 @@ from scenecc.plan import CoacdParams
 pytest.importorskip("coacd")
 
 
-def test_a_mesh_in_a_buffer_beside_the_gltf_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Writes a file in place of CoACD, into an empty cache folder."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
     def run(content: object, arguments: object, result: Path) -> None:
         result.write_bytes(b"ply")
 
     monkeypatch.setattr(assets, "_run_coacd", run)
+
+
+@pytest.mark.usefixtures("stub")
+@pytest.mark.parametrize("package", ["coacd", "trimesh"])
+def test_another_version_cuts_again(package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = checked(write(tmp_path, "mesh.obj", TETRA), "decomposed")
+    first = assets.decompose(file, CoacdParams())
+    assert assets.decompose(file, CoacdParams()) == first
+    monkeypatch.setattr(assets, "version", lambda name: "99" if name == package else version(name))
+    assert assets.decompose(file, CoacdParams()) != first
+
+
+@pytest.mark.usefixtures("stub")
+def test_a_mesh_in_a_buffer_beside_the_gltf_counts(tmp_path: Path) -> None:
     document, body = gltf_document()
     document["buffers"][0]["uri"] = "mesh.bin"
     path, buffer = tmp_path / "mesh.gltf", tmp_path / "mesh.bin"

@@ -10,12 +10,14 @@ from typing import Any
 
 import pytest
 from plugins.mesh_files import POINTS, TETRA, checked, glb, gltf_document, plan_of, ply, write
+from unit.assets.test_mesh_dae import DAE
 
 from scenecc import SceneError, compile_scene, load_scene, pack_scene, validate
 from scenecc.assets import engine, meshes
 from scenecc.assets.content_cache import ContentCache
 from scenecc.assets.engine import engine_fault
 from scenecc.backends.sapien import instantiate
+from scenecc.backends.sapien.assets import collision_file
 from scenecc.backends.sapien.mesh_reading import report_unreadable_meshes
 from scenecc.diagnostics import Sink
 from scenecc.plan.body import AssetFile
@@ -155,6 +157,18 @@ def test_a_collada_that_collides_is_not_read(tmp_path: Path, reader: CountingRea
     assert reader.asked == []
     report_unreadable_meshes(plan_of([path], "visual"), (0,), Sink(), rendered=True)
     assert reader.asked == [("a.dae", "visual")]
+
+
+def test_a_collada_is_converted_again_where_it_is_read_otherwise(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = AssetFile("a.dae", write(tmp_path, "a.dae", DAE))
+    first = collision_file(file)
+    assert collision_file(file) == first
+    monkeypatch.setattr(meshes, "_RECORDS", replace(meshes._RECORDS, version=99))
+    again = collision_file(file)
+    assert again != first
+    assert again.read_bytes() == first.read_bytes()
 
 
 @pytest.mark.parametrize("uri", ["pkg://acme/a.obj", "asset://a.obj"])

@@ -259,7 +259,7 @@ def test_an_image_that_a_gltf_lacks_is_an_error(tmp_path: Path) -> None:
         build(tmp_path, f'<link name="a">{mesh}{BOX}</link><link name="b"/>' + joint("fixed"), "files")
     (error,) = scenecc.validate(tmp_path / "scene.yaml")
     assert "gone.png" in error.message
-    assert "OBJ meshes alone" in (error.hint or "")
+    assert "OBJ meshes only" in (error.hint or "")
 
 
 def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -> None:
@@ -425,6 +425,19 @@ def test_a_copy_without_the_image_is_seen(tmp_path: Path, pictured: str) -> None
     assert rest == ["", *TRIANGLE.splitlines()[1:]]
     material = part.parent / first.removeprefix("mtllib ")
     assert material.read_text(encoding="utf-8") == f" map_Kd -o 0 0 0 {tmp_path / 'picture.png'}\n"
+
+
+def test_an_image_is_left_out_of_a_file_with_windows_line_ends(tmp_path: Path, pictured: str) -> None:
+    write(tmp_path, pictured)
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [files]}}\n", encoding="utf-8")
+    mesh = tmp_path / "part.obj"
+    mesh.write_bytes(mesh.read_bytes().replace(b"\n", b"\r\n"))
+    (copy,) = (visual_file(file) for file in scenecc.compile_scene(scene).files if file.path == mesh)
+    first, *rest = copy.read_bytes().splitlines()
+    assert rest == [b"", *mesh.read_bytes().splitlines()[1:]]
+    material = copy.parent / first.decode().removeprefix("mtllib ")
+    assert material.read_text(encoding="utf-8") == "newmtl m\nKd 0 1 0\n"
 
 
 @pytest.mark.render
