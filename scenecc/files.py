@@ -137,11 +137,34 @@ def keep_file(kind: str, content: bytes, suffix: str) -> Path:
     return file
 
 
+MOST_RESULTS: Final = 50_000
+"""How many files are in a folder of results, and"""
+
+MOST_RESULT_BYTES: Final = 4 * 2**30
+"""their size together: with more, half of them are removed."""
+
+_pruned: set[Path] = set()
+"""Folders that this process has looked through."""
+
+
 def keep_result(file: Path, content: bytes) -> None:
     """Writes a file of the cache folder. Where it cannot be written, it is left out: it is made again the next time."""
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
+        if file.parent not in _pruned:
+            _pruned.add(file.parent)
+            _prune(file.parent)
         replace_all({file: _checksum(content) + content})
+
+
+def _prune(folder: Path) -> None:
+    """Removes the half of the results that were written first, where there are very many or they are very large."""
+    with os.scandir(folder) as entries:
+        files = sorted(((one.stat(), one.path) for one in entries), key=lambda one: one[0].st_mtime_ns)
+    if len(files) > MOST_RESULTS or sum(status.st_size for status, _ in files) > MOST_RESULT_BYTES:
+        for _, path in files[: len(files) // 2]:
+            with suppress(OSError):  # another process removes them too
+                os.unlink(path)  # noqa: PTH108 - the name of an entry
 
 
 def read_result(file: Path) -> bytes | None:

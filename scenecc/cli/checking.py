@@ -143,7 +143,6 @@ def run_checks(
         wanted = settings[file].apply(parts.without_lacks(file, here), file)
         worst = max(worst, status(wanted, strict=settings[file].strict))
         diagnostics += wanted
-    cache.prune()
     worst = max(worst, status(finder.faults), Status.fine)
     diagnostics = [*finder.faults, *diagnostics]
     if asked["statistics"]:

@@ -25,8 +25,6 @@ _KIND: Final = "findings"
 _SETTLED: Final = 2_000_000_000
 """[ns] A file that changed less before it was looked at may change again within one tick of its clock."""
 
-_MOST_ENTRIES: Final = 50_000
-
 _PACKAGE: Final = Path(__file__).parent.parent
 
 
@@ -93,17 +91,6 @@ class FindingsCache:
             "diagnostics": [asdict(one) for one in found],
         }
         keep_result(entry, json.dumps(record).encode())
-
-    def prune(self) -> None:
-        """Removes the entries that were not written for the longest time, where there are very many."""
-        try:
-            entries = list(self._folder.iterdir())
-            if len(entries) <= _MOST_ENTRIES:
-                return
-            for path in sorted(entries, key=lambda path: path.stat().st_mtime)[: len(entries) // 2]:
-                path.unlink()
-        except OSError:
-            pass  # another process removes them too
 
 
 def _settled_state(path: Path, started: int) -> State | None:
