@@ -144,7 +144,9 @@ def _read(
 
 _UNHELPFUL_WORDS = (
     ("string or file could not be read to its end", "a number in it cannot be read"),
+    ("invalid literal for int()", "a number in it cannot be read"),
     ("PLY is unexpected length", "it is truncated or damaged"),
+    ("No active exception", "it has an element that pycollada does not read"),
 )
 
 

@@ -148,6 +148,7 @@ OTHERS = {
     ".ply": {"an OBJ": OBJ, "an STL": STL, "does not begin with `ply`": bytes(100)},
     ".stl": {"an OBJ": OBJ},
     ".obj": {"an STL": STL, "a number in it cannot be read": OBJ.replace(b"1 0 0", b"1 0 0,5")},
+    ".OBJ": {"a number in it cannot be read": OBJ + b"f 1 2 3 # comment\n"},
 }
 
 
