@@ -199,10 +199,11 @@ def _check_pixels(data: bytes, kind: str) -> None:
 
 
 def _check_png_length(data: bytes) -> None:
-    """Checks that the pixels of a PNG are not followed by others, all of which SAPIEN unpacks: it hangs at 2 GB.
+    """Checks that the pixels of a PNG end. SAPIEN unpacks whatever follows them, and hangs at 2 GB.
 
     Raises:
-        ValueError: they unpack to twice as much as pixels of its size need at most, or SAPIEN unpacks them otherwise.
+        ValueError: they unpack to twice as much as pixels of its size need at most, or have no end, behind which SAPIEN
+            unpacks zeros, or SAPIEN unpacks them otherwise.
     """
     most, unpacked, at = 2 * _read_size(data, "Png").unpacked + 2**16, 0, 8
     unpacker = zlib.decompressobj()
@@ -217,6 +218,8 @@ def _check_png_length(data: bytes) -> None:
             if unpacked > most:
                 raise ValueError("it has more pixels than its header says")
         at = end + 4
+    if not unpacker.eof:
+        raise ValueError("its pixels have no end")
 
 
 def _open_with_pillow(data: bytes, kind: str) -> Any:

@@ -61,6 +61,16 @@ def chunk(kind: bytes, content: bytes) -> bytes:
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
 
+def test_pixels_of_a_png_that_do_not_end() -> None:
+    """Pillow needs no end. SAPIEN unpacks zeros behind it, until it hangs at 2 GB."""
+    data = PICTURES["rgb.png"]
+    start, end = data.index(b"IDAT") - 4, len(data) - 12
+    pixels = zlib.decompress(data[start + 8 :])
+    for packer, rest in ((zlib.compressobj(), b""), (zlib.compressobj(0), b"\0\0"), (zlib.compressobj(), b"\xff")):
+        packed = packer.compress(pixels) + packer.flush(zlib.Z_SYNC_FLUSH) + rest
+        assert refused(data[:start] + chunk(b"IDAT", packed) + data[end:])
+
+
 @pytest.mark.parametrize(
     ("before", "rows", "wrong"),
     [(b"", 3, False), (b"", 2**16, True), (chunk(b"CgBI", bytes(4)), 1, True)],
