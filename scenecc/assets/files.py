@@ -40,7 +40,7 @@ _digests: dict[tuple[Path, State], str] = {}
 _MOST_NAME_BYTES = 1000
 """Of the name of a file in a mesh: SAPIEN cuts one at 1023, and would open another file."""
 
-_IMAGES: Final = ContentCache("images", 2, ("pillow",))
+_IMAGES: Final = ContentCache("images", 3, ("pillow",))
 """Sizes of images that `check_image` takes. Its version is another one wherever that refuses something else."""
 
 

@@ -193,6 +193,7 @@ def _check_pixels(data: bytes, kind: str) -> None:
     elif kind != ".ktx":
         if kind == "Png":
             _open_with_pillow(data, kind).verify()  # the checksums of chunks, which `load` does not read
+            _check_png_length(data)
         elif kind == "Bmp":
             _check_bmp_header(data)
         elif kind == "Jpeg" and data.count(b"\xff\xda") > _MOST_SCANS:
@@ -206,6 +207,30 @@ def _check_bmp_header(data: bytes) -> None:
         raise ValueError("it is a BMP of OS/2, which SAPIEN misreads")
     if int.from_bytes(data[28:30], "little") == 1:
         raise ValueError("it is a BMP with one bit per pixel, which SAPIEN misreads")
+
+
+def _check_png_length(data: bytes) -> None:
+    """Checks that the pixels of a PNG end. SAPIEN unpacks whatever follows them, and hangs at 2 GB.
+
+    Raises:
+        ValueError: they unpack to twice as much as pixels of its size need at most, or have no end, behind which SAPIEN
+            unpacks zeros, or SAPIEN unpacks them otherwise.
+    """
+    most, unpacked, at = 2 * _read_size(data, "Png").unpacked + 2**16, 0, 8
+    unpacker = zlib.decompressobj()
+    while (kind := data[at + 4 : at + 8]) not in {b"IEND", b""}:
+        start, end = at + 8, at + 8 + int.from_bytes(data[at : at + 4], "big")
+        if kind == b"CgBI":
+            raise ValueError("it is a PNG of Xcode, which only Apple's programs read")
+        for part in range(start, end if kind == b"IDAT" else start, 2**14):
+            if unpacker.eof:
+                return
+            unpacked += len(unpacker.decompress(data[part : min(part + 2**14, end)]))
+            if unpacked > most:
+                raise ValueError("it has more pixels than its header says")
+        at = end + 4
+    if not unpacker.eof:
+        raise ValueError("its pixels have no end")
 
 
 def _open_with_pillow(data: bytes, kind: str) -> Any:

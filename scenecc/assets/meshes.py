@@ -109,7 +109,7 @@ def read_again(path: Path, digest: str | None) -> bytes:
 
 Header = dict[str, Any]
 
-_RECORDS: Final = ContentCache("meshes", 2, ("trimesh", "pycollada", "pillow"))
+_RECORDS: Final = ContentCache("meshes", 3, ("trimesh", "pycollada", "pillow"))
 """Their version is another one wherever `names`, `images`, `measures` or `mesh_process` refuse or measure otherwise."""
 
 

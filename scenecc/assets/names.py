@@ -10,7 +10,7 @@ import binascii
 import json
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sized
 from dataclasses import dataclass
 from typing import Any, Literal, NoReturn, cast
 from urllib.parse import unquote
@@ -19,6 +19,15 @@ from xml.etree import ElementTree as ET
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.obj_materials import MATERIAL_LINE, image_of_line
 from scenecc.plan.json_values import RepeatedKeyError, reject_repeated_keys
+
+MOST_NAMES = 4096
+"""How many files a mesh may name. Each is looked up, and the fault of each is reported."""
+
+
+def check_count(names: Sized) -> None:
+    """Raises AssetError where a mesh names too many files."""
+    if len(names) > MOST_NAMES:
+        raise AssetError("SC607", f"the mesh names more than {MOST_NAMES} files", "split the mesh")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,28 +53,31 @@ def scan_names(data: bytes, suffix: str) -> MeshNames:
         suffix: its suffix in lower case.
 
     Raises:
-        AssetError: the file is broken (SC412), or holds what SAPIEN does not read (SC410).
+        AssetError: the file is broken (SC412), holds what SAPIEN does not read (SC410), or names too many (SC607).
     """
     _check_content(data, suffix)
+    names = MeshNames()
     try:
         match suffix:
             case ".obj":
-                return MeshNames(tuple(_obj_names(data)))
+                names = MeshNames(tuple(_obj_names(data)))
             case ".gltf" | ".glb":
-                return _gltf_names(data)
+                names = _gltf_names(data)
             case ".dae":
-                return MeshNames(tuple(AssetReference(name, "image") for name in _collada_names(data)))
+                names = MeshNames(tuple(AssetReference(name, "image") for name in _collada_names(data)))
             case ".ply":
                 _check_ply_data(data)
-                return MeshNames(visual_fault=_ply_fault(data))
+                names = MeshNames(visual_fault=_ply_fault(data))
             case _:
-                return MeshNames()
+                pass
     except RepeatedKeyError as error:
         message = f"the key {error} occurs twice in one object"
         raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
     except (ValueError, TypeError, AttributeError, RecursionError, struct.error, ET.ParseError) as error:
         message = _plain_words(error)
         raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
+    check_count(names.references)
+    return names
 
 
 def _plain_words(error: Exception) -> str:
@@ -132,13 +144,14 @@ def material_images(data: bytes) -> tuple[AssetReference, ...]:
     """The images that an MTL names. SAPIEN looks for them next to the OBJ.
 
     Raises:
-        AssetError: it is not text, or SAPIEN misreads a line.
+        AssetError: it is not text, SAPIEN misreads a line, or there are too many.
     """
     names: dict[str, None] = {}
     try:
         _check_text(data)
         for line in data.decode("utf-8", "replace").split("\n"):
             names[image_of_line(line.lstrip(" \t").rstrip("\r"))] = None
+            check_count(names)
     except ValueError as error:
         message = f"the MTL cannot be read: {error}"
         raise AssetError("SC412", message, "export the mesh again") from error

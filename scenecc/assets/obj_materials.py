@@ -20,6 +20,11 @@ _OPTION_WORDS = (
 )
 """How many words follow an option, as SAPIEN's reader counts them."""
 
+_WORDS = {count: re.compile(rf"(?:[^ \t]*[ \t]+){{{count + 1}}}") for count in (1, 2, 3)}
+"""An option and so many words, with the blanks behind each."""
+
+_FIRST_WORD = re.compile(r"\S*")
+
 
 def image_of_line(line: str) -> str:
     """The image that a line of an MTL names, "" where it names none.
@@ -37,15 +42,17 @@ def image_of_words(rest: str) -> str:
     Raises:
         ValueError: SAPIEN misreads the options.
     """
-    while rest.startswith("-"):
-        option = rest.split(maxsplit=1)[0].lower()
+    at = 0  # nothing is copied, for a line may have millions of options
+    while rest.startswith("-", at):
+        first = _FIRST_WORD.match(rest, at)
+        option = first[0].lower() if first else ""
         if option not in _OPTION_WORDS:
             raise ValueError(f"SAPIEN does not know the option `{option[:40]}`, and misreads what follows it")
-        parts = re.split(r"[ \t]+", rest, maxsplit=_OPTION_WORDS[option] + 1)
-        if len(parts) < _OPTION_WORDS[option] + 2:
+        words = _WORDS[_OPTION_WORDS[option]].match(rest, at)
+        if words is None:
             raise ValueError(f"`{option}` has {_OPTION_WORDS[option]} values and then the name of the file")
-        rest = parts[-1]
-    return rest
+        at = words.end()
+    return rest[at:]
 
 
 def fallback_materials(material: str, mesh: Path) -> list[str]:

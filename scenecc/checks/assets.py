@@ -18,7 +18,7 @@ from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.files import AssetFiles, MissingError, ResolveNamed, check_measures
 from scenecc.assets.images import IMAGE_SUFFIXES
 from scenecc.assets.mesh_uses import MeshUse, mesh_use
-from scenecc.assets.names import material_images
+from scenecc.assets.names import check_count, material_images
 from scenecc.assets.obj_materials import fallback_materials
 from scenecc.checks.mesh_rules import check_mesh_use
 from scenecc.checks.value_queries import indices, rows
@@ -283,6 +283,7 @@ def _check_references(
     visual = by_use.get("visual")
     origin = visual or next(iter(by_use.values()))
     references = [one for one in mesh.names if one.kind != "buffer"]
+    images: dict[str, tuple[AssetReference, ...]] = {}  # of each MTL, by its SHA-256: a mesh may name one in many ways
     for reference in references:  # which grows
         with _report_asset_errors(checker, asset, origin):
             try:
@@ -304,9 +305,11 @@ def _check_references(
             elif reference.kind in {"material", "fallback"} and any(use != "decomposed" for use in by_use):
                 # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
                 # up where it cannot; images it opens only for what is visible. A decomposition reads none of them.
-                images = material_images(checker.files.content(path))
-                if visual is not None:
-                    references.extend(images)
+                digest = checker.files.digest(path)
+                if digest not in images:
+                    images[digest] = material_images(checker.files.content(path))
+                    check_count([*references, *images[digest]])
+                    references.extend(images[digest] if visual is not None else ())
             else:
                 continue  # an image of a mesh that only collides
             named[reference.uri] = path

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenecc.cli.output import usage_error, write
+from scenecc.cli.output import refusal, usage_error, write
 from scenecc.diagnostics.fixing import is_better, with_fix
 from scenecc.diagnostics.messages import cut
 from scenecc.files import open_regular
@@ -38,8 +40,15 @@ class Corrected:
         return "".join(line if line.endswith("\n") else line + "\n" for line in lines)
 
     def write(self) -> Diagnostic | None:
-        """Writes the file completely or not at all; the finding where that fails."""
-        fault = write(str(Path(self.file)), self.after.encode("utf-8", errors="surrogateescape"))
+        """Writes the file completely or not at all; the finding where that fails, or where it changed meanwhile."""
+        refused = refusal(self.file)
+        if refused is None and _read(self.file) != self.before:
+            refused = f"`{self.file}` changed while it was corrected: nothing was written"
+        fault = (
+            ("SC904", refused)
+            if refused
+            else write(str(Path(self.file)), self.after.encode("utf-8", errors="surrogateescape"))
+        )
         return None if fault is None else usage_error(*fault, file=self.file)
 
 
@@ -53,20 +62,65 @@ def corrected(file: str, options: Options) -> Corrected | None:
     A correction that leads to a new error, or does not remove its finding, is not made. A stage whose mistakes are
     corrected lets the next one find its own.
     """
-    with open_regular(file) as stream:
-        before = text = stream.read().decode("utf-8", errors="surrogateescape")
+    before = _read(file)
+    if before is None:
+        return None
+    text = before
+    check = partial(_check_text, file, options)
     made: list[Diagnostic] = []
-    then, last = _check_text(file, options, text), ""
+    then, last = check(text), ""
     while text != last:
         last = text
-        tried = [one for one in then if one.fix is not None and one.file == one.fix.location.file == file]
-        for found in sorted(tried, key=_place, reverse=True):
-            changed = with_fix(text, found)
-            now = then if changed is None else _check_text(file, options, changed)
-            if changed is not None and is_better(now, then, found):
-                text, then = changed, now
-                made.append(found)
+        for batch in _batches(one for one in then if one.fix and one.file == one.fix.location.file == file):
+            text, then, better = _correct_together(check, text, then, batch)
+            made += better
     return Corrected(file, before, text, sorted(made, key=_place)) if made else None
+
+
+def _read(file: str) -> str | None:
+    """The text of a file; None where it is gone since it was checked."""
+    try:
+        with open_regular(file) as stream:
+            return stream.read().decode("utf-8", errors="surrogateescape")
+    except OSError:
+        return None
+
+
+def _batches(every: Iterable[Diagnostic]) -> Iterable[list[Diagnostic]]:
+    """Findings in batches with at most one of each line, the last of a line first."""
+    batches: defaultdict[int, list[Diagnostic]] = defaultdict(list)
+    of_line: Counter[int] = Counter()
+    for found in sorted(every, key=_place, reverse=True):
+        line, _ = _place(found)
+        batches[of_line[line]].append(found)
+        of_line[line] += 1
+    return batches.values()
+
+
+def _correct_together(
+    check: Check, text: str, then: list[Diagnostic], batch: Sequence[Diagnostic]
+) -> tuple[str, list[Diagnostic], list[Diagnostic]]:
+    """The text with corrections, its findings, and the corrections made: all, or by halves where one does no good.
+
+    One check for each correction would take minutes for a file with hundreds of them.
+    """
+    changed = text
+    made: list[Diagnostic] = []
+    for found in batch:
+        if (after := with_fix(changed, found)) is not None:
+            changed = after
+            made.append(found)
+    if not made:
+        return text, then, []
+    now = check(changed)
+    if all(is_better(now, then, found) for found in made):
+        return changed, now, made
+    if len(made) == 1:
+        return text, then, []
+    half = len(made) // 2
+    text, then, first = _correct_together(check, text, then, made[:half])
+    text, then, second = _correct_together(check, text, then, made[half:])
+    return text, then, first + second
 
 
 def _place(found: Diagnostic) -> tuple[int, int]:

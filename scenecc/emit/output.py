@@ -65,9 +65,14 @@ class XmlElement:
         yield f"{_INDENT * depth}</{self.tag}>"
 
 
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML cannot hold. Names in a plan's JSON may have them."""
+
+
 def format_document(root: XmlElement) -> bytes:
     """An XML file with this root element."""
-    return "\n".join(['<?xml version="1.0" encoding="utf-8"?>', *root.lines(), ""]).encode()
+    text = "\n".join(['<?xml version="1.0" encoding="utf-8"?>', *root.lines(), ""])
+    return _NOT_XML.sub("\ufffd", text).encode()
 
 
 def format_attribute(value: Any) -> str:

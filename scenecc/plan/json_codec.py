@@ -597,6 +597,8 @@ class PlanDecoder:
         return shared
 
     def _unknown_key(self, key: str, known: list[str], path: Keys) -> None:
+        if self._sink.full:  # the nearest of the known keys takes long to find for a million others
+            return
         near = difflib.get_close_matches(key[:80], known, n=1)
         hint = f"did you mean `{near[0]}`?" if near else None
         self._sink.report(

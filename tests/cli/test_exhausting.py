@@ -143,10 +143,9 @@ def large_obj(folder: Path) -> Path:
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
-def long_mtl(folder: Path) -> Path:
+def with_mtl(folder: Path, mtl: str) -> Path:
     text = "entities: {a: {body_type: static, visuals: [{type: mesh, file: m.obj}]}}\n"
-    obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
-    return scene(folder, text, m_obj=obj, m_mtl="map_Kd a.png\n" * 1_000_000)
+    return scene(folder, text, m_obj="mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", m_mtl=mtl)
 
 
 def meshes_together(folder: Path) -> Path:
@@ -221,7 +220,16 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
         lambda folder: scene(folder, MESH % "m.obj", m_obj=TRIANGLE + b"v 0 0 0 \\\n" * 3_000_000),
         "SC412",
     ),
-    "a long MTL": (long_mtl, "SC418"),
+    "a long MTL": (lambda folder: with_mtl(folder, "map_Kd a.png\n" * 1_000_000), "SC418"),
+    "options in an MTL": (lambda folder: with_mtl(folder, "map_Kd " + "-bm 1 " * 800_000 + "a.png\n"), "SC418"),
+    "images in an MTL": (
+        lambda folder: with_mtl(folder, "".join(f"map_Kd {i}.png\n" for i in range(3_000_000))),
+        "SC607",
+    ),
+    "materials in an OBJ": (
+        lambda folder: scene(folder, MESH % "m.obj", m_obj="".join(f"mtllib {i}\n" for i in range(1_000_000))),
+        "SC607",
+    ),
     "meshes together": (meshes_together, "SC415"),
 }
 

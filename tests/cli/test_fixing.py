@@ -6,6 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from scenecc.cli import corrections
+from scenecc.cli.corrections import _check_text, corrected
+from scenecc.diagnostics import Diagnostic
+from scenecc.options import Options
+
 BEFORE = """\
 # a door   with its own layout
 scenecc: 1
@@ -48,6 +53,42 @@ def test_corrections_are_listed_on_standard_error(run, tmp_path: Path, form: str
     ]
     assert done.stdout == ("" if form == "text" else run("validate", "--format", form, file).stdout)
     assert "correct" not in run("validate", "--fix", file).stderr
+
+
+def test_many_corrections_take_few_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Together where all of them do good, and those beside one that does not, too."""
+    lines = [f"  a{i}: {{mas: 1, pose: [{3 * i}, 0, 5], shapes: [{{type: sphere, radus: 0.1}}]}}\n" for i in range(64)]
+    file = tmp_path / "s.yaml"
+    checks: list[str] = []
+
+    def check(name: str, options: Options, text: str) -> list[Diagnostic]:
+        checks.append(text)
+        return _check_text(name, options, text)
+
+    monkeypatch.setattr(corrections, "_check_text", check)
+    for other, most in (("", 6), ("  b: {mas: 1, mass: 1, shapes: [{type: sphere, radius: 0.1}]}\n", 30)):
+        checks.clear()
+        file.write_text("scenecc: 1\nentities:\n" + "".join([*lines[:20], other, *lines[20:]]))
+        found = corrected(str(file), Options())
+        assert found is not None
+        assert len(found.corrections) == 128
+        assert len(checks) <= most
+
+
+def test_a_file_that_changes_meanwhile_is_not_written(tmp_path: Path) -> None:
+    file = tmp_path / "s.yaml"
+    file.write_text(BEFORE)
+    found = corrected(str(file), Options())
+    assert found is not None
+    file.write_text(BEFORE + "# more\n")
+    fault = found.write()
+    assert fault is not None
+    assert fault.code == "SC904"
+    assert file.read_text() == BEFORE + "# more\n"
+    file.unlink()
+    assert corrected(str(file), Options()) is None
+    assert found.write() is not None
+    assert not file.exists()
 
 
 def test_a_diff_changes_nothing(run, tmp_path: Path) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import PurePosixPath
+import json
+from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree as ET
 
 import pytest
 
-from scenecc import export_scene
+from scenecc import compile_scene, export_scene
+from scenecc.plan.json_codec import plan_to_json
 
 BALL = {"scenecc": 1, "entities": {"ball": {"shapes": [{"type": "sphere", "radius": 0.1}]}}}
 
@@ -32,3 +35,11 @@ def test_a_name_is_that_of_a_file_in_the_folder(name: str, stem: str, target: st
 
 def test_a_scene_that_names_itself_so_is_no_other() -> None:
     assert list(export_scene(BALL | {"name": "../../evil"}, "mjcf")) == ["_.._evil.xml"]
+
+
+@pytest.mark.parametrize("name", ["a\ud800", "a\x1b"])
+def test_a_name_in_a_plan_that_xml_cannot_hold(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "scene.json"
+    file.write_text(json.dumps(json.loads(plan_to_json(compile_scene(BALL))) | {"name": name}))
+    (text,) = export_scene(file, "mjcf").values()
+    assert ET.fromstring(text).get("model") == "a\ufffd"

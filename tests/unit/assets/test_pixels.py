@@ -6,6 +6,7 @@ import io
 import json
 import random
 import struct
+import zlib
 from contextlib import suppress
 from pathlib import Path
 
@@ -54,6 +55,36 @@ def test_damage_in_a_png() -> None:
     data = PICTURES["rgb.png"]
     for at in range(8, len(data) - 12):
         assert refused(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]), at
+
+
+def chunk(kind: bytes, content: bytes) -> bytes:
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+
+def test_pixels_of_a_png_that_do_not_end() -> None:
+    """Pillow needs no end. SAPIEN unpacks zeros behind it, until it hangs at 2 GB."""
+    data = PICTURES["rgb.png"]
+    start, end = data.index(b"IDAT") - 4, len(data) - 12
+    pixels = zlib.decompress(data[start + 8 :])
+    for packer, rest in ((zlib.compressobj(), b""), (zlib.compressobj(0), b"\0\0"), (zlib.compressobj(), b"\xff")):
+        packed = packer.compress(pixels) + packer.flush(zlib.Z_SYNC_FLUSH) + rest
+        assert refused(data[:start] + chunk(b"IDAT", packed) + data[end:])
+
+
+@pytest.mark.parametrize(
+    ("before", "rows", "wrong"),
+    [(b"", 3, False), (b"", 2**16, True), (chunk(b"CgBI", bytes(4)), 1, True)],
+    ids=["some", "many", "unpacked otherwise"],
+)
+def test_more_rows_in_a_png_than_its_header_says(before: bytes, rows: int, *, wrong: bool) -> None:
+    """Pillow stops at the last row. SAPIEN unpacks them all, in its own process, and hangs at 2 GB."""
+    data = PICTURES["rgb.png"]
+    start, end = data.index(b"IDAT") - 4, len(data) - 12
+    (columns,) = struct.unpack_from(">I", data, 16)
+    size = struct.unpack_from(">I", data, start)[0]
+    pixels = zlib.decompress(data[start + 8 : start + 8 + size])
+    packed = zlib.compress(pixels + bytes(rows * (1 + 3 * columns)))
+    assert refused(data[:start] + before + chunk(b"IDAT", packed) + data[end:]) == wrong
 
 
 def test_pixels_of_another_picture() -> None:
