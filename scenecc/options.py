@@ -8,7 +8,7 @@ from functools import cache
 from numbers import Real
 from operator import index
 from os import PathLike, fspath
-from os.path import exists, isdir
+from os.path import isdir, lexists
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
@@ -255,8 +255,9 @@ def _folders(given: Any) -> list[str | PathLike[str]]:
 def folder_fault(roots: Iterable[str | PathLike[str]]) -> str | None:
     """Why a path is not a folder in which files can be looked up; None if all are."""
     for root in roots:
-        if not isdir(root):
-            return f"`{fspath(root)}` is not a folder" if exists(root) else f"there is no folder `{fspath(root)}`"
+        if not isdir(root):  # noqa: PTH112 - False where it may not be looked at, where `Path.is_dir` raises
+            is_there = lexists(root)
+            return f"`{fspath(root)}` is not a folder" if is_there else f"there is no folder `{fspath(root)}`"
     return None
 
 
