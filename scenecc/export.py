@@ -184,7 +184,10 @@ def _file_name(name: str) -> str:
 def check_target(target: object, known: Collection[str]) -> None:
     """Raises ValueError for what is no target."""
     if not isinstance(target, str) or target not in known:
-        raise ValueError(f"unknown target {target!r}; the targets are {', '.join(known)}")
+        writers = {"emit_scene": EMITTERS, "export_scene": EXPORTS}
+        writer = next((name for name, targets in writers.items() if target in [*targets]), None)
+        hint = "" if writer is None else f"; `{writer}` writes it"
+        raise ValueError(f"unknown target {target!r}{hint}; the targets are {', '.join(known)}")
 
 
 def _need(target: str, sink: Sink) -> None:

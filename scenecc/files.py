@@ -41,7 +41,12 @@ def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> No
         for path, data in files.items():
             parts[path] = part = path.with_name(f".{path.name}.{threading.get_native_id()}.part")
             undo.callback(part.unlink, missing_ok=True)
-            _write(part, data)
+            try:
+                _write(part, data)
+            except OSError as error:
+                if error.filename is not None:  # of the part, which nobody has named
+                    raise OSError(error.errno, error.strerror, str(path)) from None
+                raise
             if path.is_file():
                 part.chmod(stat.S_IMODE(path.stat().st_mode))
         with interrupts_wait():

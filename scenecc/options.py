@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from numbers import Real
 from operator import index
 from os import PathLike, fspath
+from os.path import isdir, lexists
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
@@ -71,15 +73,18 @@ class Options:
         """Checks their ranges; their types are checked by `check_keywords`.
 
         Raises:
-            ValueError: one is out of its range.
+            ValueError: one is out of its range, or an asset root is no folder.
             TypeError: a number is no integer, or a folder no path.
         """
+        roots = _folders(asset_roots)
+        if (fault := folder_fault(roots)) is not None:
+            raise ValueError(f"asset_roots: {fault}")
         return cls(
             None if num_scenes is None else integer(num_scenes, "num_scenes", 1),
             None if seed is None else integer(seed, "seed", 0),
             dict(params or {}),
             dict(draws or {}),
-            search_path(_folders(asset_roots)),
+            search_path(roots),
             bool(allow_outside_assets),
             make_limits(limits),
         )
@@ -126,7 +131,9 @@ def check_keywords(
     from scenecc.diagnostics.messages import suggest
 
     own = [name for name, one in signature(function).parameters.items() if one.kind is one.KEYWORD_ONLY]
-    hint = _REMOVED.get(unknown) or suggest(unknown, (*own, *declared.__annotations__))
+    known = (*own, *declared.__annotations__)
+    meant = _OTHER_NAMES.get(unknown, "")
+    hint = _REMOVED.get(unknown) or (f"did you mean `{meant}`?" if meant in known else suggest(unknown, known))
     raise TypeError(f"{function.__qualname__}() has no argument `{unknown}`; {hint}")
 
 
@@ -134,6 +141,9 @@ _REMOVED: Mapping[str, str] = {
     "backend": "SAPIEN's scenes are built on the CPU; for thousands of scenes on a GPU use `scenecc.maniskill`"
 }
 """Arguments of earlier versions, and what to do instead."""
+
+_OTHER_NAMES: Mapping[str, str] = {"scenes": "scene_idxs"}
+"""Arguments of some functions, and what others call the same."""
 
 _types_of = cache(get_type_hints)
 
@@ -173,6 +183,7 @@ def path_argument(function: Callable[..., object], name: str, value: Any) -> Pat
 _TYPE_WORDS: Mapping[Any, str] = {
     bool: "True or False",
     int: "an integer",
+    float: "a number",
     str: "a string",
     PathLike: "a path",
     Callable: "a function",
@@ -224,7 +235,7 @@ _TYPE_CHECKS: Mapping[Any, Callable[[Any, tuple[Any, ...]], bool]] = {
     Literal: lambda value, parts: isinstance(value, str) and value in parts,
     bool: lambda value, _parts: _is_flag(value),
     int: lambda value, _parts: _integer(value) is not None,
-    float: lambda value, _parts: isinstance(value, float | int) and not _is_flag(value),
+    float: lambda value, _parts: isinstance(value, Real) and not _is_flag(value),
     tuple: _is_row,
     Iterable: _is_several,
 }
@@ -239,6 +250,15 @@ def _folders(given: Any) -> list[str | PathLike[str]]:
         if "\0" in fspath(one):
             raise ValueError(f"asset_roots must have no null character: {one!r}")
     return several
+
+
+def folder_fault(roots: Iterable[str | PathLike[str]]) -> str | None:
+    """Why a path is not a folder in which files can be looked up; None if all are."""
+    for root in roots:
+        if not isdir(root):  # noqa: PTH112 - False where it may not be looked at, where `Path.is_dir` raises
+            is_there = lexists(root)
+            return f"`{fspath(root)}` is not a folder" if is_there else f"there is no folder `{fspath(root)}`"
+    return None
 
 
 def integer(value: object, name: str, least: int) -> int:

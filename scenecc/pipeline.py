@@ -12,6 +12,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeGuard, Union
 
+from typing_extensions import TypedDict
+
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES, is_of_check
 from scenecc.diagnostics.collector import collector_paused
@@ -158,6 +160,28 @@ BUILD_TYPES: Mapping[str, Any] = {
     "progress": Callable[[int, int], None] | None,
 }
 """Types of the arguments of functions that build, which `check_types` takes."""
+
+CHECK_TYPES: Mapping[str, Any] = {
+    "settle": float,
+    "seeds": Iterable[int] | None,
+    "progress": Callable[[int, int], None] | None,
+    "rules": Mapping[str, Any] | None,
+}
+"""Types of the arguments of functions that check."""
+
+
+class BuildChoices(TypedDict, total=False):
+    """Which scenes are built, and how. For the rest see `load_scene`.
+
+    Attributes:
+        scene_idxs: indices of the scenes to build; None: all.
+        render: build visual shapes too; None: where a render device exists.
+        audit: compare what only the engine decides with the plan.
+    """
+
+    scene_idxs: Iterable[int] | None
+    render: bool | None
+    audit: bool
 
 
 @frozen

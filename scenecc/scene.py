@@ -28,6 +28,8 @@ from scenecc.options import (
 )
 from scenecc.pipeline import (
     BUILD_TYPES,
+    CHECK_TYPES,
+    BuildChoices,
     CompiledSource,
     CompileResult,
     Source,
@@ -81,7 +83,9 @@ def validate(
         ValueError: an argument is out of its range.
         TypeError: the source is none of the above, or a number is no integer (Python's or numpy's, and no flag).
     """
-    return validate_source(source, Options.of_call(validate, options), rules or {}, None)
+    asked = Options.of_call(validate, options)
+    check_types(validate, {"rules": rules}, CHECK_TYPES)
+    return validate_source(source, asked, rules or {}, None)
 
 
 def validate_source(
@@ -485,17 +489,10 @@ class Scene:
         """The parameters of the scene and of what it includes, in order; none of a plan."""
         return list_result_params(self._result(), self._options.limits)
 
-    def build(
-        self,
-        *,
-        scene_idxs: Iterable[int] | None = None,
-        render: bool | None = None,
-        audit: bool = True,
-    ) -> SceneBatch:
-        """The live scenes. Arguments and errors are those of `load_scene`."""
-        chosen = {"scene_idxs": scene_idxs, "render": render, "audit": audit}
-        check_types(Scene.build, chosen, BUILD_TYPES)
-        return load_scene(self._compiled, scene_idxs=scene_idxs, render=render, audit=audit, **self._given)
+    def build(self, **choices: Unpack[BuildChoices]) -> SceneBatch:
+        """The live scenes. Arguments are those of `BuildChoices`, and errors those of `load_scene`."""
+        check_keywords(Scene.build, choices, BuildChoices)
+        return load_scene(self._compiled, **choices, **self._given)
 
     def emit(self, target: str, *, base: Path | None = None, **choices: Unpack[EmitChoices]) -> Emitted:
         """The scene in another program's form, in memory.

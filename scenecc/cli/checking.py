@@ -110,6 +110,7 @@ def run_checks(
     check: Check,
     *,
     form: Format,
+    corrections: Sequence[Diagnostic] | None = None,
 ) -> NoReturn:
     """Checks files and prints what is found; ends with the status.
 
@@ -120,6 +121,7 @@ def run_checks(
         options: everything that findings follow from beside the files; has a `repr` that tells all of it.
         check: checks one file.
         form: of the findings.
+        corrections: takes what `check` corrects in files; None: it corrects nothing.
     """
     if asked["statistics"] and form not in _STATISTICS_FORMATS:
         raise typer.BadParameter("counts are printed as text or json", param_hint="'--statistics'")
@@ -148,7 +150,7 @@ def run_checks(
     if asked["statistics"]:
         print_statistics(Counter((one.code, one.severity) for one in diagnostics), form)
     else:
-        print_findings(diagnostics, form, files=found.files)
+        print_findings(diagnostics, form, files=found.files, corrections=corrections)
     if form is Format.text:
         print_err(found.counts())
     raise typer.Exit(worst)

@@ -85,6 +85,15 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
     return limits
 
 
+def _check_folders(roots: list[Path]) -> None:
+    """Raises typer.BadParameter for an asset root that is no folder."""
+    from scenecc.diagnostics.formats.style import visible
+    from scenecc.options import folder_fault
+
+    if (fault := folder_fault(roots)) is not None:
+        raise typer.BadParameter(visible(fault), param_hint="'--asset-root'")
+
+
 def parse_params(given: list[str] | None) -> dict[str, Any]:
     """`["size=0.5"]` as a mapping; values are YAML on one line.
 
@@ -213,6 +222,8 @@ def takes_compile_options(
         if "params" in taken:
             options["params"] = parse_params(options["params"])
         options["asset_roots"] = options["asset_roots"] or ()
+        if options["asset_roots"]:
+            _check_folders(options["asset_roots"])
         if more:
             given["others"] = {name: given.pop(name, default) for name, (_, default) in more.items()}
         command(*arguments, options=options, **given)

@@ -219,13 +219,27 @@ def print_json(data: Any) -> None:
     print_out(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
 
 
-def print_findings(diagnostics: Sequence[Diagnostic], form: Format, *, files: Sequence[str] = ()) -> None:
-    """Prints diagnostics that are what the command was asked for: on standard output. `files`: that were checked."""
+def print_findings(
+    diagnostics: Sequence[Diagnostic],
+    form: Format,
+    *,
+    files: Sequence[str] = (),
+    corrections: Sequence[Diagnostic] | None = None,
+) -> None:
+    """Prints diagnostics that are what the command was asked for: on standard output.
+
+    Args:
+        diagnostics: to print.
+        form: of the output.
+        files: that were checked.
+        corrections: as of `render`.
+    """
     if form is Format.text and not diagnostics:
         return  # nothing to say, and nothing to load for it
     from scenecc.diagnostics.formats import render, wants_color
 
-    print_out(render(diagnostics, form.value, color=wants_color(sys.stdout), files=files))
+    color = wants_color(sys.stdout)
+    print_out(render(diagnostics, form.value, color=color, files=files, corrections=corrections))
 
 
 def print_asides(diagnostics: Sequence[Diagnostic], form: Format = Format.text) -> None:

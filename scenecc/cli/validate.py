@@ -74,12 +74,12 @@ def validate(
     if not (fix or diff):
         run_checks("validate", found, others, asked, check, form=form)
     _check_correctable(paths, others["jobs"], "--fix" if fix else "--diff")
-    made: list[Diagnostic] = []
-    correct = partial(_correct, check, asked, None if diff else made)
+    made: list[Diagnostic] | None = None if diff else []
+    correct = partial(_correct, check, asked, made)
     try:
-        run_checks("validate", found, {**others, "cache": False}, asked, correct, form=form)
+        run_checks("validate", found, {**others, "cache": False}, asked, correct, form=form, corrections=made)
     finally:
-        print_err(summary(made))
+        print_err(summary(made or ()))
 
 
 def _correct(

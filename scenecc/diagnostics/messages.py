@@ -39,10 +39,10 @@ def listed(known: tuple[str, ...], word: str = "") -> str | None:
     return f"the nearest here: {', '.join(near)} (of {len(known)})"
 
 
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that is most like another; None where none is."""
+def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
+    """The known word that is most like another; None where none is. `cutoff`: how similar, from 0 to 1."""
     # What is not longer than a key could be one; a stranger's megabyte is not compared.
-    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6) if len(word) <= _LONGEST else []
+    near = difflib.get_close_matches(word, known, n=1, cutoff=cutoff) if len(word) <= _LONGEST else []
     return near[0] if near else None
 
 

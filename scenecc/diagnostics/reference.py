@@ -89,6 +89,8 @@ a fault of the caller, whose path is the argument or option (`camera`, `--camera
 - `json`, for programs: an object whose `diagnostics` is a list of `code`, `severity` (`error`, `warning` or `note`),
   `message`, `file`, `line`, `column`, `end_column` (the one after the last), `path`, `hint` and `related` (a list of
   `message`, `file`, `line`, `column` and `end_column`). What is not known is `null`. ASCII only.
+  With `--fix` it also has `corrections`, a list of the findings that were corrected, each with the text that was
+  written (`wrote`).
 - `github`, for GitHub Actions: one workflow command a line (`::error file=…,line=…::…`), which annotates a pull
   request.
 - `gitlab`, for GitLab: a Code Quality report.

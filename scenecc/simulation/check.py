@@ -19,8 +19,8 @@ from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import is_of_check
 from scenecc.diagnostics.diagnostic import Silencings, report_unused
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, integer
-from scenecc.pipeline import as_plan, build_batch, compile_source, read_input
+from scenecc.options import CompileOptions, Options, check_types, integer
+from scenecc.pipeline import CHECK_TYPES, as_plan, build_batch, compile_source, read_input
 from scenecc.simulation.bodies import moving_bodies
 from scenecc.simulation.bounds import scenes_in_doubt
 from scenecc.simulation.expect import Judge, expectation_origins, overlap_rules, report_unused_exceptions
@@ -70,6 +70,8 @@ def check_scene(
         TypeError: as of `validate`.
     """
     asked = Options.of_call(check_scene, options)
+    given = {"settle": settle, "seeds": seeds, "progress": progress, "rules": rules}
+    check_types(check_scene, given, CHECK_TYPES)
     return check_source(source, asked, settle, seeds, rules=rules or {}, progress=progress)
 
 

@@ -129,8 +129,13 @@ class NameSuggestions:
         if alike is not None or self._guesses_left <= 0 or len(missing) > 255:
             return alike
         self._guesses_left -= 1
-        close = difflib.get_close_matches(missing, listing.names, n=1, cutoff=0.7)
-        return close[0] if close else None
+        # By stems: `a.png` and `b.png` have four letters of five in common, and are two files.
+        stem, suffix = Path(missing).stem.lower(), Path(missing).suffix.lower()
+        close = difflib.get_close_matches(stem, listing.by_stem, n=1, cutoff=0.75)
+        if not close:
+            return None
+        same = (name for name in listing.names if name.lower() == close[0] + suffix)
+        return next(same, listing.by_stem[close[0]])
 
     def _listing(self, folder: Path) -> _FolderListing:
         if folder not in self._listings:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 import types
 import typing
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
@@ -209,13 +209,14 @@ _TYPED_SECTIONS = {"lights": "light", "constraints": "constraint"}
 """Sections whose entries are told apart by `type`, and what these are; elsewhere they are shapes."""
 
 
-def report_error(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+def report_error(error: ErrorDetails, path: Path, place: Origin, sink: Sink, *, siblings: Iterable[str] = ()) -> None:
     """Reports an error.
 
     Args:
         error: pydantic's.
         path: of the value in the document.
         place: the same, as an origin.
+        siblings: of an unknown key, the keys of its mapping.
         sink: takes the diagnostic.
     """
     kind, found = error["type"], error["input"]
@@ -226,7 +227,7 @@ def report_error(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> 
             "SC100", f"this is scenecc 1; it does not read version {show(found)}", place, hint="write `scenecc: 1`"
         )
     elif kind == "extra_forbidden":
-        _report_unknown_key(error, str(path[-1]), place, sink)
+        _report_unknown_key(error, str(path[-1]), siblings, place, sink)
     elif kind == "missing":
         _report_missing_key(path, place, sink)
     elif kind in _BOUNDS:
@@ -286,7 +287,7 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
     )
 
 
-def _report_unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> None:
+def _report_unknown_key(error: ErrorDetails, key: str, siblings: Iterable[str], place: Origin, sink: Sink) -> None:
     if key in UNSUPPORTED_KEYS:
         sink.report("SC110", f"version 1 of the language does not support {UNSUPPORTED_KEYS[key]}", place, at="key")
         return
@@ -297,14 +298,26 @@ def _report_unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink
         hint = INSTANCE_HINT.format(key=key)
     fix: tuple[Literal["key"], str] | None = None
     if hint is None:
-        near = suggest_key(key, known)
+        free = _without(known, siblings)
+        near = suggest_key(key, known, free)
         hint = f"did you mean `{near}`?" if near else listed(known, key)
         if near in HALVES.get(word, ()):
             hint = f"{hint} it is half of that"
-        # A synonym may mean something else: `quat` is [x, y, z, w] to some.
-        if near and not {word} & {*KEY_SYNONYMS, *HALVES} and is_slip_of(key, known):
+        # A synonym may mean something else, as `quat` is [x, y, z, w] to some; `colour` is the same word.
+        is_synonym = word in {*KEY_SYNONYMS, *HALVES}
+        if near in free and is_slip_of(key, free) and (not is_synonym or nearest(word, (near,), _SAME_WORD)):
             fix = "key", near
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint, fix=fix)
+
+
+_SAME_WORD: Final = 0.8
+"""How similar two spellings of a word are, as `difflib` counts it."""
+
+
+def _without(known: tuple[str, ...], present: Iterable[str]) -> tuple[str, ...]:
+    """The known keys that a mapping does not have: a slip of letters is not meant to be a key that is there."""
+    taken = frozenset(present)
+    return tuple(each for each in known if each not in taken)
 
 
 def _misplaced_key_hint(word: str, known: tuple[str, ...]) -> str | None:
@@ -325,11 +338,17 @@ def snake_case(key: str) -> str:
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
-def suggest_key(key: str, known: tuple[str, ...]) -> str | None:
-    """The known key that an unknown one was probably meant to be."""
+def suggest_key(key: str, known: tuple[str, ...], free: tuple[str, ...] | None = None) -> str | None:
+    """The known key that an unknown one was probably meant to be.
+
+    Args:
+        key: the unknown one.
+        known: the keys that the mapping may have.
+        free: those that it does not have, of which one may be meant by a slip of letters; None: all.
+    """
     word = snake_case(key)
     renamed = next((one for one in (*HALVES.get(word, ()), *KEY_SYNONYMS.get(word, ())) if one in known), None)
-    return renamed or nearest(key, known)
+    return renamed or nearest(key, known if free is None else free)
 
 
 def known_keys(error: ErrorDetails) -> tuple[str, ...]:
@@ -500,7 +519,7 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
         path = document_path(error["loc"], data)
         if path is not None and error["type"] != NOT_MEANT:
             located.append((error, path))
-    misspelt = _find_misspelt_keys(located)
+    misspelt = _find_misspelt_keys(located, data)
     short = _find_short_lists(located)
     formed = _find_misplaced_forms(located, data)
     for error, path in located:
@@ -518,7 +537,13 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
         if error["type"] == "missing" and path[:-1] in short:
             report_wrong_length(path[:-1], short[path[:-1]], error["input"], origin.child(*path[:-1]), sink)
             continue
-        report_error(error, path, origin.child(*path), sink)
+        report_error(error, path, origin.child(*path), sink, siblings=_siblings(error, path, data))
+
+
+def _siblings(error: ErrorDetails, path: Path, data: dict[str, Any]) -> tuple[str, ...]:
+    """Of an unknown key, the keys of its mapping."""
+    node = value_at(data, path[:-1]) if error["type"] == "extra_forbidden" else None
+    return tuple(map(str, node)) if is_mapping(node) else ()
 
 
 def _find_misplaced_forms(located: LocatedErrors, data: dict[str, Any]) -> dict[Path, str | None]:
@@ -560,7 +585,7 @@ def _find_short_lists(located: LocatedErrors) -> dict[Path, int]:
     return lengths
 
 
-def _find_misspelt_keys(located: LocatedErrors) -> set[Path]:
+def _find_misspelt_keys(located: LocatedErrors, data: dict[str, Any]) -> set[Path]:
     """The paths of missing keys that unknown ones beside them were probably meant to be."""
     missing: dict[Path, tuple[str, ...]] = {}
     for error, path in located:
@@ -570,6 +595,7 @@ def _find_misspelt_keys(located: LocatedErrors) -> set[Path]:
     for error, path in located:
         # Comparing letters takes its time, and most unknown keys are like none of the few that are missing.
         if error["type"] == "extra_forbidden" and suggest_key(str(path[-1]), missing.get(path[:-1], ())):
-            near = suggest_key(str(path[-1]), known_keys(error))
+            known = known_keys(error)
+            near = suggest_key(str(path[-1]), known, _without(known, _siblings(error, path, data)))
             misspelt.update([(*path[:-1], near)] if near else [])
     return misspelt

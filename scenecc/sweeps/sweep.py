@@ -66,6 +66,7 @@ class Sweep:
 
 _TYPES: Final[dict[str, Any]] = {
     "do": Iterable[str],
+    "settle": float,
     "seeds": Iterable[int] | None,
     "ray": bool,
     "ray_address": str | None,
@@ -128,7 +129,15 @@ def sweep(
         ValueError: an argument is out of its range.
         TypeError: an argument is of another type.
     """
-    given = {"do": do, "seeds": seeds, "ray": ray, "ray_address": ray_address, "shard": shard, "camera": camera}
+    given = {
+        "do": do,
+        "seeds": seeds,
+        "settle": settle,
+        "ray": ray,
+        "ray_address": ray_address,
+        "shard": shard,
+        "camera": camera,
+    }
     check_types(sweep, {**given, "size": size, "progress": progress, "settings": settings}, _TYPES)
     work = _plan_work(files, _chosen_seeds(seeds), _chosen(do), params, settle, camera, size, options)
     if settings is not None:

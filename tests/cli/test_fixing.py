@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -51,7 +52,19 @@ def test_corrections_are_listed_on_standard_error(run, tmp_path: Path, form: str
         f"{file}:6:19: corrected SC112: the quaternion's length is 1.02, not 1; wrote `[1.0, 0.0, 0.0, 0.0]`",
         "3 corrections",
     ]
-    assert done.stdout == ("" if form == "text" else run("validate", "--format", form, file).stdout)
+    if form == "json":
+        report = json.loads(done.stdout)
+        assert report["diagnostics"] == []
+        made = [(one["code"], one["line"], one["column"], one["wrote"]) for one in report["corrections"]]
+        assert made == [
+            ("SC526", 4, 36, "rpy_deg"),
+            ("SC101", 5, 36, "half_size"),
+            ("SC112", 6, 19, "[1.0, 0.0, 0.0, 0.0]"),
+        ]
+        assert "corrections" not in json.loads(run("validate", "--format", form, file).stdout)
+        assert json.loads(run("validate", "--fix", "--format", form, file).stdout)["corrections"] == []
+    else:
+        assert done.stdout == ""
     assert "correct" not in run("validate", "--fix", file).stderr
 
 
@@ -89,6 +102,15 @@ def test_a_file_that_changes_meanwhile_is_not_written(tmp_path: Path) -> None:
     assert corrected(str(file), Options()) is None
     assert found.write() is not None
     assert not file.exists()
+
+
+def test_another_spelling_of_a_word_is_corrected(run, tmp_path: Path) -> None:
+    file = tmp_path / "s.yaml"
+    body = "{mass: 1, shapes: [{type: sphere, radius: 0.1, colour: [1, 0, 0]}]}"
+    file.write_text(f"scenecc: 1\nphysics: {{time_step: 0.01}}\nentities: {{a: {body}}}\n")
+    after = fixed(run, file)
+    assert "color: [1, 0, 0]" in after
+    assert "timestep: 0.01" in after
 
 
 def test_a_diff_changes_nothing(run, tmp_path: Path) -> None:

@@ -109,6 +109,9 @@ def test_an_asset_outside_needs_leave(run, tmp_path: Path) -> None:
     assert run("validate", "in/scene.yaml").returncode == 1
     assert run("validate", "in/scene.yaml", "--allow-outside-assets").returncode == 0
     assert run("validate", "in/scene.yaml", "--asset-root", ".").returncode == 0
+    done = run("validate", "in/scene.yaml", "--asset-root", "nodir")
+    assert done.returncode == 2
+    assert "'--asset-root': there is no folder `nodir`" in done.stderr
 
 
 def test_colour_is_for_terminals(run, tmp_path: Path) -> None:

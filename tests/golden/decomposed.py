@@ -3,6 +3,7 @@
 # decomposed: 2 parallel scenes.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
+# It finds its files by paths from its own folder: move it only with them, or emit it again.
 
 import atexit
 import functools

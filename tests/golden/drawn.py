@@ -3,6 +3,7 @@
 # drawn: 3 parallel scenes.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
+# It finds its files by paths from its own folder: move it only with them, or emit it again.
 # What a reset would draw anew is as the seed 11 draws it.
 
 from pathlib import Path

@@ -4,6 +4,7 @@
 # Every key of a body, one example each.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
+# It finds its files by paths from its own folder: move it only with them, or emit it again.
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -98,6 +98,7 @@ def test_robots_bring_what_they_name(home: Path) -> None:
 
 def test_packages_and_asset_roots_are_packed_and_need_no_option(home: Path) -> None:
     file = write(home, scene(a="pkg://acme_parts/parts/a.obj", b="asset://parts/a.obj", c="parts/a.obj"))
+    (home / "nothing").mkdir()
     names = packed(file, home, asset_roots=[home / "nothing", home / "b"])
     folders = (f"{OWN}/packages/acme_parts/parts", f"{OWN}/roots/0/parts", "parts")
     assert names == [*(f"{folder}/a.{end}" for folder in folders for end in ("mtl", "obj")), "scene.yaml"]
@@ -183,7 +184,15 @@ def test_the_same_scene_gives_the_same_bytes(home: Path, tmp_path_factory: pytes
     other = tmp_path_factory.mktemp("elsewhere") / "deep"
     shutil.copytree(home, other)
     os.utime(other / "a/parts/a.obj", (10**9, 10**9))
+    (home / "none").mkdir()
     assert pack_scene(other / "a/scene.yaml", asset_roots=[other / "b", home / "none"]).content == one
+
+
+def test_a_pack_that_cannot_be_written_is_named_as_it_was_given(home: Path) -> None:
+    target = home / "nofolder/x.scn"
+    with pytest.raises(FileNotFoundError) as caught:
+        pack_scene(write(home, scene(a="parts/a.obj")), target)
+    assert caught.value.filename == str(target)
 
 
 def test_other_programs_can_unpack_it(home: Path) -> None:

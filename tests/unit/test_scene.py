@@ -216,6 +216,11 @@ def test_an_argument_of_another_type_is_named_with_what_is_wanted(
 @pytest.mark.parametrize(
     ("name", "given", "wanted"),
     [
+        ("validate", {"rules": ["SC4"]}, "rules must be a mapping from names to values, not ['SC4']"),
+        ("check_scene", {"settle": "a"}, "settle must be a number, not 'a'"),
+        ("check_scene", {"settle": True}, "settle must be a number, not True"),
+        ("check_scene", {"seeds": 3}, "seeds must be integers, as in [0, 2] or range(4), not 3"),
+        ("check_scene", {"seeds": "0:2"}, "seeds must be integers, as in [0, 2] or range(4), not '0:2'"),
         ("build_scene", {"scenes": 3}, "scenes must be a string, not 3"),
         ("build_scene", {"dry_run": 1}, "dry_run must be True or False, not 1"),
         ("load_scene", {"audit": "off"}, "audit must be True or False, not 'off'"),
@@ -236,6 +241,21 @@ def test_what_an_iterator_gives_is_checked_when_it_is_read(file: Path) -> None:
     roots: Any = (root for root in [3])
     with pytest.raises(TypeError, match=r"^asset_roots must be folders, as paths, not 3$"):
         scenecc.validate(file, asset_roots=roots)
+
+
+def test_an_asset_root_that_is_no_folder_is_refused(file: Path) -> None:
+    with pytest.raises(ValueError, match=r"^asset_roots: there is no folder `.*nodir`$"):
+        scenecc.validate(file, asset_roots=[file.parent, file.parent / "nodir"])
+    with pytest.raises(ValueError, match=r"^asset_roots: `.*` is not a folder$"):
+        open_scene(file, asset_roots=[file])
+
+
+@pytest.mark.parametrize(
+    ("function", "target", "writer"), [("emit_scene", "mjcf", "export_scene"), ("export_scene", "json", "emit_scene")]
+)
+def test_a_target_of_the_other_function_names_it(file: Path, function: str, target: str, writer: str) -> None:
+    with pytest.raises(ValueError, match=rf"^unknown target '{target}'; `{writer}` writes it; the targets are "):
+        getattr(scenecc, function)(file, target)
 
 
 @pytest.mark.parametrize("method", ["export", "render"])
@@ -264,6 +284,8 @@ def test_the_thin_functions_give_the_same(file: Path) -> None:
         ("export", ("scene.json",), "name", "scene"),
         ("render", (), "camra", "camera"),
         ("inspect", (), "dept", "depth"),
+        ("build", (), "scenes", "scene_idxs"),
+        ("build", (), "rendr", "render"),
     ],
 )
 def test_an_unknown_keyword_of_a_method_names_the_method_and_the_nearest_keyword(
@@ -287,6 +309,7 @@ def test_methods_take_no_compile_options(file: Path, option: str) -> None:
         ("validate", (), "param", "params"),
         ("compile_scene", (), "sedd", "seed"),
         ("load_scene", (), "rendr", "render"),
+        ("load_scene", (), "scenes", "scene_idxs"),
         ("build_scene", (), "dry_rn", "dry_run"),
         ("emit_scene", ("json",), "num_scene", "num_scenes"),
         ("export_scene", ("mjcf",), "foldr", "folder"),

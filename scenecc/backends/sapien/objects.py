@@ -152,6 +152,14 @@ class ComponentBatch:
         self._objs = objs
         self._closed = False
 
+    def __setattr__(self, name: str, value: object) -> None:
+        """Refuses a public name that the class does not have: what is written to a misspelt `pose` would do nothing."""
+        kind = type(self)
+        if not name.startswith("_") and not hasattr(kind, name):
+            known = (each for each in dir(kind) if getattr(getattr(kind, each), "fset", None) is not None)
+            raise AttributeError(f"{kind.__name__} has no attribute `{name}`; {suggest(name, known)}")
+        super().__setattr__(name, value)
+
     def __len__(self) -> int:
         return len(self._scene_idxs)
 

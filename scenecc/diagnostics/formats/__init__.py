@@ -42,6 +42,7 @@ def render(
     color: bool = False,
     root: PurePath | None = None,
     files: Sequence[str] = (),
+    corrections: Sequence[Diagnostic] | None = None,
 ) -> str:
     """Diagnostics as one text that ends with a line break, or "" where there is nothing to say.
 
@@ -51,8 +52,10 @@ def render(
         color: whether `text` uses terminal colours (see `wants_color`).
         root: what file names in the formats of services are relative to; None: the working directory.
         files: that were checked, for `junit`.
+        corrections: the findings that were corrected in files, for `json`; None: nothing was to be corrected.
     """
-    return renderer(format_name)(diagnostics, Style(color=color, root=root, files=tuple(files)))
+    made = None if corrections is None else tuple(corrections)
+    return renderer(format_name)(diagnostics, Style(color=color, root=root, files=tuple(files), corrections=made))
 
 
 __all__ = ["FORMATS", "Renderer", "Style", "render", "renderer", "wants_color"]

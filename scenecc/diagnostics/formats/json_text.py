@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from scenecc.diagnostics.formats.style import Style, encodable
 
@@ -43,12 +43,15 @@ def records(diagnostics: Iterable[Diagnostic]) -> list[DiagnosticRecord]:
 
 
 def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    """`{"diagnostics": [...]}` with a line break at the end.
+    """`{"diagnostics": [...]}` with a line break at the end, and with `corrections` where files were corrected.
 
     ASCII only: it passes through any pipe, and no escape sequence of a stranger's file survives.
     """
-    del style
-    return json.dumps({"diagnostics": records(diagnostics)}, indent=2) + "\n"
+    report: dict[str, list[Any]] = {"diagnostics": records(diagnostics)}
+    if style.corrections is not None:
+        made = ((one, one.fix) for one in style.corrections)
+        report["corrections"] = [{**_record(one), "wrote": encodable(fix.text)} for one, fix in made if fix is not None]
+    return json.dumps(report, indent=2) + "\n"
 
 
 def _record(diagnostic: Diagnostic) -> DiagnosticRecord:

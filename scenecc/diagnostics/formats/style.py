@@ -6,10 +6,13 @@ import os
 import unicodedata
 from collections.abc import Mapping
 from pathlib import Path, PurePath
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 from urllib.parse import quote
 
 from scenecc.diagnostics.frozen import frozen
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Diagnostic
 
 
 @frozen
@@ -22,12 +25,14 @@ class Style:
             working directory.
         width: terminal cells of a source line before the text format cuts it around the caret.
         files: that were checked, with findings or without; only `junit` names them.
+        corrections: the findings that were corrected in files; only `json` lists them. None: nothing was to be.
     """
 
     color: bool = False
     root: PurePath | None = None
     width: int = 110
     files: tuple[str, ...] = ()
+    corrections: tuple[Diagnostic, ...] | None = None
 
 
 _KEPT = "\u200c\u200d"

@@ -168,7 +168,7 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
     write_sections(blocks, plan, tables)
     settings = ProcessSettings(plan.physics)
     source = SourceWriter()
-    _write_head(source, plan)
+    _write_head(source, plan, is_bound=tables.files.is_bound)
     _write_imports(source, tables.files, settings)
     tables.files.write_head(source)
     settings.write(source)
@@ -205,7 +205,8 @@ if __name__ == "__main__":
 '''
 
 
-def _write_head(source: SourceWriter, plan: ScenePlan) -> None:
+def _write_head(source: SourceWriter, plan: ScenePlan, *, is_bound: bool) -> None:
+    """Writes the comment at the top. `is_bound`: as of `ScriptFiles`."""
     # Python obeys a "coding:" comment in the first two lines, so neither may contain text of the scene.
     source.comment("A script of plain SAPIEN calls, written by scenecc.")
     source.comment("")
@@ -215,6 +216,8 @@ def _write_head(source: SourceWriter, plan: ScenePlan) -> None:
             source.comment(line)
     source.comment("")
     source.comment("Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.")
+    if is_bound:
+        source.comment("It finds its files by paths from its own folder: move it only with them, or emit it again.")
     if _has_reset_draws(plan):
         source.comment(f"What a reset would draw anew is as the seed {plan.seed} draws it.")
     if plan.physics.scene_spacing is not None or plan.physics.gpu_memory is not None:

@@ -164,7 +164,11 @@ COACD_DEFAULTS = CoacdParams(
 
 
 class ScriptFiles:
-    """The files of a script, and the helper functions that find or make them."""
+    """The files of a script, and the helper functions that find or make them.
+
+    Attributes:
+        is_bound: whether the script finds files by paths from its own folder.
+    """
 
     def __init__(self, files: tuple[AssetFile, ...], names: Identifiers, unread: frozenset[int] = frozenset()) -> None:
         self._all = files
@@ -175,7 +179,7 @@ class ScriptFiles:
         self._packed = any(map(_is_packed, files))
         others = [file.uri for file in files if "://" in file.uri and not _is_packed(file)]
         self._schemes = {uri.partition("://")[0] for uri in others}
-        self._uses_here = any("://" not in file.uri and not Path(file.uri).is_absolute() for file in files)
+        self.is_bound = any("://" not in file.uri and not Path(file.uri).is_absolute() for file in files)
         self._cut = self._mirrored = self._converted = False
         self._made: set[str] = set()
         self._heights: dict[tuple[tuple[float, ...], ...], str] = {}
@@ -303,7 +307,7 @@ class ScriptFiles:
         if any(needed for _, needed in (*helpers, *made)):
             source.line()
         source.line()
-        if self._uses_here:
+        if self.is_bound:
             source.line("HERE = Path(__file__).resolve().parent")
         for file, name in zip(self._files, self._names, strict=True):
             expression = _packed_file_call(file) if _is_packed(file) else _path_expression(file.uri, WIDTH - len(name))

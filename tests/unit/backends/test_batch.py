@@ -80,6 +80,12 @@ def test_set_pose_refuses(pose: Any, words: str, batch: SceneBatch) -> None:
     assert (batch.entities["cube"].pose == before).all()
 
 
+def test_a_misspelt_attribute_is_refused(batch: SceneBatch) -> None:
+    for entity in batch.entities.values():
+        with pytest.raises(AttributeError, match=r"Batch has no attribute `psoe`; did you mean `pose`\?$"):
+            entity.psoe = [0, 0, 0]  # pyright: ignore[reportAttributeAccessIssue]
+
+
 def test_set_pose_in_a_scene_that_has_no_such_entity(batch: SceneBatch) -> None:
     with pytest.raises(KeyError, match="not in scene 9"):
         batch.entities["cube"].set_pose(sapien.Pose(), scene_idxs=[9])

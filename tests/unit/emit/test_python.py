@@ -398,6 +398,9 @@ def test_files_of_packages_and_asset_roots_are_found_at_run_time(tmp_path: Path)
     for path in (tmp_path / "root/deep/mesh.obj", tmp_path / "abs.obj", tmp_path / "beside.obj"):
         path.touch()
     text = script(ScenePlan("p", 1, (), Physics(), files=files), base=tmp_path)
+    bound = "# It finds its files by paths from its own folder: "
+    assert bound in text
+    assert bound not in script(ScenePlan("p", 1, (), Physics(), files=files[:1]), base=tmp_path)
     (tmp_path / "scenes.py").write_text(text + "\nprint(len(FILES))\n")
     command = [sys.executable, str(tmp_path / "scenes.py")]
     for root, code in (("root", 0), ("nowhere", 1)):

@@ -150,6 +150,22 @@ def test_a_missing_file_suggests_the_nearest(tree: Path, uri: str, meant: str) -
     assert found.hint == f"did you mean `{meant}`?"
 
 
+@pytest.mark.parametrize(
+    ("missing", "there"), [("gone.mtl", "xhuge.mtl"), ("nothere.png", "tr.png"), ("cup.obj", "cub.obj")]
+)
+def test_files_are_alike_by_their_names_without_the_ending(missing: str, there: str, tmp_path: Path) -> None:
+    (tmp_path / there).touch()
+    found = refused(resolve_path(missing, base=tmp_path, scope=AssetScope(root=tmp_path)))
+    assert (found.code, found.hint) == ("SC401", None)
+
+
+def test_of_files_that_differ_in_the_ending_the_one_with_the_same_is_suggested(tmp_path: Path) -> None:
+    for name in ("wood.jpg", "wood.obj", "wood.png"):
+        (tmp_path / name).touch()
+    found = refused(resolve_path("wod.obj", base=tmp_path, scope=AssetScope(root=tmp_path)))
+    assert found.hint == "did you mean `wood.obj`?"
+
+
 def test_a_missing_file_with_nothing_like_it(tree: Path) -> None:
     scope = AssetScope(root=tree)
     assert refused(resolve_path("quux.dae", base=tree, scope=scope)).hint is None

@@ -242,6 +242,10 @@ SLIPS = {
     "robot mass": Slip("entities:\n  r:\n    urdf: a.urdf\n    mass: 1\n", "SC101", "set it on links: `links: {NAME: {…: …}}`"),
     "robot uid": Slip("entities:\n  r: {uid: panda}\n", "SC101", "give the robot's file, `urdf: …` or `mjcf: …`, or use ManiSkill's robots: `{use: scenecc:table_scene, with: {robot: …}}`"),
     "joint velocity": Slip("entities:\n  r:\n    root: {name: base, shapes: [{type: box, half_size: [0.1,0.1,0.1]}], children: [{name: arm, joint: {name: j, type: revolute, axis: z, limits: [-1,1], velocity: 2}, shapes: [{type: box, half_size: [0.1,0.1,0.1]}]}]}\n", "SC101", "set it on joints: `joints: {JOINT: {max_velocity: …}}`"),
+    "key that is there": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1, 1, 1], material: {visual: {base_color_texture: {file: t.png, filter: nearest}}}}]\n", "SC101", "did you mean `filter_mode`?"),
+    "texture on a shape": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1, 1, 1], texture: t.png}]\n", "SC101", "write it in the material: `material: {visual: {base_color_texture: …}}`"),
+    "texture in a material": Slip("entities:\n  cube:\n    shapes: [{type: box, half_size: [1, 1, 1], material: {texture: t.png}}]\n", "SC101", "write it under `visual`: `material: {visual: {base_color_texture: …}}`"),
+    "decomposition of a hull": Slip("entities:\n  cube:\n    shapes: [{type: convex_mesh, file: a.obj, decomposition: coacd}]\n", "SC101", "only `convex_parts` are decomposed: write `type: convex_parts`"),
     "pose of a variant": Slip("entities:\n  cube: {variants: [{shapes: [{type: box, half_size: [1,1,1]}], pose: [0,0,1]}, {shapes: [{type: sphere, radius: 1}]}], pick: {cycle: [0, 1]}}\n", "SC101", "write it beside `variants`, for all of them"),
 }  # fmt: skip
 
