@@ -143,10 +143,10 @@ def keep_file(kind: str, content: bytes, suffix: str) -> Path:
 
 
 MOST_RESULTS: Final = 50_000
-"""How many files are in a folder of results, and"""
+"""Files in a folder of results. With more, half of them are removed."""
 
 MOST_RESULT_BYTES: Final = 4 * 2**30
-"""their size together: with more, half of them are removed."""
+"""Bytes in a folder of results. With more, half of its files are removed."""
 
 _pruned: set[Path] = set()
 """Folders that this process has looked through."""
