@@ -92,9 +92,10 @@ def test_the_commands_serve_until_they_are_interrupted(block: Step, clone: Path,
 
 
 @pytest.mark.render
+@pytest.mark.timeout(900)  # a software driver shares the processor with other tests
 @pytest.mark.parametrize("block", RENDERED, ids=str)
 def test_the_commands_succeed_where_a_device_renders(block: Step, clone: Path, environment: dict[str, str]) -> None:
-    done = shell(script(block), clone, environment, timeout=280)
+    done = shell(script(block), clone, environment, timeout=880)
     assert done.returncode == 0, done.stderr
     following = blocks()[blocks().index(block) + 1]
     if following.page == block.page and following.language == "text":
