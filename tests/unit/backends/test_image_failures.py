@@ -31,8 +31,8 @@ scenecc: 1
 materials:
   paint:
     visual:
-      roughness: 0.5
-      base_color_texture: IMAGE
+      metallic: 0.5
+      roughness_texture: IMAGE
 entities:
   ball:
     body_type: none
