@@ -98,10 +98,10 @@ _OTHER_CONTENTS = (
     (re.compile(rb"glTF"), (".glb", ".gltf"), "a GLB", "give it the suffix .glb"),
     (re.compile(rb"ply\r?\n"), (".ply",), "a PLY", "give it the suffix .ply"),
     (re.compile(rb"\s*(?:<\?xml\b[^>]*>\s*)?<COLLADA\b"), (".dae",), "a COLLADA", "give it the suffix .dae"),
-    (re.compile(rb"\s*(?:#[^\n]*\n\s*)*(?:mtllib|o|g|v)[ \t]"), (".obj",), "an OBJ", "give it the suffix .obj"),
+    (re.compile(rb"\s*(?:#[^\n]*\n\s*)*(?:mtllib|o|g|v)[ \t]"), (".obj", ".stl"), "an OBJ", "give it the suffix .obj"),
     (re.compile(rb"\s*solid\s[^\0]*?\bfacet\b"), (".stl",), "an STL", "give it the suffix .stl"),
 )
-"""How a file begins, the suffixes for which that is right, what it is, and what to do."""
+"""How a file begins, the suffixes for which it may, what it is, and what to do. A binary STL begins with any words."""
 
 
 def _check_content(data: bytes, suffix: str) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from plugins.mesh_files import codes, diagnose, glb, gltf_document, ply
+from plugins.mesh_files import codes, diagnose, glb, gltf_document, ply, stl
 
 import scenecc
 from scenecc.assets.names import scan_names
@@ -68,7 +68,14 @@ def test_data_that_begins_like_a_line_break_is_refused(tmp_path: Path) -> None:
 
 def test_a_header_that_repeats_its_format_is_read_once() -> None:
     """It took hours, and 3 s of a good PLY of 50 MB."""
-    scan_names(b"ply\n" + b"format binary_ " * 100_000, ".ply")
+    assert scan_names(b"ply\n" + b"format binary_ " * 100_000, ".ply").references == ()
+
+
+@pytest.mark.parametrize("words", [b"o part", b"v 1.2", b"# a\ng 1"])
+def test_a_binary_stl_may_begin_as_an_obj_does(tmp_path: Path, words: bytes) -> None:
+    path = tmp_path / "a.stl"
+    path.write_bytes(words.ljust(80) + stl()[80:])
+    assert not codes(path, "hull", "triangles", "visual")
 
 
 def test_a_fan_is_refused(tmp_path: Path) -> None:
@@ -146,7 +153,6 @@ STL = b"solid a\nfacet normal 0 0 1\nouter loop\n"
 OTHERS = {
     ".glb": {"an OBJ": b"# a\n\n# b\n" + OBJ, "an STL": STL, "neither a GLB": bytes(100), "line 1, column 2": b"{"},
     ".ply": {"an OBJ": OBJ, "an STL": STL, "does not begin with `ply`": bytes(100)},
-    ".stl": {"an OBJ": OBJ},
     ".obj": {"an STL": STL, "a number in it cannot be read": OBJ.replace(b"1 0 0", b"1 0 0,5")},
     ".OBJ": {"a number in it cannot be read": OBJ + b"f 1 2 3 # comment\n"},
 }

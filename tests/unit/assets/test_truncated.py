@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from plugins.mesh_files import POINTS, codes, diagnose, ply, stl, stl_text, write
+from plugins.mesh_files import POINTS, TETRA, codes, diagnose, ply, stl, stl_text, write
 
 TEXT_PLY = ply(kind="ascii")
 LINES = len(TEXT_PLY.splitlines(keepends=True))
@@ -68,6 +68,7 @@ BINARY = {
     "without a triangle": stl()[:84],
     "without its number": stl()[:83],
     "without a whole header": stl()[:40],
+    "an OBJ": TETRA.encode(),
 }
 
 
