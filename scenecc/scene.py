@@ -299,9 +299,10 @@ def compare_scenes(a: Source, b: Source, **options: Unpack[CompileOptions]) -> l
     return open_scene(a, **options).diff(open_scene(b, **options)).differences
 
 
-def _stem(source: Source) -> str:
-    """The name of a scene that says none."""
-    return Path(source).stem if isinstance(source, str | PathLike) else "scene"
+def _is_unnamed(compiled: CompiledSource) -> bool:
+    """Whether a scene file has no `name`, so that the plan's name is the file's."""
+    document = compiled.result and compiled.result.document
+    return document is not None and bool(document.data) and "name" not in document.data
 
 
 def list_params(
@@ -647,6 +648,6 @@ class Scene:
         diagnostics = [one for each in both for one in each.diagnostics]
         if any(each._compiled.result is None for each in both):  # noqa: SLF001 - of this class
             raise SceneError(diagnostics)
-        unnamed = all(_stem(each._source) == each.plan.name for each in both)  # noqa: SLF001 - of this class
+        unnamed = all(_is_unnamed(each._compiled) for each in both)  # noqa: SLF001 - of this class
         found = diff_plans(self.plan, other.plan)
         return Comparison([one for one in found if not (one.path == "name" and unnamed)], diagnostics)

@@ -266,6 +266,21 @@ def test_a_path_with_a_null_character_is_refused_before_anything_is_built(file: 
         open_scene(file, asset_roots=["a\0"])
 
 
+def test_names_are_compared_unless_they_follow_from_the_files(tmp_path: Path) -> None:
+    def scene_named(stem: str, text: str) -> Path:
+        path = tmp_path / f"{stem}.yaml"
+        path.write_text(f"scenecc: 1\n{text}entities: {{ball: {{shapes: [{{type: sphere, radius: 0.1}}]}}}}\n")
+        return path
+
+    def found(first: str, second: str) -> list[tuple[str, str | None, str | None]]:
+        both = scene_named("na", first), scene_named("nb", second)
+        return [(one.path, one.a, one.b) for one in scenecc.compare_scenes(*both)]
+
+    assert found("", "") == []
+    assert found("name: na\n", "name: nb\n") == [("name", "na", "nb")]
+    assert found("name: na\n", "") == [("name", "na", "nb")]
+
+
 def test_the_thin_functions_give_the_same(file: Path) -> None:
     scene = open_scene(file)
     assert scenecc.emit_scene(file, "json", base=file.parent) == scene.emit("json", base=file.parent).text
