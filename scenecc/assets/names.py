@@ -18,7 +18,6 @@ from xml.etree import ElementTree as ET
 
 from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.obj_materials import MATERIAL_LINE, image_of_line
-from scenecc.plan.json_values import RepeatedKeyError, reject_repeated_keys
 
 MOST_NAMES = 4096
 """How many files a mesh may name. Each is looked up, and the fault of each is reported."""
@@ -70,7 +69,7 @@ def scan_names(data: bytes, suffix: str) -> MeshNames:
                 names = MeshNames(visual_fault=_ply_fault(data))
             case _:
                 pass
-    except RepeatedKeyError as error:
+    except _RepeatedKeyError as error:
         message = f"the key {error} occurs twice in one object"
         raise AssetError("SC412", f"the mesh cannot be read: {message}", "export the mesh again") from error
     except (ValueError, TypeError, AttributeError, RecursionError, struct.error, ET.ParseError) as error:
@@ -161,11 +160,23 @@ def material_images(data: bytes) -> tuple[AssetReference, ...]:
 _COMPRESSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
 
 
+class _RepeatedKeyError(ValueError):
+    """A key occurs twice in one object. Its words are the key."""
+
+
+def _reject_repeated_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise _RepeatedKeyError(next(repr(key[:80]) for key in found if keys.count(key) > 1))
+    return found
+
+
 def _gltf_names(data: bytes) -> MeshNames:
     """The buffers and images of a glTF, also of its extensions: every `uri` in it."""
     text, chunk = _split_chunks(data)
     # Of a key that occurs twice, SAPIEN's reader takes the first and Python the last.
-    document: Any = json.loads(text.decode(), object_pairs_hook=reject_repeated_keys, parse_constant=_reject_constant)
+    document: Any = json.loads(text.decode(), object_pairs_hook=_reject_repeated_keys, parse_constant=_reject_constant)
     if not isinstance(document, dict):
         raise ValueError("it is not a JSON object")  # noqa: TRY004 - of the file, not of an argument
     whole = cast("dict[str, Any]", document)

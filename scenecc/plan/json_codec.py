@@ -1,53 +1,34 @@
-"""Writer and reader of a plan's JSON, both from the schema of the plan."""
+"""Writer and reader of a plan's JSON. Both dispatch by the kind of each field, which `plan.schema` derives from the
+type hints of the dataclasses.
+"""
 
 from __future__ import annotations
 
-import difflib
 import json
+import math
 import re
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import chain
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields, replace
+from functools import cache
+from hashlib import sha256
+from itertools import chain, pairwise
+from json.encoder import encode_basestring
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeGuard
+from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.diagnostics.diagnostic import Location, Origin
+import numpy as np
+
+from scenecc.diagnostics.diagnostic import Location, Origin, dotted
 from scenecc.diagnostics.diagnostic import Path as Keys
 from scenecc.files import keep_file
-from scenecc.plan.articulation import ArticulationStructure, Joint, Link, Mimic
-from scenecc.plan.body import AssetFile, BodyStructure, CollisionShape, VisualShape, rebase_file
-from scenecc.plan.constraint import Constraint, Drive
-from scenecc.plan.expect import Condition, NoOverlap, Settled
-from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS, Heightfield, Heights
-from scenecc.plan.json_values import (
-    JsonProblem,
-    RepeatedKeyError,
-    check_articulation,
-    check_axes,
-    check_expectations,
-    check_heights,
-    check_joint,
-    check_link,
-    check_materials,
-    check_mounts,
-    check_names,
-    check_pick,
-    check_placements,
-    check_structures,
-    count_objects,
-    describe_json,
-    is_list,
-    is_object,
-    read_number,
-    read_rows,
-    read_selection,
-    reject_repeated_keys,
-)
-from scenecc.plan.placement import Placement
-from scenecc.plan.properties import Quantity
-from scenecc.plan.rendering import Camera, Environment, Light
-from scenecc.plan.scene import Entity, Physics, ScenePlan
+from scenecc.geometry.rotations import UNIT_TOLERANCE
+from scenecc.plan.body import AssetFile, rebase_file
+from scenecc.plan.consistency import FAULTS, PlanFormatError
+from scenecc.plan.geometry import Heightfield, Heights
+from scenecc.plan.properties import FLOAT32_MAX, Quantity
+from scenecc.plan.rendering import Environment
+from scenecc.plan.scene import ScenePlan
 from scenecc.plan.schema import (
     BytesKind,
     ChoiceKind,
@@ -67,13 +48,15 @@ from scenecc.plan.value import Value, recalled
 from scenecc.source.limits import Limits
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from scenecc.diagnostics import Sink
     from scenecc.plan.recipes import Shape
     from scenecc.variation.forms import Template
-    from scenecc.variation.nodes import Node as RecipeNode
+    from scenecc.variation.nodes import Node
 
 PLAN_VERSION = 2
-"""The value of a plan's `scenecc_plan` key. In version 1, which is read too, files have no hashes."""
+"""The value of a plan's `scenecc_plan` key. Version 1, in which files have no hashes, is read too."""
 
 _OMITTED_WHEN_EMPTY = frozenset(
     (
@@ -94,11 +77,7 @@ _OMITTED_WHEN_EMPTY = frozenset(
         "because",
     )
 )
-"""Lists that are left out where they are empty, and a flag where it is false."""
-
-_DATA_URI = re.compile(r"mesh://[A-Za-z0-9_.-]{0,80}\.ply")
-
-_HEIGHTS = ListKind(ListKind(ScalarKind(float)))
+"""Lists and texts that are left out if they are empty, and flags that are left out if they are false."""
 
 _MAX_INLINE_HEIGHTS = 10_000
 
@@ -107,146 +86,160 @@ _WIDTH = 100
 _INDENT = "  "
 
 _ESCAPED = re.compile("[\x80-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
-"""Half a surrogate pair, which UTF-8 cannot hold, and what breaks, reorders or steers lines where the text is shown."""
+"""Lone surrogates, which UTF-8 cannot hold, and characters that break, reorder or control lines of a terminal."""
 
 
 def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
     """Writes a plan as JSON that `plan_from_json` reads back.
 
-    Keys stand in the order of the dataclasses and what is None is left out, as are origins. Floats are the
-    shortest decimals that give the same float64. A quantity that is the same in every scene is written plainly,
-    another one as `{"per_scene": [...]}`; one that a reset draws anew has its `recipe` beside that, or beside its
-    `value` where that is the same in every scene. Equal steps in `scene_idxs` are written as a slice, `"0:4"`. Terrain
-    of more than 10 000 heights names them, and they stand once, at the end.
+    Keys are in the order of the dataclasses. Fields that are None and origins are omitted. Floats are the shortest
+    decimals that give the same float64. A quantity is written plainly if it is the same in every scene, and as
+    `{"per_scene": [...]}` otherwise. If a reset draws it again, its `recipe` is beside `per_scene` or `value`.
+    Scene indices in equal steps are a slice, `"0:4"`. Terrain of more than 10 000 heights names a table at the end.
 
     Args:
-        plan: what to write.
-        base: folder that the text will lie in; relative uris are then rewritten against it. None keeps the uris of
-            the plan, which gives the canonical text.
+        plan: the plan.
+        base: folder that the text will be in. Relative URIs are rewritten to start there. None keeps the URIs, which
+            gives the canonical text.
 
     Raises:
-        ValueError: if a number of the plan is not finite.
+        ValueError: a number of the plan is not finite.
     """
     if base is not None:
         plan = replace(plan, files=tuple(rebase_file(file, base) for file in plan.files))
-    members = [("scenecc_plan", str(PLAN_VERSION)), *_format_members(plan, _INDENT)]
-    bodies = [body for entity in plan.entities for body in entity.bodies]
-    shared = {
-        _heights_name(heights): heights
-        for shape in chain.from_iterable((*body.collisions, *body.visuals) for body in bodies)
-        if isinstance(shape.geometry, Heightfield) and _are_shared(heights := shape.geometry.heights)
-    }
-    if shared:
-        tables = {name: [[number + 0.0 for number in row] for row in heights] for name, heights in shared.items()}
-        texts = [(name, _break_array(_dumps(table), 3 * _INDENT)) for name, table in tables.items()]
-        members.append(("heights", _join_parts("{}", _join_members(texts), 2 * _INDENT)))
-    body = f",\n{_INDENT}".join(_join_members(members))
-    return _escape(f"{{\n{_INDENT}{body}\n}}\n")
+    data = {"scenecc_plan": PLAN_VERSION, **_object_data(plan)}
+    shapes = chain.from_iterable(
+        (*body.collisions, *body.visuals) for entity in plan.entities for body in entity.bodies
+    )
+    terrain = [shape.geometry.heights for shape in shapes if isinstance(shape.geometry, Heightfield)]
+    if tables := {_heights_name(heights): _rows_data(heights) for heights in terrain if _are_shared(heights)}:
+        data["heights"] = tables
+    members = [f"{encode_basestring(key)}: {_text(item, 2 * _INDENT)}" for key, item in data.items()]
+    text = "{\n" + _INDENT + f",\n{_INDENT}".join(members) + "\n}\n"
+    return text if text.isascii() else _ESCAPED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+
+
+def _object_data(node: object) -> dict[str, Any]:
+    data: dict[str, Any] = {}
+    for slot in plan_fields(node.__class__):
+        item = getattr(node, slot.name)
+        if item is not None and (item or slot.name not in _OMITTED_WHEN_EMPTY):
+            data[slot.name] = _WRITERS[slot.kind.__class__](slot.kind, item)
+    return data
+
+
+def _scalar_data(kind: ScalarKind, item: Any) -> Any:
+    # By the field's type: a plan with the integer 1 equals one with 1.0, and -0.0 equals 0.0.
+    return _finite(item + 0.0) if kind.type is float else int(item) if kind.type is int else item
+
+
+def _union_data(kind: UnionKind, item: Any) -> dict[str, Any]:
+    named = {} if item.__class__ is kind.untyped else {"type": type_name(item.__class__)}
+    return named | _object_data(item)
+
+
+def _list_data(kind: ListKind, item: Any) -> Any:
+    if isinstance(kind.item, ListKind):
+        return _heights_name(item) if _are_shared(item) else _rows_data(item)
+    return [_WRITERS[kind.item.__class__](kind.item, one) for one in item]
+
+
+def _value_data(kind: Quantity, value: Value) -> Any:
+    data = value.data.tolist()
+    if not kind.infinite and not math.isfinite(value.data.sum()) and not np.isfinite(value.data).all():
+        _finite(math.nan)
+    if not value.varies and value.recipe is None:
+        return data[0]
+    written = {"per_scene": data} if value.varies else {"value": data[0]}
+    return written if value.recipe is None else {**written, "recipe": _recipe_data(value.recipe)}
+
+
+def _recipe_data(node: Node) -> dict[str, Any]:
+    from scenecc.plan.recipes import recipe_to_data  # noqa: PLC0415 - most plans have no recipes
+
+    return recipe_to_data(node)
+
+
+def _template_data(_: TemplateKind, template: Template) -> dict[str, Any]:
+    from scenecc.plan.recipes import template_to_data  # noqa: PLC0415 - few plans have any
+
+    return template_to_data(template)
+
+
+def _finite(number: float) -> float:
+    if not math.isfinite(number):
+        raise ValueError("a number of the plan is not finite, and not JSON compliant")
+    return number
 
 
 def _are_shared(heights: Heights) -> bool:
-    """Whether heights stand in a table of the JSON, and their name where they are used."""
+    """Whether heights are in a table of the JSON, which is named where they are used."""
     return sum(map(len, heights)) > _MAX_INLINE_HEIGHTS
 
 
 def _heights_name(heights: Heights) -> str:
-    from hashlib import sha256  # noqa: PLC0415 - most plans have no terrain
-
-    import numpy as np  # noqa: PLC0415 - likewise
-
     return sha256((np.array(heights, np.float64) + 0.0).tobytes()).hexdigest()
 
 
-def _escape(text: str) -> str:
-    """Also what JSON would allow, but no editor or terminal should be given."""
-    return text if text.isascii() else _ESCAPED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+def _rows_data(heights: Heights) -> list[list[float]]:
+    return [[_finite(number + 0.0) for number in row] for row in heights]
 
 
-def _format_members(node: object, indent: str) -> list[tuple[str, str]]:
-    inner = indent + _INDENT
-    return [
-        (slot.name, _format_item(slot.kind, item, inner))
-        for slot in plan_fields(type(node))
-        if (item := getattr(node, slot.name)) is not None and (item or slot.name not in _OMITTED_WHEN_EMPTY)
-    ]
+def _selection_data(_: SceneSelectionKind, scene_idxs: tuple[int, ...]) -> str | list[int]:
+    count, first, last = len(scene_idxs), scene_idxs[0], scene_idxs[-1]
+    # Indices ascend without repetition, so that no range of 4096 scenes is made for each of 10 000 entities.
+    if count > 1 and last - first == count - 1:
+        return f"{first}:{last + 1}"
+    step = scene_idxs[1] - first if count > 2 else 0
+    if step and scene_idxs == tuple(range(first, last + 1, step)):
+        return f"{first}:{last + 1}:{step}"
+    return list(map(int, scene_idxs))
 
 
-def _format_item(kind: FieldKind, item: Any, indent: str) -> str:
-    """One item as JSON. `indent`: what its inner lines start with, one step included."""
-    match kind:
-        case Quantity():
-            text = _format_value(item, indent, infinite=kind.infinite)
-        case ScalarKind():
-            # By the field's type, not the item's: a plan with the integer 1 equals one with 1.0, and -0.0 equals 0.0.
-            text = _dumps(item + 0.0 if kind.type is float else int(item) if kind.type is int else item)
-        case ChoiceKind() | TemplateKind():
-            text = _dumps(item) if isinstance(kind, ChoiceKind) else _format_template(item, indent)
-        case BytesKind():
-            text = _dumps(b64encode(item).decode("ascii"))
-        case VectorKind():
-            text = _break_array(_dumps([number + 0.0 for number in item]), indent)
-        case SceneSelectionKind():
-            text = _format_selection(item, indent)
-        case ObjectKind():
-            text = _join_parts("{}", _join_members(_format_members(item, indent)), indent)
-        case UnionKind():
-            named = [] if item.__class__ is kind.untyped else [("type", _dumps(type_name(item.__class__)))]
-            text = _join_parts("{}", _join_members([*named, *_format_members(item, indent)]), indent)
-        case SharedDrawsKind():
-            inner = indent + _INDENT
-            text = _join_parts("{}", [f"{_dumps(name)}: {_format_recipe(node, inner)}" for name, node in item], indent)
-        case ListKind() if isinstance(kind.item, ListKind) and _are_shared(item):
-            text = _dumps(_heights_name(item))
-        case ListKind():
-            text = _join_parts("[]", [_format_item(kind.item, one, indent + _INDENT) for one in item], indent)
-    return text
+_WRITERS: Final[dict[type, Callable[[Any, Any], Any]]] = {
+    Quantity: _value_data,
+    ScalarKind: _scalar_data,
+    ChoiceKind: lambda _, item: item,
+    BytesKind: lambda _, item: b64encode(item).decode("ascii"),
+    VectorKind: lambda _, item: [_finite(number + 0.0) for number in item],
+    SceneSelectionKind: _selection_data,
+    ListKind: _list_data,
+    ObjectKind: lambda _, item: _object_data(item),
+    UnionKind: _union_data,
+    SharedDrawsKind: lambda _, item: {name: _recipe_data(node) for name, node in item},
+    TemplateKind: _template_data,
+}
 
 
-def _format_value(value: Value, indent: str, *, infinite: bool) -> str:
-    data = value.data.tolist()
-    dumps = _dumps_infinite if infinite else _dumps
-    if not value.varies and value.recipe is None:
-        return _break_array(dumps(data[0]), indent)
-    inner = indent + _INDENT
-    key, item = ("per_scene", data) if value.varies else ("value", data[0])
-    members = [(key, _break_array(dumps(item), inner))]
-    if value.recipe is not None:
-        members.append(("recipe", _format_recipe(value.recipe, inner)))
-    return _join_parts("{}", _join_members(members), indent)
-
-
-def _format_recipe(node: RecipeNode, indent: str) -> str:
-    from scenecc.plan.recipes import recipe_to_data  # noqa: PLC0415 - most plans have no recipes
-
-    return _format_data(recipe_to_data(node), indent)
-
-
-def _format_template(template: Template, indent: str) -> str:
-    from scenecc.plan.recipes import template_to_data  # noqa: PLC0415 - few plans have any
-
-    return _format_data(template_to_data(template), indent)
-
-
-def _format_data(data: Any, indent: str) -> str:
-    """Plain data as JSON; numbers and lists of them an item a line where a line is too short."""
+def _text(data: Any, indent: str) -> str:
+    """Plain data as JSON: on one line if it fits, else an item a line. `indent`: of these lines."""
     inner = indent + _INDENT
     if data.__class__ is dict:
-        return _join_parts("{}", [f"{_dumps(key)}: {_format_data(item, inner)}" for key, item in data.items()], indent)
-    if data.__class__ is list and any(one.__class__ in {dict, list, str} for one in data):
-        return _join_parts("[]", [_format_data(one, inner) for one in data], indent)
-    return _break_array(_dumps(data), indent)
+        parts = [f"{encode_basestring(key)}: {_text(item, inner)}" for key, item in data.items()]
+        return _join("{}", parts, indent)
+    if data.__class__ is str:
+        return encode_basestring(data)
+    if data.__class__ is not list:
+        return _dumps(data)
+    if _are_numbers(data):
+        return _break_array(_dumps(data), ", ", indent)
+    if {*map(type, data)} == {list} and _are_numbers(chain.from_iterable(data)):
+        return _break_array(_dumps(data), "], [", indent)
+    return _join("[]", [_text(one, inner) for one in data], indent)
 
 
-def _break_array(text: str, indent: str) -> str:
-    """Breaks an array of numbers, or of arrays of them, that is too long for a line: an item a line."""
-    if len(text) + len(indent) <= _WIDTH or text[0] != "[":
+def _are_numbers(items: Iterable[Any]) -> bool:
+    return {dict, list, str}.isdisjoint(map(type, items))
+
+
+def _break_array(text: str, between: str, indent: str) -> str:
+    if len(text) + len(indent) <= _WIDTH:
         return text
-    outer = indent[: -len(_INDENT)]
-    items = text[1:-1].replace("], [", f"],\n{indent}[") if text[1] == "[" else text[1:-1].replace(", ", f",\n{indent}")
-    return f"[\n{indent}{items}\n{outer}]"
+    items = text[1:-1].replace(between, between.replace(" ", f"\n{indent}"))
+    return f"[\n{indent}{items}\n{indent[: -len(_INDENT)]}]"
 
 
-def _join_parts(brackets: str, parts: list[str], indent: str) -> str:
+def _join(brackets: str, parts: list[str], indent: str) -> str:
     line = ", ".join(parts)
     if len(line) + len(indent) <= _WIDTH and "\n" not in line:
         return f"{brackets[0]}{line}{brackets[1]}"
@@ -254,373 +247,270 @@ def _join_parts(brackets: str, parts: list[str], indent: str) -> str:
     return f"{brackets[0]}\n{indent}{broken}\n{indent[: -len(_INDENT)]}{brackets[1]}"
 
 
-def _format_selection(scene_idxs: tuple[int, ...], indent: str) -> str:
-    count, first, last = len(scene_idxs), scene_idxs[0], scene_idxs[-1]
-    # Ascending without repetition, as every plan's: this saves walking 4096 scenes for each of 10 000 entities.
-    if count > 1 and last - first == count - 1:
-        return f'"{first}:{last + 1}"'
-    step = scene_idxs[1] - first if count > 2 else 0
-    if step and scene_idxs == tuple(range(first, last + 1, step)):
-        return f'"{first}:{last + 1}:{step}"'
-    return _break_array(_dumps(list(map(int, scene_idxs))), indent)
+def _dumps(data: Any) -> str:
+    # JSON has no infinity; its readers read a number too large for a float64 as one.
+    return _encode(data).replace("Infinity", "1e999")
 
 
-def _join_members(members: list[tuple[str, str]]) -> list[str]:
-    return [f'"{name}": {text}' for name, text in members]
+_encode: Final = json.JSONEncoder().encode
 
 
-def _dumps_infinite(item: object) -> str:
-    """JSON has no word for infinity, and its readers read what is too large for a float64 as one."""
-    return json.dumps(item, ensure_ascii=False).replace("Infinity", "1e999")
+class _Decoder:
+    """Reads one plan. Raises `PlanFormatError` at the first thing that is missing or invalid."""
 
-
-def _dumps(item: object) -> str:
-    return json.dumps(item, ensure_ascii=False, allow_nan=False)
-
-
-INVALID: Final = object()
-"""What a reader returns for data that it has reported."""
-
-_CLASSES_WITH_ORIGIN = {
-    ScenePlan,
-    Physics,
-    Entity,
-    BodyStructure,
-    CollisionShape,
-    VisualShape,
-    ArticulationStructure,
-    Joint,
-    Mimic,
-    Constraint,
-    Light,
-    Environment,
-    Camera,
-    Placement,
-    Settled,
-    NoOverlap,
-    Condition,
-}
-
-_CLASSES_WITH_SCENES = {Entity, Constraint, Light, Camera, Placement, Condition}
-"""What says in which scenes it is; an environment has a row for every scene."""
-
-_RULES: Final[dict[type, Callable[[dict[str, Any]], Iterator[JsonProblem]]]] = {
-    Entity: check_structures,
-    ArticulationStructure: check_articulation,
-    Link: check_link,
-    Joint: check_joint,
-    Drive: check_axes,
-    Heightfield: check_heights,
-}
-"""Rules over several fields of one object, once each of them is read."""
-
-_MAX_STRING_LENGTH = 100_000
-
-
-class PlanDecoder:
-    """Reads one plan. A fault is reported and the rest is read on."""
-
-    def __init__(
-        self,
-        sink: Sink,
-        file: str | None,
-        limits: Limits,
-        resolve: Callable[[str, Origin], Path | None],
-    ) -> None:
-        self._sink = sink
+    def __init__(self, file: str | None, limits: Limits, resolve: Resolver) -> None:
         self._file = file
-        self._scene_limit, self._object_limit = limits.scenes, limits.objects_in_all_scenes
+        self._limits = limits
         self._resolve = resolve
         self._table_sizes: dict[str, int] = {}
-        self._num_scenes: int | None = None
-        self._row_count: int | None = None
+        self._num_scenes = 0
+        self._row_count = 0
+        """Of the object that is being read; 0 where it is in no scene of its own, as a material."""
         self._selections: dict[str, tuple[int, ...]] = {}
-        self._object_count = 0
-        self._heights: dict[str, object] = {}
-        self._height_count = 0
-        self._draws: list[tuple[str, RecipeNode]] = []
+        self._scene_count = 0
+        self._heights: dict[str, Heights] = {}
+        self._draws: dict[str, Node] = {}
         self._draw_shapes: dict[str, Shape] = {}
-        self._draws_hold = True
-        self._entity: dict[str, Any] = {}
-        """What is being read; its scenes are counted before its shapes are read."""
+        self._readers: dict[type, Callable[[Any, Any, Keys], Any]] = {
+            Quantity: self._value,
+            ScalarKind: self._scalar,
+            ChoiceKind: self._choice,
+            BytesKind: self._bytes,
+            VectorKind: self._vector,
+            SceneSelectionKind: self._selection,
+            ListKind: self._list,
+            ObjectKind: lambda kind, data, path: self._object(kind.cls, data, path),
+            UnionKind: self._union,
+            SharedDrawsKind: lambda _kind, _data, _path: tuple(self._draws.items()),
+            TemplateKind: self._template,
+        }
 
-    def plan(self, data: dict[str, Any]) -> object:
-        """The plan, or `INVALID`."""
+    def plan(self, data: dict[str, Any]) -> ScenePlan:
+        """The plan of the JSON. What all else refers to is read first."""
+        self._num_scenes = self._scalar(ScalarKind(int), data.get("num_scenes"), ("num_scenes",))
+        if self._num_scenes > self._limits.scenes:
+            raise _LimitError(f"`num_scenes` is {self._num_scenes}, more than {self._limits.scenes}")
         for table in ("files", "physical_materials", "visual_materials"):
-            items = data.get(table)
-            self._table_sizes[table] = len(items) if is_list(items) else 0
-        num_scenes = data.get("num_scenes")
-        if type(num_scenes) is int and num_scenes > self._scene_limit:
-            message = f"`num_scenes` is {num_scenes}, more than {self._scene_limit}"
-            return self._fault("SC712", message, ("num_scenes",))
-        self._num_scenes = num_scenes if type(num_scenes) is int and num_scenes > 0 else None
-        self._read_draws(data.get("draws", {}))
-        heights: object = data.pop("heights", {})
-        if not is_object(heights):
-            return self._fault("SC705", f"an object is wanted here, not {describe_json(heights)}", ("heights",))
-        for name, rows in heights.items():
-            self._heights[name] = self._many(_HEIGHTS, rows, ("heights", name[:80]))
-        if INVALID in self._heights.values():
-            return INVALID
-        plan = self._node(ScenePlan, data, ())
-        if (
-            self._report(check_names(data), ())
-            or not isinstance(plan, ScenePlan)
-            or self._report(check_mounts(plan), ())
-        ):
-            return INVALID
-        if self._report(check_placements(plan), ()) or self._report(check_expectations(plan), ()):
-            return INVALID
-        wrong = check_materials(plan)
-        return plan if wrong is None else self._fault(wrong[0].code, wrong[0].message, wrong[1])
+            self._table_sizes[table] = len(_checked(data.get(table, []), list, (table,)))
+        for name, item in _checked(data.get("draws", {}), dict, ("draws",)).items():
+            path: Keys = ("draws", name)
+            self._draws[name], self._draw_shapes[name] = _read_recipe(item, self._draw_shapes, path)
+        for name, rows in _checked(data.pop("heights", {}), dict, ("heights",)).items():
+            self._heights[name] = _read_heights(rows, ("heights", name))
+        return self._object(ScenePlan, data, ())
 
-    def _report(self, faults: Iterator[JsonProblem], path: Keys) -> bool:
-        """Reports faults, and returns whether there are any."""
-        return bool([self._fault(fault.code, fault.message, (*path, *fault.keys)) for fault in faults])
+    def _read(self, kind: FieldKind, data: Any, path: Keys) -> Any:
+        return self._readers[kind.__class__](kind, data, path)
 
-    def _read_draws(self, data: object) -> None:
-        """Ahead of all else, since recipes name them; each may read those before it."""
-        for name, item in data.items() if is_object(data) else ():
-            read = _read_recipe(item, self._draw_shapes)
-            if isinstance(read, JsonProblem):
-                self._draws_hold = False
-                self._fault(read.code, read.message, ("draws", name[:80], *read.keys))
-                # What reads it is not told to be wrong, too.
-                self._draw_shapes[name] = None
-            else:
-                node, self._draw_shapes[name] = read
-                self._draws.append((name, node))
-
-    def _read(self, kind: FieldKind, data: object, path: Keys) -> object:
-        read: object
-        match kind:
-            case Quantity():
-                read = self._value(kind, data, path)
-            case ScalarKind():
-                read = self._plain(kind, data, path)
-            case ChoiceKind() | TemplateKind():
-                read = self._choice(kind, data, path) if isinstance(kind, ChoiceKind) else self._template(data, path)
-            case BytesKind():
-                read = self._bytes(data, path)
-            case VectorKind():
-                rows = self._rows(Quantity(shape=(kind.count,), bounds=kind.bounds), [data], path, in_list=False)
-                read = tuple(rows.data[0].tolist()) if isinstance(rows, Value) else rows
-            case SceneSelectionKind():
-                read = self._selection(data, path)
-            case SharedDrawsKind() if is_object(data):
-                read = tuple(self._draws) if self._draws_hold else INVALID
-            case SharedDrawsKind():
-                read = self._fault("SC705", f"an object is wanted here, not {describe_json(data)}", path)
-            case ListKind():
-                read = self._many(kind, data, path)
-            case ObjectKind():
-                read = self._node(kind.cls, data, path)
-            case UnionKind():
-                read = self._one_of(kind, data, path)
-        return read
-
-    def _template(self, data: object, path: Keys) -> object:
-        from scenecc.plan.recipes import read_template  # noqa: PLC0415 - few plans have any
-
-        read = read_template(data)
-        return self._fault(read.code, read.message, (*path, *read.keys)) if isinstance(read, JsonProblem) else read
-
-    def _choice(self, kind: ChoiceKind, data: object, path: Keys) -> object:
-        if data in kind.options:
-            return data
-        words = ", ".join(f'"{option}"' for option in kind.options)
-        return self._fault("SC705", f"{describe_json(data)} is none of {words}", path)
-
-    def _bytes(self, data: object, path: Keys) -> object:
-        try:
-            if isinstance(data, str):
-                return b64decode(data, validate=True)
-        except ValueError:  # letters that base64 has not
-            pass
-        return self._fault("SC705", f"base64 is wanted here, not {describe_json(data)}", path)
-
-    def _many(self, kind: ListKind, data: object, path: Keys) -> object:
-        if isinstance(kind.item, ListKind) and isinstance(data, str):
-            if data in self._heights:
-                return self._heights[data]
-            return self._fault("SC708", f"there is no entry {describe_json(data)} in `heights`", path)
-        if not is_list(data):
-            return self._fault("SC705", f"a list is wanted here, not {describe_json(data)}", path)
-        items = [self._read(kind.item, item, (*path, index)) for index, item in enumerate(data)]
-        return INVALID if any(item is INVALID for item in items) else tuple(items)
-
-    def _node(self, cls: type, data: object, path: Keys) -> object:
-        if not is_object(data):
-            return self._fault("SC705", f"an object is wanted here, not {describe_json(data)}", path)
-        if cls in _CLASSES_WITH_SCENES:
-            self._entity = data
-        elif cls is Environment:
+    def _object(self, cls: type, data: Any, path: Keys) -> Any:
+        _checked(data, dict, path)
+        rows_around, values = self._row_count, dict[str, Any]()
+        if cls is Environment:
             self._row_count = self._num_scenes
-        its_slots = plan_fields(cls)
-        unknown = data.keys() - {slot.name for slot in its_slots}
-        for key in sorted(unknown):
-            self._unknown_key(key, [slot.name for slot in its_slots], path)
-        read: dict[str, Any] = {}
-        # In the order of the dataclass: an entity's scenes come before its values and say how many rows they have.
-        for slot in its_slots:
+        # In the order of the dataclass: `scene_idxs` comes before the values and gives the number of their rows.
+        for slot in plan_fields(cls):
             if slot.name in data:
-                read[slot.name] = self._read(slot.kind, data[slot.name], (*path, slot.name))
+                values[slot.name] = self._read(slot.kind, data[slot.name], (*path, slot.name))
             elif slot.required:
-                read[slot.name] = self._fault("SC704", f"the key `{slot.name}` is missing", path)
-        if cls in _CLASSES_WITH_SCENES or cls is Environment:
-            self._row_count = None
-        if unknown or any(item is INVALID for item in read.values()):
-            return INVALID
-        return self._made(cls, read, path)
+                raise PlanFormatError((*path, slot.name))
+        self._row_count = rows_around
+        if len(values) < len(data):
+            raise PlanFormatError((*path, next(key for key in data if key not in values)))
+        if _has_origin(cls):
+            values["origin"] = Origin(self._file, path)
+        made = cls(**values, path=self._file_path(values, path)) if cls is AssetFile else cls(**values)
+        if cls in FAULTS:
+            for keys in FAULTS[cls](made):
+                raise PlanFormatError((*path, *keys))
+        return made
 
-    def _made(self, cls: type, read: dict[str, Any], path: Keys) -> object:
-        if cls is AssetFile:
-            found = self._file_path(read["uri"], read.get("data"), (*path, "uri"))
-            return INVALID if found is None else AssetFile(path=found, origin=self._origin(path), **read)
-        if cls in _RULES and self._report(_RULES[cls](read), path):
-            return INVALID
-        if cls is Entity and not self._pick_holds(read, path):
-            return INVALID
-        if cls is Heightfield and not self._counted(read["heights"], path):
-            return INVALID
-        if cls in _CLASSES_WITH_ORIGIN:
-            read["origin"] = self._origin(path)
-        return cls(**read)
-
-    def _file_path(self, uri: str, data: bytes | None, path: Keys) -> Path | None:
+    def _file_path(self, values: dict[str, Any], path: Keys) -> Path:
+        """Where a file is; one whose content the plan has is written to the user's cache."""
+        uri, data, origin = values["uri"], values.get("data"), Origin(self._file, (*path, "uri"))
         if data is None:
-            return self._resolve(uri, self._origin(path))
+            found = self._resolve(uri, origin)
+            if found is None:
+                raise _ReportedError
+            return found
         if not _DATA_URI.fullmatch(uri):
-            self._fault("SC711", f"a file with `data` is called mesh://NAME.ply, not {describe_json(uri)}", path)
-            return None
+            raise PlanFormatError((*path, "uri"))
         try:
             return keep_file("meshes", data, ".ply")
         except OSError as error:
-            self._fault("SC711", f"'{uri}' cannot be kept in the cache folder: {error}", path)
-            return None
+            raise _FileError(f"'{uri}' cannot be kept in the cache folder: {error}", origin) from error
 
-    def _counted(self, heights: Heights, path: Keys) -> bool:
-        """Whether terrain is within the limits of a scene's."""
-        count = len(heights) * len(heights[0])
-        self._height_count += count
-        if count <= MAX_HEIGHTS and self._height_count <= MAX_TOTAL_HEIGHTS:
-            return True
-        message = f"terrain has {count} heights, more than {MAX_HEIGHTS}, or all of it more than {MAX_TOTAL_HEIGHTS}"
-        return self._fault("SC712", message, (*path, "heights")) is not INVALID
-
-    def _pick_holds(self, read: dict[str, Any], path: Keys) -> bool:
-        pick = read.get("pick")
-        fault = None if pick is None else check_pick(pick, len(read["structures"]))
-        if pick is None or fault is None:
-            return True
-        where = ("per_scene", *fault.keys) if pick.varies else ()
-        return self._fault(fault.code, fault.message, (*path, "pick", *where)) is not INVALID
-
-    def _one_of(self, kind: UnionKind, data: object, path: Keys) -> object:
-        if not is_object(data):
-            return self._fault("SC705", f"an object is wanted here, not {describe_json(data)}", path)
-        by_type = dict(kind.by_type)
+    def _union(self, kind: UnionKind, data: Any, path: Keys) -> Any:
+        name = _checked(data, dict, path).get("type")
         if "type" not in data and kind.untyped is not None:
-            return self._node(kind.untyped, data, path)
-        if "type" not in data:
-            return self._fault("SC704", "the key `type` is missing", path)
-        name = data["type"]
-        if not isinstance(name, str) or name not in by_type:
-            words = ", ".join(f'"{word}"' for word in by_type)
-            return self._fault("SC705", f"{describe_json(name)} is none of {words}", (*path, "type"))
-        return self._node(by_type[name], {key: item for key, item in data.items() if key != "type"}, path)
+            return self._object(kind.untyped, data, path)
+        for word, cls in kind.by_type:
+            if word == name:
+                return self._object(cls, {key: item for key, item in data.items() if key != "type"}, path)
+        raise PlanFormatError((*path, "type"))
 
-    def _value(self, kind: Quantity, data: object, path: Keys) -> object:
-        if not is_object(data):
-            return self._rows(kind, [data], path, in_list=False)
-        recipe = data.get("recipe")
-        if recipe is not None and not kind.reset:
-            return self._fault("SC703", "only what a reset may change has a recipe", (*path, "recipe"))
-        if recipe is not None and data.keys() == {"value", "recipe"}:
-            read = self._rows(kind, [data["value"]], (*path, "value"), in_list=False)
-        elif data.keys() - {"recipe"} == {"per_scene"} and is_list(rows := data["per_scene"]):
-            if self._row_count is not None and len(rows) != self._row_count:
-                message = f"`per_scene` has {len(rows)} rows, and the entity is in {self._row_count} scenes"
-                return self._fault("SC706", message, (*path, "per_scene"))
-            read = self._rows(kind, rows, (*path, "per_scene"), in_list=True)
+    def _list(self, kind: ListKind, data: Any, path: Keys) -> tuple[Any, ...]:
+        if isinstance(kind.item, ListKind):
+            return self._heights[data] if isinstance(data, str) and data in self._heights else _read_heights(data, path)
+        return tuple([self._read(kind.item, one, (*path, i)) for i, one in enumerate(_checked(data, list, path))])
+
+    def _scalar(self, kind: ScalarKind, data: Any, path: Keys) -> Any:
+        if kind.type is float and data.__class__ is int and abs(data) <= FLOAT32_MAX:
+            data = float(data)
+        _checked(data, kind.type, path)
+        if data.__class__ in {int, float} and not (math.isfinite(data) and kind.bounds.allow(data)):
+            raise PlanFormatError(path)
+        return data
+
+    def _choice(self, kind: ChoiceKind, data: Any, path: Keys) -> str:
+        if data not in kind.options:
+            raise PlanFormatError(path)
+        return data
+
+    def _bytes(self, _kind: BytesKind, data: Any, path: Keys) -> bytes:
+        try:
+            return b64decode(_checked(data, str, path), validate=True)
+        except ValueError:  # letters that base64 does not have
+            raise PlanFormatError(path) from None
+
+    def _vector(self, kind: VectorKind, data: Any, path: Keys) -> tuple[float, ...]:
+        if len(_checked(data, list, path)) != kind.count:
+            raise PlanFormatError(path)
+        return tuple([self._scalar(ScalarKind(float, kind.bounds), one, (*path, i)) for i, one in enumerate(data)])
+
+    def _template(self, _kind: TemplateKind, data: Any, path: Keys) -> Any:
+        from scenecc.plan.recipes import RecipeReader  # noqa: PLC0415 - few plans have any
+
+        return RecipeReader(()).template(data, path, 0)
+
+    def _selection(self, _kind: SceneSelectionKind, data: Any, path: Keys) -> tuple[int, ...]:
+        found = self._selections.get(data) if isinstance(data, str) else None
+        idxs = _read_selection(data, path) if found is None else found
+        if not (idxs and idxs[0] >= 0 and idxs[-1] < self._num_scenes):
+            raise PlanFormatError(path)
+        self._row_count = len(idxs)
+        self._scene_count += len(idxs)
+        if self._scene_count > self._limits.objects_in_all_scenes:
+            raise _LimitError(f"objects summed over their scenes are more than {self._limits.objects_in_all_scenes}")
+        # Entities share the tuple of a slice: 10 000 of them in 4096 scenes have 40 million indices.
+        return self._selections.setdefault(data, tuple(idxs)) if isinstance(data, str) else tuple(idxs)
+
+    def _value(self, kind: Quantity, data: Any, path: Keys) -> Value:
+        if data.__class__ is not dict:
+            return Value(self._rows(kind, [data], path))
+        recipe: Any = data.get("recipe")
+        if data.keys() - {"recipe"} == {"per_scene"}:
+            rows = _checked(data["per_scene"], list, path)
+            if len(rows) != (self._row_count or len(rows)):
+                raise PlanFormatError((*path, "per_scene"))
+        elif data.keys() == {"value", "recipe"}:
+            rows = [data["value"]]
         else:
-            message = 'a quantity is written plainly or as {"per_scene": [...]}'
-            return self._fault("SC705", message, path)
-        return read if recipe is None else self._with_recipe(read, recipe, kind, (*path, "recipe"))
+            raise PlanFormatError(path)
+        read = self._rows(kind, rows, path)
+        if "recipe" not in data:
+            return Value(read)
+        path = (*path, "recipe")
+        node, shape = _read_recipe(recipe, self._draw_shapes, path)
+        if not kind.reset or shape not in (None, kind.shape):
+            raise PlanFormatError(path)
+        return recalled(read, node)
 
-    def _with_recipe(self, value: object, recipe: object, kind: Quantity, path: Keys) -> object:
-        read = _read_recipe(recipe, self._draw_shapes, kind.shape)
-        if isinstance(read, JsonProblem):
-            return self._fault(read.code, read.message, (*path, *read.keys))
-        return recalled(value.data, read[0]) if isinstance(value, Value) else INVALID
+    def _rows(self, kind: Quantity, rows: list[Any], path: Keys) -> NDArray[Any]:
+        try:
+            types = set(map(type, chain.from_iterable(rows) if kind.shape else rows))
+            data = np.array(rows, dtype=kind.dtype) if types <= _JSON_TYPES[kind.dtype] else None
+        except (TypeError, ValueError, OverflowError):  # not lists, lists of several lengths, more than 64 bits
+            data = None
+        size = None if kind.table is None else self._table_sizes[kind.table]
+        if not rows or data is None or data.shape[1:] != kind.shape or not _is_in_range(kind, data, size):
+            raise PlanFormatError(path)
+        data.flags.writeable = False
+        return data
 
-    def _rows(self, kind: Quantity, rows: list[Any], path: Keys, *, in_list: bool) -> object:
-        size = self._table_sizes[kind.table] if kind.table is not None else None
-        read = read_rows(kind, rows, size)
-        if not isinstance(read, JsonProblem):
-            return read
-        return self._fault(read.code, read.message, (*path, *(read.keys if in_list else read.keys[1:])))
 
-    def _plain(self, kind: ScalarKind, data: object, path: Keys) -> object:
-        if kind.type is str or kind.type is bool:
-            if type(data) is not kind.type:
-                word = "a string" if kind.type is str else "true or false"
-                return self._fault("SC705", f"{word} is wanted here, not {describe_json(data)}", path)
-            if isinstance(data, str) and len(data) > _MAX_STRING_LENGTH:
-                return self._fault("SC712", f"this string has {len(data)} characters", path)
-            return data
-        read = read_number(kind, data)
-        return self._fault(read.code, read.message, path) if isinstance(read, JsonProblem) else read
+_DATA_URI = re.compile(r"mesh://[A-Za-z0-9_.-]{0,80}\.ply")
 
-    def _selection(self, data: object, path: Keys) -> object:
-        found = read_selection(data, self._num_scenes if self._num_scenes is not None else self._scene_limit)
-        if isinstance(found, JsonProblem):
-            return self._fault(found.code, found.message, path)
-        self._row_count = len(found)
-        before = self._object_count
-        self._object_count += count_objects(self._entity, len(found))
-        if self._object_count > self._object_limit:
-            # What comes after is counted, and no tuple made of it.
-            if before <= self._object_limit:
-                message = f"objects summed over their scenes are more than {self._object_limit}"
-                self._fault("SC712", message, path)
-            return INVALID
-        return self._shared(data, found)
+_SLICE = re.compile(r"(\d{1,9}):(\d{1,9})(?::([1-9]\d{0,8}))?")
 
-    def _shared(self, data: object, found: Sequence[int]) -> tuple[int, ...]:
-        """Entities share the tuple of a slice: 10 000 of them in 4096 scenes are 40 million indices."""
-        if not isinstance(data, str):
-            return tuple(found)
-        shared = self._selections.get(data)
-        if shared is None:
-            shared = self._selections[data] = tuple(found)
-        return shared
+_JSON_TYPES: Final = {"float64": {float, int}, "int64": {int}, "bool": {bool}}
 
-    def _unknown_key(self, key: str, known: list[str], path: Keys) -> None:
-        if self._sink.full:  # the nearest of the known keys takes long to find for a million others
-            return
-        near = difflib.get_close_matches(key[:80], known, n=1)
-        hint = f"did you mean `{near[0]}`?" if near else None
-        self._sink.report(
-            "SC703", f"unknown key {describe_json(key)}", self._origin((*path, key[:80])), at="key", hint=hint
+
+class _LimitError(Exception):
+    """The plan exceeds a limit."""
+
+
+class _FileError(Exception):
+    """A file cannot be made. Its arguments are the message and the origin."""
+
+
+class _ReportedError(Exception):
+    """The error is in the sink already."""
+
+
+def _checked(data: Any, cls: type, path: Keys) -> Any:
+    """The data, which are of exactly this type."""
+    if data.__class__ is not cls:
+        raise PlanFormatError(path)
+    return data
+
+
+@cache
+def _has_origin(cls: type[Any]) -> bool:
+    return any(item.name == "origin" for item in fields(cls))
+
+
+def _read_heights(data: Any, path: Keys) -> Heights:
+    rows = [_checked(row, list, path) for row in _checked(data, list, path)]
+    for row in rows:
+        if not {*map(type, row)} <= {int, float} or not all(-FLOAT32_MAX <= number <= FLOAT32_MAX for number in row):
+            raise PlanFormatError(path)
+    return tuple(tuple(map(float, row)) for row in rows)
+
+
+def _read_selection(data: Any, path: Keys) -> Sequence[int]:
+    """Ascending scene indices."""
+    if isinstance(data, str):
+        match = _SLICE.fullmatch(data)
+        if match is None:
+            raise PlanFormatError(path)
+        return range(int(match[1]), int(match[2]), int(match[3] or 1))
+    if not {*map(type, _checked(data, list, path))} <= {int} or any(a >= b for a, b in pairwise(data)):
+        raise PlanFormatError(path)
+    return data
+
+
+def _is_in_range(kind: Quantity, data: NDArray[Any], table_size: int | None) -> bool:
+    if kind.dtype == "bool":
+        return True
+    if table_size is not None:
+        return bool(((data >= 0) & (data < table_size)).all())
+    low, high, nonzero = kind.bounds
+    if not ((data >= low) & (data <= high)).all() or (nonzero and not data.all()):
+        return False
+    if kind.infinite:
+        first, last = data[:, 0], data[:, 1]
+        finite = data[np.isfinite(data)]
+        return bool((first <= last).all() and (first < np.inf).all() and (last > -np.inf).all()) and bool(
+            (np.abs(finite) <= FLOAT32_MAX).all()
         )
+    if not kind.pose:
+        return True
+    # The rotation is composed of several, whose rounding errors add up.
+    with np.errstate(over="ignore"):
+        lengths = np.sqrt((data[:, 3:] ** 2).sum(axis=1))
+    return bool((np.abs(lengths - 1) <= UNIT_TOLERANCE).all())
 
-    def _origin(self, path: Keys) -> Origin:
-        return Origin(self._file, path)
 
-    def _fault(self, code: str, message: str, path: Keys) -> object:
-        self._sink.report(code, message, self._origin(path))
-        return INVALID
-
-
-def _read_recipe(data: object, draws: dict[str, Shape], shape: Shape = None) -> tuple[RecipeNode, Shape] | JsonProblem:
+def _read_recipe(data: Any, draws: dict[str, Shape], path: Keys) -> tuple[Node, Shape]:
     from scenecc.plan.recipes import read_recipe  # noqa: PLC0415 - most plans have no recipes
 
-    return read_recipe(data, draws, shape)
+    return read_recipe(data, draws, path)
 
 
 Resolver = Callable[[str, Origin], Path | None]
-"""Finds the file that a uri names; where it cannot, it reports why and returns None."""
+"""Finds the file of a URI. If there is none, it reports an error and returns None."""
+
+_HINT: Final = "make the plan again from its scene: `scenecc emit SCENE --to json -o PLAN.json`"
 
 
 def plan_from_json(
@@ -634,77 +524,60 @@ def plan_from_json(
 ) -> ScenePlan | None:
     """Reads the output of `plan_to_json`; None after an error, which is in `sink`.
 
-    Ranges of single values are checked here. Rules over several values (friction order, the inertia's triangle) are
-    checks on the plan, and so is whether files exist unless `resolve` asks for it.
+    Whatever is not a plan of this version of scenecc is the error SC701. Rules of physics (friction order, the
+    triangle of an inertia) are checks of the plan. Whether files exist is checked only by `resolve`.
 
     Args:
         text: the JSON.
-        base: folder that relative uris start from.
-        sink: takes diagnostics of band 7 and those of `resolve`.
-        resolve: asked for every uri of the table of files; without it relative uris are joined to `base` and
-            `pkg://` and `asset://` are errors.
-        file: name of the document for diagnostics, and for the origins in the plan.
+        base: folder where relative URIs start.
+        sink: takes the error.
+        resolve: called for the URI of each file. None joins relative URIs to `base` and rejects all others.
+        file: name of the document, for diagnostics and for the origins in the plan.
         limits: None takes the defaults.
     """
-    limits = limits or Limits()
-    if len(text) > limits.text_bytes:
-        message = f"the plan has {len(text)} characters, more than {limits.text_bytes}"
-        sink.report("SC712", message, Location(file))
-        return None
-    data = _parse_json(text, sink, file)
-    if data is _UNPARSED or not _is_plan(data, sink, Origin(file)):
-        return None
-    del data["scenecc_plan"]
-    plan = PlanDecoder(sink, file, limits, resolve or _RelativeFileResolver(base, sink).resolve).plan(data)
-    return plan if isinstance(plan, ScenePlan) else None
-
-
-_UNPARSED: Final = object()
-
-
-def _parse_json(text: str, sink: Sink, file: str | None) -> object:
     try:
-        return json.loads(text.removeprefix("\ufeff"), object_pairs_hook=reject_repeated_keys)
-    except json.JSONDecodeError as error:
-        lines = text.splitlines()
-        line = lines[error.lineno - 1] if error.lineno <= len(lines) else None
-        place = Location(file, error.lineno, error.colno, error.colno + 1, line)
-        sink.report("SC701", f"this is not JSON: {error.msg}", place)
-    except RepeatedKeyError as error:
-        sink.report("SC713", f"the key {error} stands twice in one object", Location(file))
-    except RecursionError:
-        sink.report("SC712", "the plan is nested too deeply", Location(file))
-    except ValueError:  # an integer of more digits than Python reads
-        sink.report("SC701", "the plan holds a number with thousands of digits", Location(file))
-    return _UNPARSED
+        return _read_plan(text, file, limits or Limits(), resolve or _relative_resolver(base, sink))
+    except PlanFormatError as error:
+        message = f"this is not a plan of this version of scenecc: {_describe_fault(error.keys)}"
+        sink.report("SC701", message, Origin(file, error.keys), hint=_HINT)
+    except _LimitError as error:
+        sink.report("SC712", str(error), Location(file))
+    except _FileError as error:
+        sink.report("SC711", *error.args)
+    except _ReportedError:
+        pass
+    return None
 
 
-def _is_plan(data: object, sink: Sink, origin: Origin) -> TypeGuard[dict[str, Any]]:
-    if not is_object(data) or "scenecc_plan" not in data:
-        sink.report("SC702", "this is not a plan: it has no key `scenecc_plan`", origin)
-        return False
-    version: object = data["scenecc_plan"]
-    if type(version) is int and version in (1, PLAN_VERSION):
-        return True
-    message = f"this plan has version {_format_version(version)}; versions 1 and {PLAN_VERSION} are read here"
-    sink.report("SC702", message, origin.child("scenecc_plan"))
-    return False
+def _read_plan(text: str, file: str | None, limits: Limits, resolve: Resolver) -> ScenePlan:
+    if len(text) > limits.text_bytes:
+        raise _LimitError(f"the plan has {len(text)} characters, more than {limits.text_bytes}")
+    data = _checked(_parse_json(text), dict, ())
+    version: Keys = ("scenecc_plan",)
+    if _checked(data.pop("scenecc_plan", None), int, version) not in (1, PLAN_VERSION):
+        raise PlanFormatError(version)
+    return _Decoder(file, limits, resolve).plan(data)
 
 
-def _format_version(item: object) -> str:
-    text = json.dumps(item)
-    return text if len(text) <= 40 else text[:40] + "…"
-
-
-@dataclass(frozen=True, slots=True)
-class _RelativeFileResolver:
-    """Finds relative uris only."""
-
-    base: Path
-    sink: Sink
-
-    def resolve(self, uri: str, origin: Origin) -> Path | None:
-        if "://" not in uri and "\0" not in uri:
-            return self.base.absolute() / uri
-        self.sink.report("SC711", f"nothing here can find `{uri[:200]}`", origin)
+def _parse_json(text: str) -> Any:
+    """The data; None if the text is not JSON, is nested too deeply or has an integer of thousands of digits."""
+    try:
+        return json.loads(text.removeprefix("\ufeff"))
+    except (ValueError, RecursionError):
         return None
+
+
+def _describe_fault(keys: Keys) -> str:
+    if keys == ("scenecc_plan",):
+        return f"`scenecc_plan` is not 1 or {PLAN_VERSION}"
+    return f"`{dotted(keys)[:200]}` is missing or invalid" if keys else "it is not an object of valid JSON"
+
+
+def _relative_resolver(base: Path, sink: Sink) -> Resolver:
+    def resolve(uri: str, origin: Origin) -> Path | None:
+        if "://" not in uri and "\0" not in uri:
+            return base.absolute() / uri
+        sink.report("SC711", f"nothing here can find `{uri[:200]}`", origin)
+        return None
+
+    return resolve

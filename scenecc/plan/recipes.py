@@ -1,4 +1,4 @@
-"""Recipes as plain data: the shape of their values, the writer, and the reader, whose input may be hostile."""
+"""Recipes as plain data of JSON: writer, reader, and the shapes of their values."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import MISSING, fields
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, get_args
 
-from scenecc.plan.json_values import JsonProblem, describe_json, is_list, is_object
+from scenecc.plan.consistency import PlanFormatError
 from scenecc.plan.schema import type_name
 from scenecc.variation import nodes
 from scenecc.variation.conversions import CONVERSIONS
@@ -18,6 +18,8 @@ from scenecc.variation.operations import MAX_INT_BITS, ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Mapping, Sequence
+
+    from scenecc.diagnostics.diagnostic import Path as Keys
 
     Shapes = Mapping[str, "Shape"]
 
@@ -154,6 +156,8 @@ def _item_to_data(item: Any) -> Any:
     if isinstance(item, tuple | list):
         several: list[Any] = list(item)  # pyright: ignore[reportUnknownArgumentType]
         return [_item_to_data(one) for one in several]
+    if isinstance(item, float) and not math.isfinite(item):
+        raise ValueError("a number of a recipe is not finite, and not JSON compliant")
     return item
 
 
@@ -164,274 +168,186 @@ def template_to_data(template: Template) -> dict[str, Any]:
 
 
 MAX_RECIPE_DEPTH = 100
-"""How deeply nodes and lists may be nested; evaluating them goes as deep."""
+"""How deeply nodes and lists may be nested. Evaluation recurses as deep."""
 
 _MAX_COMPONENTS = 4096
 
 _MAX_WORD = 10_000
 
-_MAX_STRING_LENGTH = 100_000
-
 _NODE_TYPES = {type_name(cls): cls for cls in NODES}
-
-_NULLABLE = {"weights", "shape"}
-
-
-class _RecipeError(Exception):
-    """What is wrong, and the keys that lead there, innermost first."""
-
-    def __init__(self, code: str, message: str, *keys: str | int) -> None:
-        super().__init__(message)
-        self.code = code
-        self.keys: list[str | int] = [*keys]
-
-
-def read_recipe(data: object, draws: Mapping[str, Shape], shape: Shape = None) -> tuple[Node, Shape] | JsonProblem:
-    """A node and the shape of what it gives in a scene, or what is wrong below `data`.
-
-    Args:
-        data: plain data of JSON.
-        draws: the shapes of the shared draws that it may read.
-        shape: what it is to give; None: anything.
-    """
-    try:
-        node = _RecipeReader(draws).node(data, 0)
-        gives = infer_shape(node, draws)
-    except _RecipeError as wrong:
-        return JsonProblem(wrong.code, str(wrong), tuple(reversed(wrong.keys)))
-    except RecipeShapeError as error:
-        return JsonProblem("SC706", str(error))
-    if shape is None or gives is None or gives == shape:
-        return node, gives
-    return JsonProblem("SC706", f"this gives {_describe_shape(gives)}, and {_describe_shape(shape)} are wanted")
-
-
-def read_template(data: object) -> Template | JsonProblem:
-    """An expression with its constants, or what is wrong below `data`."""
-    try:
-        return _RecipeReader(()).template(data, 0)
-    except _RecipeError as wrong:
-        return JsonProblem(wrong.code, str(wrong), tuple(reversed(wrong.keys)))
-
-
-def _describe_shape(shape: tuple[int, ...]) -> str:
-    return "no numbers" if -1 in shape else " by ".join(map(str, shape or (1,))) + " numbers"
-
-
-class _RecipeReader:
-    """Reads one recipe."""
-
-    def __init__(self, draws: Container[str]) -> None:
-        self._draws = draws
-
-    def node(self, data: object, depth: int) -> Node:
-        """A node, whose names of shared draws are all known. `depth`: of nodes and lists around it."""
-        if not is_object(data):
-            raise _RecipeError("SC705", f"a node is an object, not {describe_json(data)}")
-        name = data.get("type")
-        cls = _NODE_TYPES.get(name) if isinstance(name, str) else None
-        if cls is None:
-            raise _RecipeError("SC705", f"{describe_json(name)} is no type of node", "type")
-        given = {key: item for key, item in data.items() if key != "type"}
-        made: Any = self._drawn(given, depth) if cls is nodes.Drawn else self._made(cls, given, depth)
-        _check_counts(made)
-        if isinstance(made, nodes.Shared):
-            self._known(made.name, "name")
-        if isinstance(made, nodes.Computed):
-            for name in made.draws_by_name.values():
-                self._known(name, "template")
-        return made
-
-    def _drawn(self, data: dict[str, Any], depth: int) -> nodes.Drawn:
-        """A draw, whose operands have the names that its distribution gives them."""
-        kind = data.get("kind")
-        if "kind" not in data:
-            raise _RecipeError("SC704", "the key `kind` is missing")
-        drawn = DISTRIBUTIONS.get(kind) if isinstance(kind, str) else None
-        if drawn is None:
-            raise _RecipeError("SC705", f"{describe_json(kind)} is no kind of draw", "kind")
-        rest = {key: item for key, item in data.items() if key not in {*drawn.members, drawn.companion, "operands"}}
-        if "operands" in data:
-            raise _RecipeError("SC703", "unknown key 'operands'", "operands")
-        operands: list[Any] = []
-        for name in drawn.members:
-            if name not in data:
-                raise _RecipeError("SC704", f"the key `{name}` is missing")
-            operands.append(self._at(name, _RecipeReader.item, data[name], depth))
-        if drawn.companion in data:
-            operands += self._at(drawn.companion, _RecipeReader.pair, data[drawn.companion], depth)
-        return self._made(nodes.Drawn, rest, depth, operands=tuple(operands))
-
-    def _made(self, cls: type[Any], data: dict[str, Any], depth: int, **made: Any) -> Any:
-        known = {item.name: item for item in fields(cls) if item.name not in made}
-        for key in data:
-            if key not in known:
-                raise _RecipeError("SC703", f"unknown key {describe_json(key)}", key[:80])
-        read: dict[str, Any] = {}
-        for name, item in known.items():
-            if name in data:
-                read[name] = self._field(name, data[name], depth)
-            elif name in _NULLABLE:
-                read[name] = None
-            elif item.default is MISSING:
-                raise _RecipeError("SC704", f"the key `{name}` is missing")
-        return cls(**made, **read)
-
-    def _field(self, name: str, data: object, depth: int) -> Any:
-        return self._at(name, _FIELD_READERS.get(name, _RecipeReader.item), data, depth)
-
-    def _at(self, key: str | int, read: Callable[[_RecipeReader, object, int], Any], data: object, depth: int) -> Any:
-        try:
-            return read(self, data, depth)
-        except _RecipeError as wrong:
-            wrong.keys.append(key)
-            raise
-
-    def item(self, data: object, depth: int) -> Any:
-        """A plain value or a node."""
-        if depth >= MAX_RECIPE_DEPTH:
-            raise _RecipeError("SC712", "the recipe is nested too deeply")
-        if is_object(data):
-            return self.node(data, depth + 1)
-        if is_list(data):
-            return self.items(data, depth + 1)
-        return _read_scalar(data)
-
-    def items(self, data: object, depth: int) -> tuple[Any, ...]:
-        if not is_list(data):
-            raise _RecipeError("SC705", f"a list is wanted here, not {describe_json(data)}")
-        return tuple(self._at(index, _RecipeReader.item, one, depth + 1) for index, one in enumerate(data))
-
-    def pair(self, data: object, depth: int) -> tuple[Any, ...]:
-        items = self.items(data, depth)
-        if len(items) != 2:
-            raise _RecipeError("SC706", f"a list of 2 is wanted here, not of {len(items)}")
-        return items
-
-    def reads(self, data: object, depth: int) -> tuple[tuple[str, str], ...]:
-        pairs = self.items(data, depth)
-        if not all(isinstance(p, tuple) and len(p) == 2 and all(isinstance(n, str) for n in p) for p in pairs):  # pyright: ignore[reportUnknownVariableType,reportUnknownArgumentType]
-            raise _RecipeError("SC705", "pairs of names are wanted here")
-        return pairs
-
-    def key(self, data: object, depth: int) -> Key:
-        if not is_object(data):
-            raise _RecipeError("SC705", f"an object is wanted here, not {describe_json(data)}")
-        made: Key = self._made(Key, data, depth)
-        if made.section not in _SECTIONS:
-            raise _RecipeError("SC705", f"{describe_json(made.section)} is no section", "section")
-        return made
-
-    def template(self, data: object, depth: int) -> Template:
-        """An expression with the constants that it reads."""
-        if not is_object(data) or not data.keys() <= {"text", "constants"} or not isinstance(data.get("text"), str):
-            raise _RecipeError("SC705", "a template is an object with a `text`, and `constants` where it has any")
-        constants: object = data.get("constants", {})
-        if not is_object(constants):
-            raise _RecipeError("SC705", f"an object is wanted here, not {describe_json(constants)}", "constants")
-        try:
-            return Template(data["text"], {name: self._constant(x, depth) for name, x in constants.items()})
-        except ExpressionError as error:
-            raise _RecipeError("SC705", f"the expression cannot be read: {error.message}", "text") from error
-
-    def _constant(self, data: object, depth: int) -> Any:
-        # Integers are of any size in an expression, up to its own limit.
-        if type(data) is int and abs(data) < 2**MAX_INT_BITS:
-            return data
-        return self.item(data, depth)
-
-    def _known(self, name: str, key: str) -> None:
-        if name not in self._draws:
-            raise _RecipeError("SC708", f"there is no shared draw {describe_json(name)} before this", key)
-
-
-def _check_counts(node: Any) -> None:
-    if isinstance(node, nodes.Rows | nodes.Cycled | nodes.Chosen | nodes.Shuffled | nodes.Stacked) and not node.items:
-        raise _RecipeError("SC706", "one item at least is wanted here", "items")
-    if isinstance(node, nodes.Chosen) and node.weights is not None:
-        if len(node.weights) != len(node.items):
-            raise _RecipeError("SC706", f"{len(node.items)} weights are wanted here", "weights")
-        if not 0 < sum(node.weights) < math.inf:
-            raise _RecipeError("SC707", "the weights add up to no positive number", "weights")
-    if isinstance(node, nodes.Shuffled) and any(
-        isinstance(item, (*NODES, tuple)) for item in (*node.items, *node.rest)
-    ):
-        raise _RecipeError("SC705", "plain values are wanted here", "items")
-    if isinstance(node, nodes.Rows) and len(node.scene_idxs) != len(node.items):
-        raise _RecipeError("SC706", f"{len(node.scene_idxs)} items are wanted here", "items")
-
-
-def _read_scalar(data: object) -> Any:
-    if isinstance(data, float) and not math.isfinite(data):
-        raise _RecipeError("SC707", f"{describe_json(data)} is outside the range: it must be finite")
-    if type(data) is int and not -(2**63) <= data < 2**63:
-        raise _RecipeError("SC707", f"{describe_json(data)} is too large")
-    if isinstance(data, str) and len(data) > _MAX_STRING_LENGTH:
-        raise _RecipeError("SC712", f"this string has {len(data)} characters")
-    if data is None:
-        raise _RecipeError("SC705", "a value is wanted here, not null")
-    return data
-
-
-def _read_text(_: _RecipeReader, data: object, __: int) -> str:
-    if not isinstance(data, str) or len(data) > _MAX_STRING_LENGTH:
-        raise _RecipeError("SC705", f"a string is wanted here, not {describe_json(data)}")
-    return data
-
 
 _SECTIONS: Final[tuple[str, ...]] = get_args(Section)
 
 
-def _integer_reader(low: int, high: int) -> Callable[[_RecipeReader, object, int], int]:
-    def read(_: _RecipeReader, data: object, __: int) -> int:
-        if type(data) is not int or not low <= data <= high:
-            raise _RecipeError("SC707", f"{describe_json(data)} is outside the range: it must be {low} to {high}")
-        return data
+def read_recipe(data: Any, draws: Mapping[str, Shape], path: Keys) -> tuple[Node, Shape]:
+    """A node of JSON and the shape of its value in a scene.
 
-    return read
+    Args:
+        data: plain data.
+        draws: the shapes of the shared draws that it may read.
+        path: keys to the data in the plan.
 
-
-def _read_shape(_: _RecipeReader, data: object, __: int) -> tuple[int, ...]:
-    if not is_list(data) or len(data) > 1 or any(type(n) is not int or not 0 < n <= _MAX_COMPONENTS for n in data):
-        raise _RecipeError("SC705", f"a shape is [] or [n], n from 1 to {_MAX_COMPONENTS}")
-    return tuple(data)
-
-
-def _read_weights(_: _RecipeReader, data: object, __: int) -> tuple[float, ...]:
-    if not is_list(data) or any(type(w) not in {int, float} or not 0 <= w < math.inf for w in data):
-        raise _RecipeError("SC705", "weights are numbers, none of them negative")
-    return tuple(data)
+    Raises:
+        PlanFormatError: the data are no recipe.
+    """
+    node = RecipeReader(draws).node(data, path, 0)
+    try:
+        return node, infer_shape(node, draws)
+    except RecipeShapeError:
+        raise PlanFormatError(path) from None
 
 
-def _read_scene_idxs(_: _RecipeReader, data: object, __: int) -> tuple[int, ...]:
-    if not is_list(data) or any(type(n) is not int or not 0 <= n < 2**31 for n in data):
-        raise _RecipeError("SC705", "a list of scene indices is wanted here")
-    if any(a >= b for a, b in pairwise(data)):
-        raise _RecipeError("SC709", "scene indices ascend, without repetition")
-    return tuple(data)
+class RecipeReader:
+    """Reads nodes and expressions, field by field by their type hints. Raises `PlanFormatError`.
+
+    `draws`: names of the shared draws that may be read. Methods take the data, the path to them in the plan, and the
+    number of nodes and lists around them.
+    """
+
+    def __init__(self, draws: Container[str]) -> None:
+        self._draws = draws
+        self._readers: dict[str, Callable[[Any, Keys, int], Any]] = {
+            "Any": self._item,
+            "tuple[Any, ...]": self._items,
+            "Key": lambda data, path, depth: self._made(Key, data, path, depth),
+            "Template": self.template,
+            "tuple[tuple[str, str], ...]": self._items,
+        }
+        """By the hint of a field; others hold plain values, which `_NODE_RULES` check."""
+
+    def node(self, data: Any, path: Keys, depth: int) -> Node:
+        """A node."""
+        if data.__class__ is not dict or not isinstance(data.get("type"), str) or data["type"] not in _NODE_TYPES:
+            raise PlanFormatError((*path, "type"))
+        cls: type[Any] = _NODE_TYPES[data["type"]]
+        given = {key: item for key, item in data.items() if key != "type"}
+        made: Any = self._drawn(given, path, depth) if cls is nodes.Drawn else self._made(cls, given, path, depth)
+        names = made.draws_by_name.values() if cls is nodes.Computed else [made.name] if cls is nodes.Shared else ()
+        if not all(name in self._draws for name in names):
+            raise PlanFormatError(path)
+        return made
+
+    def template(self, data: Any, path: Keys, depth: int) -> Template:
+        """An expression with its constants."""
+        if data.__class__ is not dict or not data.keys() <= {"text", "constants"}:
+            raise PlanFormatError(path)
+        text, constants = data.get("text"), data.get("constants", {})
+        if not isinstance(text, str) or constants.__class__ is not dict:
+            raise PlanFormatError(path)
+        made = {
+            # An integer of an expression may have more than 64 bits.
+            name: one if one.__class__ is int and abs(one) < 2**MAX_INT_BITS else self._item(one, (*path, name), depth)
+            for name, one in constants.items()
+        }
+        try:
+            return Template(text, made)
+        except ExpressionError:
+            raise PlanFormatError((*path, "text")) from None
+
+    def _drawn(self, data: dict[str, Any], path: Keys, depth: int) -> nodes.Drawn:
+        """A draw, whose operands have the names that its distribution gives them."""
+        kind = data.get("kind")
+        if not isinstance(kind, str) or kind not in DISTRIBUTIONS or "operands" in data:
+            raise PlanFormatError((*path, "kind"))
+        drawn = DISTRIBUTIONS[kind]
+        rest = {key: item for key, item in data.items() if key not in {*drawn.members, drawn.companion}}
+        missing = next((name for name in drawn.members if name not in data), None)
+        edges = () if drawn.companion not in data else self._items(data[drawn.companion], path, depth)
+        if missing is not None or len(edges) not in {0, 2}:
+            raise PlanFormatError((*path, missing or str(drawn.companion)))
+        operands = [self._item(data[name], (*path, name), depth) for name in drawn.members]
+        return self._made(nodes.Drawn, rest, path, depth, operands=(*operands, *edges))
+
+    def _made(self, cls: type[Any], data: Any, path: Keys, depth: int, **given: Any) -> Any:
+        if data.__class__ is not dict:
+            raise PlanFormatError(path)
+        values = given
+        for item in fields(cls):
+            if item.name in data:
+                read = self._readers.get(str(item.type), _read_plain)
+                values[item.name] = read(data[item.name], (*path, item.name), depth)
+            elif item.name not in given and item.default is MISSING:
+                if not str(item.type).endswith("| None"):
+                    raise PlanFormatError((*path, item.name))
+                values[item.name] = None
+        unknown = [key for key in data if key not in values]
+        if unknown:
+            raise PlanFormatError((*path, unknown[0]))
+        for name, value in values.items():
+            if name in _FIELD_RULES and not _FIELD_RULES[name](value):
+                raise PlanFormatError((*path, name))
+        made = cls(**values)
+        if cls in _NODE_RULES and not _NODE_RULES[cls](made):
+            raise PlanFormatError(path)
+        return made
+
+    def _item(self, data: Any, path: Keys, depth: int) -> Any:
+        """A plain value or a node."""
+        if depth >= MAX_RECIPE_DEPTH:
+            raise PlanFormatError(path)
+        if data.__class__ is dict:
+            return self.node(data, path, depth + 1)
+        return self._items(data, path, depth + 1) if data.__class__ is list else _read_scalar(data, path)
+
+    def _items(self, data: Any, path: Keys, depth: int) -> tuple[Any, ...]:
+        if data.__class__ is not list:
+            raise PlanFormatError(path)
+        return tuple([self._item(one, (*path, index), depth + 1) for index, one in enumerate(data)])
 
 
-def _read_conversion(_reader: _RecipeReader, data: object, _depth: int) -> str:
-    if not isinstance(data, str) or data not in CONVERSIONS:
-        raise _RecipeError("SC705", f"{describe_json(data)} is no conversion")
+def _read_scalar(data: Any, path: Keys) -> Any:
+    fits = math.isfinite(data) if data.__class__ is float else data.__class__ is not int or -(2**63) <= data < 2**63
+    if data is None or not fits:
+        raise PlanFormatError(path)
     return data
 
 
-_FIELD_READERS: Final[dict[str, Callable[[_RecipeReader, object, int], Any]]] = {
-    "items": _RecipeReader.items,
-    "rest": _RecipeReader.items,
-    "reads": _RecipeReader.reads,
-    "key": _RecipeReader.key,
-    "template": _RecipeReader.template,
-    "name": _read_text,
-    "path": _read_text,
-    "section": _read_text,
-    "kind": _read_text,
-    "to": _read_conversion,
-    "word": _integer_reader(0, _MAX_WORD),
-    "index": _integer_reader(-1, _MAX_COMPONENTS - 1),
-    "shape": _read_shape,
-    "weights": _read_weights,
-    "scene_idxs": _read_scene_idxs,
+def _read_plain(data: Any, _path: Keys, _depth: int) -> Any:
+    return tuple(data) if data.__class__ is list else data
+
+
+def _is_integer(item: Any, low: int, high: int) -> bool:
+    return item.__class__ is int and low <= item <= high
+
+
+def _are_pairs(items: Any) -> bool:
+    return all(pair.__class__ is tuple and len(pair) == 2 and {*map(type, pair)} == {str} for pair in items)
+
+
+_FIELD_RULES: Final[dict[str, Callable[[Any], bool]]] = {
+    "name": lambda item: item.__class__ is str,
+    "path": lambda item: item.__class__ is str,
+    "section": lambda item: item in _SECTIONS,
+    "to": lambda item: item.__class__ is str and item in CONVERSIONS,
+    "word": lambda item: _is_integer(item, 0, _MAX_WORD),
+    "index": lambda item: _is_integer(item, -1, _MAX_COMPONENTS - 1),
+    "reads": _are_pairs,
+    "shape": lambda item: (
+        item is None
+        or (item.__class__ is tuple and len(item) <= 1 and all(_is_integer(n, 1, _MAX_COMPONENTS) for n in item))
+    ),
+    "weights": lambda item: (
+        item is None
+        or (item.__class__ is tuple and {*map(type, item)} <= {int, float} and all(0 <= w < math.inf for w in item))
+    ),
+    "scene_idxs": lambda item: (
+        item.__class__ is tuple
+        and all(_is_integer(n, 0, 2**31 - 1) for n in item)
+        and all(a < b for a, b in pairwise(item))
+    ),
 }
-"""Fields by name; those that are not here hold an item."""
+"""What a field of a node or a key must be, by its name."""
+
+_NODE_RULES: Final[dict[type, Callable[[Any], bool]]] = {
+    nodes.Rows: lambda node: 0 < len(node.items) == len(node.scene_idxs),
+    nodes.Cycled: lambda node: bool(node.items),
+    nodes.Stacked: lambda node: bool(node.items),
+    nodes.Chosen: lambda node: (
+        bool(node.items)
+        and (node.weights is None or (len(node.weights) == len(node.items) and 0 < sum(node.weights) < math.inf))
+    ),
+    nodes.Shuffled: lambda node: (
+        bool(node.items) and not any(isinstance(item, (*NODES, tuple)) for item in (*node.items, *node.rest))
+    ),
+}
+"""What must hold between the fields of a node."""

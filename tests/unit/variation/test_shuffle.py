@@ -103,7 +103,7 @@ def test_a_color_keeps_its_alpha_and_a_plan_takes_plain_values_alone() -> None:
     assert '"shuffled"' in text
     broken = text.replace('"items": [0.1', '"items": [{"type": "const", "data": 1}')
     assert broken != text
-    with pytest.raises(SceneError, match="SC705"):
+    with pytest.raises(SceneError, match="SC701"):
         compile_scene(io.StringIO(broken))
 
 
