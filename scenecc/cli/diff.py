@@ -85,8 +85,8 @@ def diff(
 ) -> None:
     """Show the differences between two scenes.
 
-    The command compares the plans object by object and field by field, so that a different notation is
-    not a difference. The options apply to both scenes.
+    The command compares the plans object by object and field by field, so that comments and layout are
+    not a difference. What a reset draws is compared as it is written. The options apply to both scenes.
 
     Exit status: 0 equal, 1 different, 2 wrong usage or an error in one of the scenes.
 

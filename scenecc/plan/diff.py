@@ -1,212 +1,111 @@
-"""Differences between two plans, field by field, with the keys of the language."""
+"""Differences between two plans: a comparison by path, with the keys of the language.
+
+Each object becomes a tree of plain data whose keys are paths, and two trees are compared key by key. Entries of tables
+(files, materials) are replaced by what they hold. Recipes are equal if they are written alike.
+"""
 
 from __future__ import annotations
 
 import json
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Literal
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 import numpy as np
 
 from scenecc.diagnostics.messages import index_ranges
-from scenecc.plan.articulation import Link
+from scenecc.plan.articulation import ArticulationStructure, Link
+from scenecc.plan.body import BodyStructure
 from scenecc.plan.constraint import Constraint
 from scenecc.plan.display import (
     ITEM_KEYS,
     field_path,
-    format_material_pair,
     format_reset_pair,
     format_row_pair,
-    format_rows,
     item_path,
-    name_suffix,
+    to_tuples,
     truncate,
 )
 from scenecc.plan.expect import Condition, Expectation, describe_expectation
 from scenecc.plan.placement import Placement
-from scenecc.plan.properties import Quantity, TableName
+from scenecc.plan.properties import Quantity
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import Entity, ScenePlan, structure_type
-from scenecc.plan.schema import FieldKind, ListKind, ObjectKind, ScalarKind, UnionKind, plan_fields, type_name
-from scenecc.plan.value import Value
+from scenecc.plan.schema import ListKind, ObjectKind, ScalarKind, UnionKind, plan_fields, type_name
 from scenecc.plan.walk import walk_fields
-from scenecc.variation.evaluation import Batch, to_field_rows
-from scenecc.variation.operations import DrawError
+from scenecc.variation.nodes import NODES, Node, Posed, draws_read_by
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scenecc.plan.body import AssetFile, VisualMaterial
+    from scenecc.plan.body import AssetFile
+    from scenecc.plan.geometry import Heights
+    from scenecc.plan.value import Value
 
 Side = Literal[0, 1]
 
 _HASH_DIGITS = 12
-"""Digits of a hash that people are shown."""
+"""Digits of a hash that are shown."""
+
+_STRUCTURES: Final = (BodyStructure, ArticulationStructure)
+
+_TABLES: Final = ("files", "physical_materials", "visual_materials")
 
 
-class MergedTables:
-    """Numbers for the entries of two plans' tables: equal entries have one.
+class _Pair:
+    """Two plans.
 
     Attributes:
-        same: whether the tables are the same, entry by entry.
-        names: of each file, by its number.
-        materials: by table, with the numbers of their files in place of the indices.
+        plans: the two.
+        same_tables: whether their tables are the same, entry by entry.
+        file_names: of the files of each; equal names for files of one content and one URI or place.
+        changed_draws: shared draws that are not written alike, or that read one of these.
     """
 
     def __init__(self, a: ScenePlan, b: ScenePlan) -> None:
-        self.same = all(
-            getattr(a, name) == getattr(b, name) for name in ("files", "physical_materials", "visual_materials")
-        )
-        self.names: list[str] = []
-        self._numbers: dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]] = {"files": self._files(a.files, b.files)}
-        tables: dict[str, tuple[Sequence[Hashable], Sequence[Hashable]]] = {
-            "physical_materials": (a.physical_materials, b.physical_materials),
-            "visual_materials": (
-                [self._named(material, 0) for material in a.visual_materials],
-                [self._named(material, 1) for material in b.visual_materials],
-            ),
-        }
-        self.materials: dict[str, list[Any]] = {}
-        for name, (first, second) in tables.items():
-            self._numbers[name] = self._joined(name, first, second)
+        self.plans = (a, b)
+        self.same_tables = all(getattr(a, name) == getattr(b, name) for name in _TABLES)
+        self.file_names = _file_names(a.files, b.files)
+        self.changed_draws = {name for name, _ in {*_draw_texts(a)} ^ {*_draw_texts(b)}}
+        for plan in self.plans:
+            for name, node in plan.draws:
+                if not self.changed_draws.isdisjoint(draws_read_by(node)):
+                    self.changed_draws.add(name)
 
-    def numbered(self, indices: NDArray[np.int64], table: TableName, side: Side) -> NDArray[np.int64]:
-        """Indices of one of the plans as numbers of both."""
-        return self._numbers[table][side][indices]
+    def same_recipe(self, x: Node | None, y: Node | None) -> bool:
+        """Whether two recipes, and the shared draws that they read, are written alike."""
+        if x is None or y is None:
+            return x is y
+        return repr(x) == repr(y) and self.changed_draws.isdisjoint(draws_read_by(x))
 
-    def _files(self, a: Sequence[AssetFile], b: Sequence[AssetFile]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        known: dict[object, int] = {}
-        told: list[AssetFile] = []
-        numbers: tuple[list[int], list[int]] = ([], [])
-        for side, files in enumerate((a, b)):
-            for file in files:
-                content = (file.sha256, file.data, tuple(one.sha256 for one in file.names))
-                number = known.get((file.uri, content), known.get((file.path, content), len(self.names)))
-                if number == len(self.names):
-                    self.names.append(file.uri)
-                    told.append(file)
-                known.setdefault((file.uri, content), number)
-                known.setdefault((file.path, content), number)
-                numbers[side].append(number)
-        count = Counter(self.names)
-        self.names[:] = [file.uri if count[file.uri] == 1 else _uri_with_hashes(file) for file in told]
-        return np.array(numbers[0], np.int64), np.array(numbers[1], np.int64)
 
-    def _named(self, material: VisualMaterial, side: Side) -> VisualMaterial:
-        """The material with the numbers of its files in place of their indices."""
-        textures: dict[str, Any] = {
-            name: replace(texture, file=Value(self.numbered(texture.file.data, "files", side)))
-            for name, texture in material.textures().items()
-        }
-        return replace(material, **textures)
+def _draw_texts(plan: ScenePlan) -> Iterator[tuple[str, str]]:
+    return ((name, repr(node)) for name, node in plan.draws)
 
-    def _joined(
-        self, table: str, a: Sequence[Hashable], b: Sequence[Hashable]
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        known: dict[Hashable, int] = {}
-        first, second = ([known.setdefault(row, len(known)) for row in rows] for rows in (a, b))
-        self.materials[table] = list(known)
-        return np.array(first, np.int64), np.array(second, np.int64)
+
+def _file_names(*tables: Sequence[AssetFile]) -> tuple[list[str], ...]:
+    known: dict[object, AssetFile] = {}
+    for file in (file for table in tables for file in table):
+        content = (file.sha256, file.data, tuple(one.sha256 for one in file.names))
+        first = known.get((file.uri, content), known.get((file.path, content), file))
+        known.setdefault((file.uri, content), first)
+        known.setdefault((file.path, content), first)
+        known[id(file)] = first
+    distinct = {id(known[id(file)]): known[id(file)].uri for table in tables for file in table}
+    count = Counter(distinct.values())
+    firsts = ([known[id(file)] for file in table] for table in tables)
+    return tuple([one.uri if count[one.uri] == 1 else _uri_with_hashes(one) for one in table] for table in firsts)
 
 
 def _uri_with_hashes(file: AssetFile) -> str:
-    """A file's uri, and what it and those that it names hold, in short."""
+    """A file's URI, and short hashes of it and of the files that it names."""
     hashes = [
         (file.sha256 or "unknown")[:_HASH_DIGITS],
         *(f"{one.uri} {one.sha256[:_HASH_DIGITS]}" for one in file.names),
     ]
     return f"{file.uri} (SHA-256 {', '.join(hashes)})"
-
-
-MIN_SEEDS: Final = 4
-
-MIN_DRAWS: Final = 256
-"""So many seeds at least, and so many draws of each value over all scenes: one that is seldom another shows."""
-
-_FIRST_SEED: Final = 0x5CE9E
-
-
-class ResetComparison:
-    """Evaluates the recipes of two plans with the same seeds.
-
-    Attributes:
-        plans: the two.
-        same_draws: whether their shared draws are written alike.
-    """
-
-    def __init__(self, a: ScenePlan, b: ScenePlan) -> None:
-        self.same_draws = repr(a.draws) == repr(b.draws) and a.num_scenes == b.num_scenes
-        self.plans = (a, b)
-        self._batches: dict[tuple[Side, bytes], Batch] = {}
-
-    def differing(
-        self,
-        scenes: NDArray[np.int64],
-        values: tuple[Value, Value],
-        rows: tuple[NDArray[Any], NDArray[Any]],
-        part: slice | None = None,
-    ) -> int:
-        """In how many scenes some seed gives the two something else.
-
-        Args:
-            scenes: indices of those that both have (B,).
-            values: of the two plans.
-            rows: their data there, or a part of it (B, …) or (1, …), for what a reset leaves as it is.
-            part: of each row that a recipe gives; None: all of it.
-        """
-        x, y = values
-        if x.recipe is None and y.recipe is None:
-            return 0
-        if self.same_draws and repr(x.recipe) == repr(y.recipe):
-            return 0
-        first, second = self._given(0, scenes, x, rows[0], part), self._given(1, scenes, y, rows[1], part)
-        if isinstance(first, str) or isinstance(second, str):
-            # What has no value with one of the seeds is the same only as what fails alike.
-            return 0 if isinstance(first, str) and first == second else len(scenes)
-        return int((first != second).any(axis=(0, 2)).sum())
-
-    def _given(
-        self, side: Side, scenes: NDArray[np.int64], value: Value, rows: NDArray[Any], part: slice | None
-    ) -> NDArray[np.uint8] | str:
-        """What the seeds give, to the bit: (seeds, B, bytes); or why one of them gives nothing."""
-        seeds = max(MIN_SEEDS, -(-MIN_DRAWS // len(scenes)))
-        if value.recipe is None:
-            data = np.broadcast_to(rows, (seeds, len(scenes), *rows.shape[1:]))
-        else:
-            try:
-                data = to_field_rows(self._batch(side, scenes, seeds).evaluate(value.recipe))
-            except DrawError as error:
-                return str(error)
-            data = data if part is None else data[:, part]
-        numbers = np.ascontiguousarray(data, dtype=np.float64)
-        return numbers.reshape(seeds, len(scenes), -1).view(np.uint8)
-
-    def _batch(self, side: Side, scenes: NDArray[np.int64], seeds: int) -> Batch:
-        key = (side, scenes.tobytes())
-        if key not in self._batches:
-            plan = self.plans[side]
-            each = np.repeat(np.arange(_FIRST_SEED, _FIRST_SEED + seeds), len(scenes)).tolist()
-            self._batches[key] = Batch(np.tile(scenes, seeds), tuple(each), plan.num_scenes, dict(plan.draws), {})
-        return self._batches[key]
-
-
-@dataclass(frozen=True, slots=True)
-class ComparisonContext:
-    """What two objects have in common.
-
-    Attributes:
-        tables, resets: of their plans.
-        scenes: indices of the scenes that both are in; (1,) for what is in none.
-        rows: of each, those of these scenes; None: all rows of both.
-    """
-
-    tables: MergedTables
-    resets: ResetComparison
-    scenes: NDArray[np.int64]
-    rows: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
 
 
 def find_moved(places: Sequence[int]) -> set[int]:
@@ -227,6 +126,50 @@ def find_moved(places: Sequence[int]) -> set[int]:
     return set(places) - stay
 
 
+class _Typed(NamedTuple):
+    """An object of one of several dataclasses. `word`: what the language calls it."""
+
+    cls: type
+    word: str
+    tree: dict[str, Any]
+
+
+class _Leaf(NamedTuple):
+    """A value of the plan."""
+
+    kind: Quantity
+    value: Value
+
+
+class _Grid(NamedTuple):
+    """Heights of terrain."""
+
+    rows: Heights
+
+
+class _Item(NamedTuple):
+    """An item of a list.
+
+    Attributes:
+        key: its name, or its index in a list without names.
+        path: where it is in the object. Paths of the tree start there.
+    """
+
+    key: str | int
+    path: str
+    tree: dict[str, Any]
+
+
+class _Column(NamedTuple):
+    """A value in the scenes that are compared: one row, or one for each scene; and its recipes, the same way."""
+
+    rows: list[Any]
+    recipes: list[Node | None]
+
+
+_ABSENT: Final = _Column([None], [None])
+
+
 @dataclass(frozen=True, slots=True)
 class FieldDifference:
     """One field in which two objects differ, as in `Difference`."""
@@ -238,235 +181,239 @@ class FieldDifference:
     scene_count: int | None = None
 
 
-class FieldComparison:
-    """Compares two objects."""
+class _Comparison:
+    """Compares two objects.
 
-    def __init__(self, both: ComparisonContext) -> None:
-        self._tables = both.tables
-        self._resets = both.resets
-        self._scenes = both.scenes
-        self._rows = both.rows
-        self._count = len(both.scenes)
+    Args:
+        pair: their plans.
+        scenes: indices of the scenes that both are in.
+        rows: of each object, the rows of these scenes; None: all rows of both.
+    """
 
-    def compare_node(self, x: Any, y: Any, place: str, but: tuple[str, ...] = ()) -> Iterator[FieldDifference]:
-        """Two dataclasses of one type, which a file has at `place`; `but`: fields that are left out."""
-        for slot in plan_fields(x.__class__):
-            if slot.name not in but:
-                where = field_path(place, slot.name, x.__class__)
-                yield from self._compare(slot.kind, getattr(x, slot.name), getattr(y, slot.name), where)
+    def __init__(
+        self, pair: _Pair, scenes: NDArray[np.int64], rows: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
+    ) -> None:
+        self._pair = pair
+        self._scenes = scenes
+        self._rows = rows
 
-    def _compare(self, kind: FieldKind, x: Any, y: Any, path: str) -> Iterator[FieldDifference]:
-        if x is y and (x is None or (self._resets.same_draws and self._tables.same)):
-            return
-        if x is None or y is None:
-            yield FieldDifference("changed", path, self._words(kind, x, 0, path), self._words(kind, y, 1, path))
-        elif isinstance(kind, Quantity):
-            yield from self._values(kind, x, y, path)
-        elif isinstance(kind, ListKind) and isinstance(kind.item, ObjectKind) and kind.item.cls in ITEM_KEYS:
-            yield from self._named(kind.item.cls, x, y, path)
-        elif isinstance(kind, ListKind) and isinstance(kind.item, ListKind):
-            yield from _rows_of_numbers(x, y, path)
-        elif isinstance(kind, ListKind):
-            yield from self._lists(kind.item, x, y, path)
-        elif isinstance(kind, ObjectKind | UnionKind) and x.__class__ is y.__class__:
-            yield from self.compare_node(x, y, path)
-        elif isinstance(kind, UnionKind):
-            yield FieldDifference(
-                "changed", f"{path}.type" if path else "type", _union_type_name(kind, x), _union_type_name(kind, y)
-            )
-        elif x != y:
-            yield FieldDifference("changed", path, self._words(kind, x, 0, path), self._words(kind, y, 1, path))
+    def compare(self, x: Any, y: Any, but: tuple[str, ...] = ()) -> Iterator[FieldDifference]:
+        """Differences of two dataclasses of one type. `but`: fields that are left out."""
+        several = any(isinstance(one, Entity) and len(one.structures) > 1 for one in (x, y))
+        first, second = (_object_tree(one, "", several=several, but=but) for one in (x, y))
+        yield from self._trees(first, second, "")
 
-    def _named(self, cls: type, x: tuple[Any, ...], y: tuple[Any, ...], path: str) -> Iterator[FieldDifference]:
-        """By their names, or by another key that is unique."""
-        key = ITEM_KEYS[cls]
-        first, second = ({getattr(item, key): (place, item) for place, item in enumerate(items)} for items in (x, y))
-        elsewhere = find_moved([second[name][0] for name in first if name in second])
-        for name, (place, item) in first.items():
-            where = path + name_suffix(name)
-            if name not in second:
-                yield FieldDifference("removed", where, self._item_words(item, x, 0), None)
+    def _trees(self, x: dict[str, Any], y: dict[str, Any], base: str) -> Iterator[FieldDifference]:
+        for path in dict.fromkeys((*x, *y)):
+            yield from self._compare(_join(base, path), x.get(path), y.get(path), base)
+
+    def _compare(self, path: str, x: Any, y: Any, base: str) -> Iterator[FieldDifference]:
+        one: Any = y if x is None else x
+        match one:
+            case list():
+                yield from self._lists(x or [], y or [])
+            case _Typed() if x is not None and y is not None and x.cls is y.cls:
+                yield from self._trees(x.tree, y.tree, base)
+            case _Typed():
+                yield FieldDifference("changed", path, x and x.word, y and y.word)
+            case _Leaf():
+                yield from self._values(path, x, y)
+            case _Grid() if x is not None and y is not None:
+                if x != y:
+                    yield FieldDifference("changed", path, *_height_words(x, y))
+            case _:
+                if x != y:
+                    yield FieldDifference("changed", path, _scalar_words(x), _scalar_words(y))
+
+    def _lists(self, x: list[_Item], y: list[_Item]) -> Iterator[FieldDifference]:
+        """By name, or by index; of lists of several lengths the equal ends are left out."""
+        named = any(isinstance(item.key, str) for item in (*x, *y))
+        if not named and len(x) != len(y):
+            head = self._equal_items(x, y)
+            tail = self._equal_items(x[head:][::-1], y[head:][::-1])
+            x, y = x[head : len(x) - tail], y[head : len(y) - tail]
+        first, second = ({item.key if named else n: item for n, item in enumerate(items)} for items in (x, y))
+        places = {key: place for place, key in enumerate(second)}
+        moved = find_moved([places[key] for key in first if key in second])
+        for place, (key, item) in enumerate(first.items()):
+            other = second.get(key)
+            if other is None:
+                yield FieldDifference("removed", item.path, self._summary(item, 0), None)
                 continue
-            other_place, other = second[name]
-            if other_place in elsewhere:
-                yield FieldDifference("moved", where, f"number {place + 1}", f"number {other_place + 1}")
-            if cls is Link and (parents := (_parent_name(item, x), _parent_name(other, y)))[0] != parents[1]:
-                yield FieldDifference("changed", f"{where}.parent", *parents)
-            yield from self.compare_node(item, other, where, but=(key, "parent"))
-        for name, (_, item) in second.items():
-            if name not in first:
-                yield FieldDifference("added", path + name_suffix(name), None, self._item_words(item, y, 1))
+            if places[key] in moved:
+                yield FieldDifference("moved", item.path, f"number {place + 1}", f"number {places[key] + 1}")
+            yield from self._trees(item.tree, other.tree, item.path)
+        for key, item in second.items():
+            if key not in first:
+                yield FieldDifference("added", item.path, None, self._summary(item, 1))
 
-    def _item_words(self, item: Any, items: tuple[Any, ...], side: Side) -> str | None:
-        if not isinstance(item, Link):
-            return self._words(ObjectKind(item.__class__), item, side)
-        return "the root" if item.joint is None else f"{item.joint.type} on {_parent_name(item, items)}"
+    def _equal_items(self, x: list[_Item], y: list[_Item]) -> int:
+        """The number of equal items at the beginning."""
+        pairs = enumerate(zip(x, y, strict=False))
+        unequal = (n for n, (a, b) in pairs if any(self._trees(a.tree, b.tree, a.path)))
+        return next(unequal, min(len(x), len(y)))
 
-    def _lists(self, kind: FieldKind, x: tuple[Any, ...], y: tuple[Any, ...], path: str) -> Iterator[FieldDifference]:
-        """By place; where one has more, what it has more is what stands where the rest is no longer the same."""
-        short, count = min(len(x), len(y)), max(len(x), len(y))
-        head = short if len(x) == len(y) else self._alike(kind, x, y, short)
-        tail = 0 if len(x) == len(y) else self._alike(kind, x[::-1], y[::-1], short - head)
-        for index in range(short - tail):
-            yield from self._compare(kind, x[index], y[index], item_path(path, index, x[index], count=count))
-        for index in range(short - tail, len(x) - tail):
-            place = item_path(path, index, x[index], count=count)
-            yield FieldDifference("removed", place, self._words(kind, x[index], 0), None)
-        for index in range(short - tail, len(y) - tail):
-            place = item_path(path, index, y[index], count=count)
-            yield FieldDifference("added", place, None, self._words(kind, y[index], 1))
-        for back in range(tail, 0, -1):
-            place = item_path(path, len(x) - back, x[-back], count=count)
-            yield from self._compare(kind, x[-back], y[-back], place)
+    def _values(self, path: str, x: _Leaf | None, y: _Leaf | None) -> Iterator[FieldDifference]:
+        recipes = [one.value.recipe for one in (x, y) if one is not None]
+        split = all(recipe is None or isinstance(recipe, Posed) for recipe in recipes)
+        first = {} if x is None else self._columns(path, x, 0, split=split)
+        second = {} if y is None else self._columns(path, y, 1, split=split)
+        for name in dict.fromkeys((*first, *second)):
+            a, b = first.get(name, _ABSENT), second.get(name, _ABSENT)
+            rows = _differing(list(map(repr, a.rows)), list(map(repr, b.rows)), len(self._scenes))
+            if rows:
+                taken = [[one.rows[n] if len(one.rows) > 1 else one.rows[0] for n in rows] for one in (a, b)]
+                words = format_row_pair(name, taken[0], taken[1], self._scenes[rows].tolist())
+                yield FieldDifference("changed", name, *words, len(rows))
+                continue
+            drawn = _differing(a.recipes, b.recipes, len(self._scenes), self._pair.same_recipe)
+            if drawn:
+                n = drawn[0]
+                drawn_by = [one.recipes[n] if len(one.recipes) > 1 else one.recipes[0] for one in (a, b)]
+                words = format_reset_pair((drawn_by[0], drawn_by[1]), self._pair.plans)
+                yield FieldDifference("changed", name, *words, len(drawn))
 
-    def _alike(self, kind: FieldKind, x: tuple[Any, ...], y: tuple[Any, ...], most: int) -> int:
-        """How many are the same from the beginning on."""
-        for index in range(most):
-            if next(self._compare(kind, x[index], y[index], ""), None) is not None:
-                return index
-        return most
+    def _columns(self, path: str, leaf: _Leaf, side: Side, *, split: bool = False) -> dict[str, _Column]:
+        """A value in each scene, by path: a pose has two columns, a material one for each of its fields.
 
-    def _values(self, kind: Quantity, x: Value, y: Value, path: str) -> Iterator[FieldDifference]:
-        if kind.table is None and self._rows is None and self._resets.same_draws and x == y:
-            return
-        a, b = self._taken(kind, x, 0), self._taken(kind, y, 1)
-        if kind.table not in {None, "files"}:
-            # Rows of one material may stand for other scenes.
-            if _differing_rows(a, b).any() or self._rows is not None:
-                yield from self._materials(kind, a, b, path)
-        elif kind.pose and a.shape[1:] == b.shape[1:] == kind.shape:
-            for name, part in (("p", slice(0, 3)), ("q", slice(3, 7))):
-                yield from self._part((x, y), (a[:, part], b[:, part]), f"{path}.{name}", part)
-        else:
-            yield from self._part((x, y), (a, b), path, None, self._name(kind))
-
-    def _part(
-        self,
-        values: tuple[Value, Value],
-        rows: tuple[NDArray[Any], NDArray[Any]],
-        path: str,
-        part: slice | None,
-        name: Any = None,
-    ) -> Iterator[FieldDifference]:
-        """Two values or the same part of both, as built and after a reset."""
-        differing = _differing_rows(*rows)
-        if differing.any():
-            at = np.flatnonzero(np.broadcast_to(differing, self._count))
-            taken = [np.broadcast_to(one, (self._count, *one.shape[1:]))[at] for one in rows]
-            a, b = format_row_pair(path, taken[0], taken[1], self._scenes[at], name)
-            yield FieldDifference("changed", path, a, b, len(at))
-            return
-        count = self._resets.differing(self._scenes, values, rows, part)
-        if count:
-            a, b = format_reset_pair(values, self._resets.plans, part)
-            yield FieldDifference("changed", path, a, b, count)
-
-    def _materials(
-        self, kind: Quantity, a: NDArray[np.int64], b: NDArray[np.int64], path: str
-    ) -> Iterator[FieldDifference]:
-        """By what the materials hold in each scene."""
-        assert kind.table is not None
-        table = self._tables.materials[kind.table]
-        first = [_material_values(table[index], row) for row, index in self._by_row(a, 0)]
-        second = [_material_values(table[index], row) for row, index in self._by_row(b, 1)]
-        for field in {name: None for values in (*first, *second) for name in values}:
-            pairs = [(x.get(field), y.get(field)) for x, y in zip(first, second, strict=True)]
-            count = sum(repr(x) != repr(y) for x, y in pairs)
-            if count:
-                others = [pair for pair in pairs if repr(pair[0]) != repr(pair[1])]
-                names = self._tables.names
-                a_words, b_words = format_material_pair(field, [x for x, _ in others], [y for _, y in others], names)
-                yield FieldDifference("changed", f"{path}.{field.removesuffix('.file')}", a_words, b_words, count)
-
-    def _by_row(self, indices: NDArray[np.int64], side: Side) -> list[tuple[int, int]]:
-        rows = range(self._count) if self._rows is None else self._rows[side].tolist()
-        return list(zip(rows, np.broadcast_to(indices, self._count).tolist(), strict=True))
-
-    def _taken(self, kind: Quantity, value: Value, side: Side) -> NDArray[Any]:
-        """The rows that count, with one number for equal entries of the tables."""
+        `split`: the recipe of a pose has a part for each, and is no column of its own.
+        """
+        kind, value = leaf
         data = value.data
         if self._rows is not None and len(data) != 1:
             data = data[self._rows[side]]
-        return data if kind.table is None else self._tables.numbered(data, kind.table, side)
+        rows = [to_tuples(row) for row in data.tolist()]
+        if kind.table == "files":
+            return {path: _Column([self._pair.file_names[side][index] for index in rows], [None])}
+        if kind.table is not None:
+            return self._material_columns(path, getattr(self._pair.plans[side], kind.table), rows, side)
+        if kind.pose:
+            p, q = (value.recipe.p, value.recipe.q) if split and isinstance(value.recipe, Posed) else (None, None)
+            whole = {} if split else {path: _Column([None], [value.recipe])}
+            return {
+                f"{path}.p": _Column([row[:3] for row in rows], [p if isinstance(p, NODES) else None]),
+                f"{path}.q": _Column([row[3:] for row in rows], [q if isinstance(q, NODES) else None]),
+                **whole,
+            }
+        return {path: _Column(rows, [value.recipe])}
 
-    def _name(self, kind: Quantity) -> Any:
-        return self._tables.names.__getitem__ if kind.table == "files" else None
-
-    def _words(self, kind: FieldKind, item: Any, side: Side, path: str = "") -> str | None:
-        if item is None:
-            return None
-        if isinstance(kind, Quantity):
-            return self._value_words(kind, item, side, path)
-        if isinstance(kind, UnionKind) and item.__class__ is not kind.untyped:
-            return type_name(item.__class__)
-        if isinstance(kind, ListKind):
-            return str(len(item))
-        if isinstance(kind, ObjectKind | UnionKind):
-            given = ((slot, getattr(item, slot.name)) for slot in plan_fields(item.__class__))
-            words = [
-                f"{'type' if slot.name == 'geometry' else slot.name} {self._words(slot.kind, x, side)}"
-                for slot, x in given
-                if x is not None
+    def _material_columns(self, path: str, table: Sequence[Any], indices: list[int], side: Side) -> dict[str, _Column]:
+        count = len(self._scenes)
+        found: dict[int, dict[str, _Column]] = {}
+        for index in dict.fromkeys(indices):
+            found[index] = {}
+            for name, kind, item in walk_fields(table[index], path):
+                found[index] |= (
+                    self._columns(name.removesuffix(".file"), _Leaf(kind, item), side)
+                    if isinstance(kind, Quantity)
+                    else {name: _Column([item], [None])}
+                )
+        if len(found) == 1:
+            return found[indices[0]]
+        columns: dict[str, _Column] = {}
+        for name in dict.fromkeys(name for one in found.values() for name in one):
+            each = [found[index].get(name, _ABSENT) for index in indices]
+            rows = [
+                one.rows[n] if len(one.rows) > 1 else one.rows[0] for n, one in zip(range(count), each, strict=True)
             ]
-            return truncate(", ".join(words))
-        return truncate(json.dumps(item))
+            columns[name] = _Column(rows, [one.recipes[0] for one in each])
+        return columns
 
-    def _value_words(self, kind: Quantity, value: Value, side: Side, path: str) -> str:
-        rows = self._taken(kind, value, side)
-        if kind.table is None or kind.table == "files":
-            return format_rows(path, rows, self._name(kind))
-        row, index = self._by_row(rows, side)[0]
-        values = _material_values(self._tables.materials[kind.table][index], row)
-        names = self._tables.names
-        return truncate(
-            ", ".join(f"{name} {format_material_pair(name, [item], [item], names)[0]}" for name, item in values.items())
-        )
+    def _summary(self, item: _Item, side: Side) -> str:
+        """An item in a few words."""
+        return truncate(", ".join(f"{path} {text}".strip() for path, text in self._words(item.tree, side)))
 
-
-def _union_type_name(kind: UnionKind, item: Any) -> str:
-    return structure_type(item) if item.__class__ is kind.untyped else type_name(item.__class__)
-
-
-def _parent_name(link: Link, links: tuple[Link, ...]) -> str | None:
-    if link.parent is None:
-        return None
-    return links[link.parent].name if link.parent < len(links) else f"number {link.parent}"
-
-
-def _differing_rows(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which rows are not the same to the bit; one item where both have one row."""
-    if a.dtype != b.dtype or a.shape[1:] != b.shape[1:]:
-        return np.ones(max(len(a), len(b)), np.bool_)
-    count = max(len(a), len(b)) if len(a) and len(b) else 0
-    first, second = (
-        np.ascontiguousarray(np.broadcast_to(one, (count, *one.shape[1:]))).reshape(count, -1).view(np.uint8)
-        for one in (a, b)
-    )
-    return (first != second).any(axis=1)
+    def _words(self, tree: dict[str, Any], side: Side) -> Iterator[tuple[str, str | None]]:
+        for path, one in tree.items():
+            match one:
+                case _Typed():
+                    yield path, one.word
+                    yield from self._words(one.tree, side)
+                case _Grid():
+                    yield path, f"{len(one.rows)} rows"
+                case _Leaf():
+                    for name, column in self._columns(path, one, side).items():
+                        yield name, format_row_pair(name, column.rows, [None], [])[0]
+                case list():
+                    yield path, str(len(one))  # pyright: ignore[reportUnknownArgumentType]
+                case _ if one not in ("", ()) and path != "body_type":
+                    yield path, _scalar_words(one)
+                case _:
+                    pass
 
 
-def _material_values(material: Any, row: int) -> dict[str, Any]:
-    """What a material holds in a row, by the path of the field."""
-    return {
-        path: item.row(row).tolist() if isinstance(kind, Quantity) else item
-        for path, kind, item in walk_fields(material)
-    }
+def _differing(a: list[Any], b: list[Any], count: int, same: Any = None) -> list[int]:
+    """Numbers of the scenes in which two columns differ."""
+    if len(a) == len(b) == 1:
+        return [] if (a[0] == b[0] if same is None else same(a[0], b[0])) else list(range(count))
+    pairs = ((a[n if len(a) > 1 else 0], b[n if len(b) > 1 else 0]) for n in range(count))
+    return [n for n, (x, y) in enumerate(pairs) if not (x == y if same is None else same(x, y))]
 
 
-def _rows_of_numbers(
-    x: tuple[tuple[float, ...], ...], y: tuple[tuple[float, ...], ...], path: str
-) -> Iterator[FieldDifference]:
-    """Heights of terrain, as one difference."""
-    if x == y:
-        return
-    first, second = np.array(x), np.array(y)
-    if first.shape != second.shape:
-        a, b = (f"{len(rows)} × {len(rows[0])} numbers" for rows in (x, y))
-    else:
-        count = int((first != second).sum())
-        b = f"{count} of {first.size} numbers differ, by at most {np.abs(first - second).max():.3g}"
-        a = f"{len(x)} × {len(x[0])} numbers"
-    yield FieldDifference("changed", path, a, b)
+def _object_tree(
+    node: Any, base: str, path: str = "", *, several: bool = False, but: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """The fields of an object that are set, and those of its inner objects, by their paths below `base`.
+
+    Args:
+        node: the object.
+        base: path of the item of a list that it is, or is in; "" outside of lists.
+        path: its own path below that.
+        several: whether the structures of an entity are a list.
+        but: fields that are left out.
+    """
+    tree: dict[str, Any] = {}
+    for slot in plan_fields(node.__class__):
+        item, where, kind = getattr(node, slot.name), field_path(path, slot.name, node.__class__), slot.kind
+        if item is None or slot.name in but:
+            continue
+        if isinstance(kind, ListKind) and isinstance(kind.item, ListKind):
+            tree[where] = _Grid(item)
+        elif slot.name == "structures" and not several:
+            tree |= _typed(item[0], base, where)
+        elif isinstance(kind, ListKind) and isinstance(kind.item, ObjectKind | UnionKind):
+            tree[where or "variants"] = _items(item, _join(base, where))
+        elif isinstance(kind, UnionKind):
+            tree |= _typed(item, base, where)
+        elif isinstance(kind, ObjectKind):
+            tree |= _object_tree(item, base, where)
+        else:
+            tree[where] = _Leaf(kind, item) if isinstance(kind, Quantity) else item
+    return tree
+
+
+def _typed(item: Any, base: str, path: str) -> dict[str, Any]:
+    word = structure_type(item) if isinstance(item, _STRUCTURES) else type_name(item.__class__)
+    return {_join(path, "type"): _Typed(item.__class__, word, _object_tree(item, base, path))}
+
+
+def _items(items: tuple[Any, ...], path: str) -> list[_Item]:
+    found: list[_Item] = []
+    for index, item in enumerate(items):
+        place = item_path(path, index, item, count=2)
+        tree = _typed(item, place, "") if isinstance(item, _STRUCTURES) else _object_tree(item, place)
+        if isinstance(item, Link) and item.parent is not None:
+            tree["parent"] = items[item.parent].name
+        key = ITEM_KEYS.get(item.__class__)
+        found.append(_Item(index if key is None else getattr(item, key), place, tree))
+    return found
+
+
+def _join(above: str, path: str) -> str:
+    return f"{above}.{path}" if above and path else above or path
+
+
+def _scalar_words(item: Any) -> str | None:
+    return None if item is None else truncate(json.dumps(item))
+
+
+def _height_words(*grids: _Grid) -> tuple[str, str]:
+    """Heights of terrain in a few words."""
+    x, y = (np.array(grid.rows, np.float64) for grid in grids)
+    a, b = (f"{rows.shape[0]} × {rows.shape[1]} numbers" for rows in (x, y))
+    if x.shape == y.shape:
+        b = f"{int((x != y).sum())} of {x.size} numbers differ, by at most {np.abs(x - y).max():.3g}"
+    return a, b
 
 
 Section = Literal[
@@ -505,29 +452,24 @@ class Difference:
 def diff_plans(a: ScenePlan, b: ScenePlan) -> list[Difference]:
     """Everything in which two plans differ in what they build and reset, and in `name`, `description` and `seed`.
 
-    Two recipes are the same if they give the same, to the bit, in every scene with each of some seeds
-    (see the comparison of resets), whatever they are made of; shared draws count by what reads them.
-
-    The order of the tables of files and materials and what nothing refers to in them are no difference. Files are one
-    if their uris or their places are. Rows of values are compared scene by scene, in the scenes that both have;
-    entities that share no scene differ in their scenes alone.
+    Values are compared scene by scene, in the scenes that both objects are in, to the bit; then their recipes, which
+    are equal if they and the shared draws that they read are written alike. The order of the tables of files and
+    materials and entries that nothing refers to are no difference. Files differ if their content does, or if both
+    their URIs and their places do.
     """
     found: list[Difference] = []
     for slot in plan_fields(ScenePlan):
         x, y = getattr(a, slot.name), getattr(b, slot.name)
         if isinstance(slot.kind, ScalarKind) and x != y:
             found.append(Difference("changed", "plan", "", slot.name, str(x), str(y)))
-    tables, resets = MergedTables(a, b), ResetComparison(a, b)
-    physics = FieldComparison(ComparisonContext(tables, resets, np.zeros(1, np.int64))).compare_node(
-        a.physics, b.physics, ""
-    )
+    pair = _Pair(a, b)
+    physics = _Comparison(pair, np.zeros(1, np.int64)).compare(a.physics, b.physics)
     found += [_to_difference(one, "physics", "") for one in physics]
-    found += _compare_sections("entities", a, b, tables, resets)
-    found += _compare_sections("constraints", a, b, tables, resets)
-    found += _compare_environments(a, b, tables, resets)
-    found += _compare_sections("lights", a, b, tables, resets)
-    found += _compare_sections("cameras", a, b, tables, resets)
-    found += _compare_sections("placements", a, b, tables, resets)
+    found += _compare_sections("entities", pair)
+    found += _compare_sections("constraints", pair)
+    found += _compare_environments(pair)
+    for section in ("lights", "cameras", "placements"):
+        found += _compare_sections(section, pair)
     found += _compare_expectations(a, b)
     return found
 
@@ -551,61 +493,51 @@ def _to_difference(one: FieldDifference, section: Section, name: str) -> Differe
     return Difference(one.kind, section, name, one.path, one.a, one.b, one.scene_count)
 
 
-def _compare_environments(
-    a: ScenePlan, b: ScenePlan, tables: MergedTables, resets: ResetComparison
-) -> Iterator[Difference]:
-    first, second = (plan.environment if plan.environment is not None else Environment() for plan in (a, b))
-    count = min(a.num_scenes, b.num_scenes)
-    # It has a row a scene of the batch.
-    rows = None if a.num_scenes == b.num_scenes else (np.arange(count), np.arange(count))
-    for one in FieldComparison(ComparisonContext(tables, resets, np.arange(count), rows)).compare_node(
-        first, second, ""
-    ):
+def _compare_environments(pair: _Pair) -> Iterator[Difference]:
+    first, second = (plan.environment or Environment() for plan in pair.plans)
+    counts = [plan.num_scenes for plan in pair.plans]
+    common = np.arange(min(counts))
+    # An environment has a row for each scene of the batch.
+    rows = None if counts[0] == counts[1] else (common, common)
+    for one in _Comparison(pair, common, rows).compare(first, second):
         yield _to_difference(one, "environment", "")
 
 
-def _compare_sections(
-    section: Section, a: ScenePlan, b: ScenePlan, tables: MergedTables, resets: ResetComparison
-) -> Iterator[Difference]:
-    first: dict[str, tuple[int, _Object]] = {one.name: (place, one) for place, one in enumerate(getattr(a, section))}
-    second: dict[str, tuple[int, _Object]] = {one.name: (place, one) for place, one in enumerate(getattr(b, section))}
-    common = [name for name in first if name in second]
-    elsewhere = find_moved([second[name][0] for name in common])
+def _compare_sections(section: Section, pair: _Pair) -> Iterator[Difference]:
+    first, second = (
+        {one.name: (place, one) for place, one in enumerate(getattr(plan, section))} for plan in pair.plans
+    )
+    moved = find_moved([second[name][0] for name in first if name in second])
     for name, (place, one) in first.items():
         if name not in second:
-            yield Difference("removed", section, name, "", _describe_object(one, a), None)
+            yield Difference("removed", section, name, "", _describe_object(one, pair.plans[0]), None)
             continue
         other_place, other = second[name]
-        if other_place in elsewhere:
+        if other_place in moved:
             yield Difference("moved", section, name, "", f"number {place + 1}", f"number {other_place + 1}")
-        if tables.same and resets.same_draws and one == other:
-            continue
-        yield from _compare_objects(section, one, other, tables, resets)
+        if not (pair.same_tables and not pair.changed_draws and one == other):
+            yield from _compare_objects(section, one, other, pair)
     for name, (_, one) in second.items():
         if name not in first:
-            yield Difference("added", section, name, "", None, _describe_object(one, b))
+            yield Difference("added", section, name, "", None, _describe_object(one, pair.plans[1]))
 
 
-def _compare_objects(
-    section: Section, a: _Object, b: _Object, tables: MergedTables, resets: ResetComparison
-) -> Iterator[Difference]:
+def _compare_objects(section: Section, a: _Object, b: _Object, pair: _Pair) -> Iterator[Difference]:
     rows = None
-    num_scenes = tuple(plan.num_scenes for plan in resets.plans)
+    counts = [plan.num_scenes for plan in pair.plans]
     scenes = np.array(a.scene_idxs, np.int64)
     if a.scene_idxs != b.scene_idxs:
         rows = _common_rows(a.scene_idxs, b.scene_idxs)
-        if (len(a.scene_idxs), len(b.scene_idxs)) != num_scenes:
-            first, second = _describe_scenes(a.scene_idxs, num_scenes[0]), _describe_scenes(b.scene_idxs, num_scenes[1])
+        if [len(a.scene_idxs), len(b.scene_idxs)] != counts:
+            first, second = _describe_scenes(a.scene_idxs, counts[0]), _describe_scenes(b.scene_idxs, counts[1])
             yield Difference("changed", section, a.name, "scene_idxs", first, second)
         if not len(rows[0]):
             return
         scenes = scenes[rows[0]]
-    found = FieldComparison(ComparisonContext(tables, resets, scenes, rows)).compare_node(
-        a, b, "", but=("name", "scene_idxs")
-    )
-    # A shape both collides and is seen, and is one in the file.
-    told = {(one.path, one.kind if one.kind != "changed" else (one.a, one.b)): one for one in reversed([*found])}
-    for one in reversed(told.values()):
+    found = _Comparison(pair, scenes, rows).compare(a, b, but=("name", "scene_idxs"))
+    # A shape that both collides and is visible is one shape in the file.
+    distinct = {(one.path, one.kind if one.kind != "changed" else (one.a, one.b)): one for one in reversed([*found])}
+    for one in reversed(distinct.values()):
         yield _to_difference(one, section, a.name)
 
 

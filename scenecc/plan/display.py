@@ -14,11 +14,8 @@ from scenecc.variation.bounds import ValueBounds
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    import numpy as np
-    from numpy.typing import NDArray
-
     from scenecc.plan.scene import ScenePlan
-    from scenecc.plan.value import Value
+    from scenecc.variation.nodes import Node
 
 SPEC_FIELD_NAMES: Final = {
     "disable_gravity": "gravity",
@@ -202,73 +199,48 @@ def truncate(text: str) -> str:
     return text if len(text) <= _MAX_TEXT_WIDTH else text[: _MAX_TEXT_WIDTH - 1] + "…"
 
 
-def format_row_pair(
-    path: str,
-    a: NDArray[Any],
-    b: NDArray[Any],
-    scenes: NDArray[np.int64],
-    name: Callable[[int], str] | None = None,
-) -> tuple[str, str]:
-    """Two arrays of rows (B, …) that differ in each of the scenes (B,). `name`: what an index stands for."""
-    show = _item_formatter(path, name)
-    first, second = ([_to_tuples(row) for row in rows.tolist()] for rows in (a, b))
-    words = format_pair(first, second, show)
+def format_row_pair(path: str, a: list[Any], b: list[Any], scenes: Sequence[int]) -> tuple[str | None, str | None]:
+    """Two columns that differ in each of the scenes. None in a column: there is nothing; None: it has nothing else."""
+    show = _item_formatter(path)
+    words = format_pair(a, b, show)
     if words[0] == words[1] and len(scenes) > 1:
-        # The same values in other scenes: the first of these tells them apart.
-        one = format_pair(first[:1], second[:1], show)
+        # The same values in other scenes: those of the first scene differ.
+        one = format_pair(a[:1], b[:1], show)
         words = (f"{one[0]} in scene {scenes[0]}, …", f"{one[1]} in scene {scenes[0]}, …")
-    return words
+    absent = [all(item is None for item in items) for items in (a, b)]
+    return None if absent[0] else words[0], None if absent[1] else words[1]
 
 
-def format_rows(path: str, rows: NDArray[Any], name: Callable[[int], str] | None = None) -> str:
-    """An array of rows (B, …) of which the other plan has nothing."""
-    items = _unique_items([_to_tuples(row) for row in rows.tolist()])
-    return _format_set(items, DIGITS, _item_formatter(path, name))
-
-
-def _item_formatter(path: str, name: Callable[[int], str] | None) -> Callable[[Any, int], str]:
-    if name is not None:
-        return lambda index, _: name(int(index))
-    if path.rpartition(".")[2] == "gravity":
-        return lambda disabled, _: format_item(not disabled)
-    return format_item
-
-
-def format_material_pair(field: str, a: list[Any], b: list[Any], files: Sequence[str]) -> tuple[str | None, str | None]:
-    """What materials hold in a field, of which None is nothing. `files`: names by number."""
-    shown: Callable[[Any, int], str] = format_color if field in _COLOR_FIELDS else format_item
-    if field.endswith(".file"):
-        shown = lambda number, _: str(files[number])  # noqa: E731
+def _item_formatter(path: str) -> Callable[[Any, int], str]:
+    name = path.rpartition(".")[2]
+    shown: Callable[[Any, int], str] = format_color if name in _COLOR_FIELDS else format_item
 
     def show(item: Any, digits: int) -> str:
-        return "left out" if item is None else shown(item, digits)
+        if item is None:
+            return "unset"
+        return format_item(not item) if name == "gravity" and isinstance(item, bool) else shown(item, digits)
 
-    words = format_pair(list(map(_to_tuples, a)), list(map(_to_tuples, b)), show)
-    nothing = [all(item is None for item in items) for items in (a, b)]
-    return None if nothing[0] else words[0], None if nothing[1] else words[1]
+    return show
 
 
-def format_reset_pair(
-    values: tuple[Value, Value], plans: tuple[ScenePlan, ScenePlan], part: slice | None
-) -> tuple[str, str]:
-    """What resets can give in two plans that are the same as built. `part`: of each row."""
-    first, second = (_format_reset(value, plan, part) for value, plan in zip(values, plans, strict=True))
+def format_reset_pair(recipes: tuple[Node | None, Node | None], plans: tuple[ScenePlan, ScenePlan]) -> tuple[str, str]:
+    """What resets can give in two plans that are the same as built."""
+    first, second = (_format_reset(recipe, plan) for recipe, plan in zip(recipes, plans, strict=True))
     return first, f"{second}, drawn otherwise" if first == second else second
 
 
-def _format_reset(value: Value, plan: ScenePlan, part: slice | None) -> str:
+def _format_reset(recipe: Node | None, plan: ScenePlan) -> str:
     from scenecc.variation.node_bounds import find_bounds  # noqa: PLC0415 - most plans have no recipes
 
-    if value.recipe is None:
+    if recipe is None:
         return "as built"
-    found = find_bounds(value.recipe, dict(plan.draws), num_scenes=plan.num_scenes)
-    if part is not None and found.low is not None:
-        found = slice_value_bounds(found, part.start, part.stop)
-        if part.start and is_any_rotation(found):
-            return "any rotation at reset"
+    found = find_bounds(recipe, dict(plan.draws), num_scenes=plan.num_scenes)
+    if is_any_rotation(found):
+        return "any rotation at reset"
     within = "" if found.exact or found.alternatives is not None or found.low is None else "within "
     return f"{within}{format_value_bounds(found)} at reset"
 
 
-def _to_tuples(item: Any) -> Any:
-    return tuple(map(_to_tuples, item)) if isinstance(item, list) else item  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+def to_tuples(item: Any) -> Any:
+    """Lists as tuples, at every depth."""
+    return tuple(map(to_tuples, item)) if isinstance(item, list) else item  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]

@@ -184,7 +184,7 @@ def test_a_structure_more_is_told_in_a_few_words() -> None:
     ball, box = plan.entities
     more = dataclasses.replace(ball, structures=(*ball.structures, *box.structures), pick=indices(0, 1))
     found = diff_plans(plan, dataclasses.replace(plan, entities=(more, box)))
-    assert ("added", "variants[1]", None, 'body_type "dynamic", collisions 1, visuals 0') in [
+    assert ("added", "variants[1]", None, "type dynamic, collisions 1, visuals 0") in [
         (one.kind, one.path, one.a, one.b) for one in found
     ]
 
@@ -210,7 +210,7 @@ def with_shapes(*sizes: float) -> ScenePlan:
 def test_a_shape_put_in_between_is_one_difference() -> None:
     base = "collisions"
     assert diff_plans(with_shapes(1, 2, 3), with_shapes(1, 9, 2, 3)) == [
-        Difference("added", "entities", "ball", f"{base}[1]", None, "type sphere")
+        Difference("added", "entities", "ball", f"{base}[1]", None, "type sphere, radius 9")
     ]
     assert [one.path for one in diff_plans(with_shapes(1, 2, 3), with_shapes(2, 3))] == [f"{base}[0]"]
     assert [(one.kind, one.path) for one in diff_plans(with_shapes(1, 2, 3), with_shapes(5, 2, 3, 4))] == [
@@ -304,7 +304,7 @@ def test_materials_are_told_by_what_they_hold() -> None:
         ),
     ]  # fmt: skip
     (one,) = diff_plans(plan(0.5, red), plan(0.5, None))
-    assert (one.path, one.a, one.b) == ("visuals[0].material", "base_color #ff0000", None)
+    assert (one.path, one.a, one.b) == ("visuals[0].material.base_color", "#ff0000", None)
 
 
 def drawn(node: Any, **more: Any) -> ScenePlan:
@@ -330,13 +330,43 @@ def test_what_a_reset_draws_otherwise_is_a_difference_at_reset() -> None:
     assert (one.a, one.b) == ("[0, 0, 0 … 1] at reset", "[0, 0, 0 … 1] at reset, drawn otherwise")
 
 
-def test_recipes_are_the_same_by_what_they_give() -> None:
+def test_recipes_are_compared_as_they_are_written() -> None:
     inline, shared = drawn(standing(evenly(1))), drawn(standing(Shared("u")), draws=(("u", evenly(1)),))
-    assert diff_plans(inline, shared) == diff_plans(shared, inline) == []
-    unused = dataclasses.replace(inline, draws=(("v", evenly(9)),))
-    assert diff_plans(inline, unused) == []
+    (one,) = diff_plans(inline, shared)
+    assert (one.path, one.a) == ("pose.p", "[0, 0, 0 … 1] at reset")
+    assert one.b == "[0, 0, 0 … 1] at reset, drawn otherwise"
+    assert diff_plans(shared, drawn(standing(Shared("u")), draws=(("u", evenly(1)),))) == []
+
+
+def test_shared_draws_are_compared_where_they_are_read() -> None:
+    shared = drawn(standing(Shared("u")), draws=(("u", evenly(1)),))
     (one,) = diff_plans(shared, dataclasses.replace(shared, draws=(("u", evenly(3)),)))
-    assert (one.section, one.path) == ("entities", "pose.p")
+    assert (one.section, one.path, one.b) == ("entities", "pose.p", "[0, 0, 0 … 3] at reset")
+    through = drawn(standing(Shared("v")), draws=(("u", evenly(1)), ("v", Shared("u"))))
+    (one,) = diff_plans(through, dataclasses.replace(through, draws=(("u", evenly(3)), ("v", Shared("u")))))
+    assert (one.path, one.b) == ("pose.p", "[0, 0, 0 … 3] at reset")
+    assert diff_plans(shared, dataclasses.replace(shared, draws=(*shared.draws, ("w", evenly(9))))) == []
+
+
+def test_the_part_of_a_pose_that_is_drawn_otherwise_is_named() -> None:
+    turned = Posed(Stacked((0, 0, evenly(1))), Chosen(((1, 0, 0, 0), (0, 1, 0, 0)), None, Key("entities", "b", "q")))
+    (one,) = diff_plans(drawn(standing(evenly(1))), drawn(turned))
+    assert (one.path, one.a, one.b) == ("pose.q", "as built", "[1, 0, 0, 0] | [0, 1, 0, 0] at reset")
+
+
+def test_a_material_that_a_reset_draws_otherwise_is_a_difference() -> None:
+    def plan(high: float) -> ScenePlan:
+        friction = PhysicalMaterial(recalled(np.array([0.5]), evenly(high)), literal(0.1), literal(0))
+        body = body_of(CollisionShape(Sphere(constant(0.1)), material=indices(0)))
+        entities = (entity("ball", pose(0, 0, 1), body),)
+        return dataclasses.replace(two(), entities=entities, physical_materials=(friction,))
+
+    (one,) = diff_plans(plan(1), plan(2))
+    assert (one.path, one.a, one.b) == (
+        "collisions[0].material.static_friction",
+        "0 … 1 at reset",
+        "0 … 2 at reset",
+    )
 
 
 def test_what_seldom_differs_after_a_reset_is_seen() -> None:

@@ -81,8 +81,8 @@ def test_joints_and_links_are_told_by_the_names_of_links() -> None:
     assert told(with_joint(2, friction=None)) == [("changed", "links.lower.joint.friction", "0.1", None)]
     body = dataclasses.replace(ARM.links[1].body, disable_gravity=None, mass=literal(2))
     assert told(with_link(1, body=body)) == [
-        ("changed", "links.upper.mass", None, "2"),
         ("changed", "links.upper.gravity", "false", None),
+        ("changed", "links.upper.mass", None, "2"),
     ]
     body = linked(CollisionShape(Box(constant([0.1, 0.2, 0.05]))), disable_gravity=ARM.links[0].body.disable_gravity)
     assert told(with_link(0, body=dataclasses.replace(body, collision_groups=ARM.links[0].body.collision_groups))) == [
@@ -97,9 +97,9 @@ def test_a_link_more_moves_no_other() -> None:
     more = dataclasses.replace(ARM, links=links)
     # What hung on the base hangs on what is between now.
     assert told(more) == [
-        ("changed", "links.upper.parent", "base", "between"),
-        ("changed", "links.camera.parent", "base", "between"),
-        ("added", "links.between", None, "fixed on base"),
+        ("changed", "links.upper.parent", '"base"', '"between"'),
+        ("changed", "links.camera.parent", '"base"', '"between"'),
+        ("added", "links.between", None, 'name "between", collisions 0, visuals 0, parent "base", joint.type "fixed"'),
     ]
 
 
@@ -197,7 +197,7 @@ def test_what_holds_on_to_entities_is_told_in_its_section() -> None:
     found = changes(constraints=(tied, dataclasses.replace(driven, joint=joint, child=Mount("robot", "left"))))
     assert [(one.section, one.name, one.kind, one.path, one.a, one.b) for one in found] == [
         ("constraints", "driven", "changed", "limits.x", "[0, 1]", "[0, 2]"),
-        ("constraints", "driven", "added", "limits.twist", None, 'axis "twist", limits [0, 1]'),
+        ("constraints", "driven", "added", "limits.twist", None, 'axis "twist", [0, 1]'),
         ("constraints", "driven", "changed", "drives.x.stiffness", "1", "3"),
         ("constraints", "driven", "changed", "child.entity", '"ball"', '"robot"'),
         ("constraints", "driven", "changed", "child.link", None, '"left"'),
