@@ -289,7 +289,9 @@ class _Decoder:
         """The plan of the JSON. What all else refers to is read first."""
         self._num_scenes = self._scalar(ScalarKind(int), data.get("num_scenes"), ("num_scenes",))
         if self._num_scenes > self._limits.scenes:
-            raise _LimitError(f"`num_scenes` is {self._num_scenes}, more than {self._limits.scenes}")
+            raise _StopError(
+                "SC712", f"`num_scenes` is {self._num_scenes}, more than {self._limits.scenes}", Location(self._file)
+            )
         for table in ("files", "physical_materials", "visual_materials"):
             self._table_sizes[table] = len(_checked(data.get(table, []), list, (table,)))
         for name, item in _checked(data.get("draws", {}), dict, ("draws",)).items():
@@ -330,14 +332,14 @@ class _Decoder:
         if data is None:
             found = self._resolve(uri, origin)
             if found is None:
-                raise _ReportedError
+                raise _StopError
             return found
         if not _DATA_URI.fullmatch(uri):
             raise PlanFormatError((*path, "uri"))
         try:
             return keep_file("meshes", data, ".ply")
         except OSError as error:
-            raise _FileError(f"'{uri}' cannot be kept in the cache folder: {error}", origin) from error
+            raise _StopError("SC711", f"'{uri}' cannot be kept in the cache folder: {error}", origin) from error
 
     def _union(self, kind: UnionKind, data: Any, path: Keys) -> Any:
         name = _checked(data, dict, path).get("type")
@@ -390,7 +392,11 @@ class _Decoder:
         self._row_count = len(idxs)
         self._scene_count += len(idxs)
         if self._scene_count > self._limits.objects_in_all_scenes:
-            raise _LimitError(f"objects summed over their scenes are more than {self._limits.objects_in_all_scenes}")
+            raise _StopError(
+                "SC712",
+                f"objects summed over their scenes are more than {self._limits.objects_in_all_scenes}",
+                Location(self._file),
+            )
         # Entities share the tuple of a slice: 10 000 of them in 4096 scenes have 40 million indices.
         return self._selections.setdefault(data, tuple(idxs)) if isinstance(data, str) else tuple(idxs)
 
@@ -435,16 +441,8 @@ _SLICE = re.compile(r"(\d{1,9}):(\d{1,9})(?::([1-9]\d{0,8}))?")
 _JSON_TYPES: Final = {"float64": {float, int}, "int64": {int}, "bool": {bool}}
 
 
-class _LimitError(Exception):
-    """The plan exceeds a limit."""
-
-
-class _FileError(Exception):
-    """A file cannot be made. Its arguments are the message and the origin."""
-
-
-class _ReportedError(Exception):
-    """The error is in the sink already."""
+class _StopError(Exception):
+    """A file is missing, or a limit is exceeded. Its arguments are those of `Sink.report`; none: it is reported."""
 
 
 def _checked(data: Any, cls: type, path: Keys) -> Any:
@@ -538,20 +536,18 @@ def plan_from_json(
     try:
         return _read_plan(text, file, limits or Limits(), resolve or _relative_resolver(base, sink))
     except PlanFormatError as error:
-        message = f"this is not a plan of this version of scenecc: {_describe_fault(error.keys)}"
-        sink.report("SC701", message, Origin(file, error.keys), hint=_HINT)
-    except _LimitError as error:
-        sink.report("SC712", str(error), Location(file))
-    except _FileError as error:
-        sink.report("SC711", *error.args)
-    except _ReportedError:
-        pass
+        keys = tuple(key[:80] if isinstance(key, str) else key for key in error.keys)
+        message = f"this is not a plan of this version of scenecc: {_describe_fault(keys)}"
+        sink.report("SC701", message, Origin(file, keys), hint=_HINT)
+    except _StopError as error:
+        if error.args:
+            sink.report(*error.args)
     return None
 
 
 def _read_plan(text: str, file: str | None, limits: Limits, resolve: Resolver) -> ScenePlan:
     if len(text) > limits.text_bytes:
-        raise _LimitError(f"the plan has {len(text)} characters, more than {limits.text_bytes}")
+        raise _StopError("SC712", f"the plan has {len(text)} characters, more than {limits.text_bytes}", Location(file))
     data = _checked(_parse_json(text), dict, ())
     version: Keys = ("scenecc_plan",)
     if _checked(data.pop("scenecc_plan", None), int, version) not in (1, PLAN_VERSION):
@@ -570,7 +566,7 @@ def _parse_json(text: str) -> Any:
 def _describe_fault(keys: Keys) -> str:
     if keys == ("scenecc_plan",):
         return f"`scenecc_plan` is not 1 or {PLAN_VERSION}"
-    return f"`{dotted(keys)[:200]}` is missing or invalid" if keys else "it is not an object of valid JSON"
+    return f"`{dotted(keys)}` is missing or invalid" if keys else "it is not an object of valid JSON"
 
 
 def _relative_resolver(base: Path, sink: Sink) -> Resolver:
