@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.entities import EntityLowerer
-    from scenecc.lower.rendering import MountLookup
+    from scenecc.lower.mounts import MountLookup
     from scenecc.plan import Entity
     from scenecc.robots.description import DescribedConstraint
 

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.lower.rendering import MountLookup
+from scenecc.lower.mounts import MountLookup
 from scenecc.plan import BodyStructure
 from scenecc.plan.expect import BodyPair, Condition, Expectation, NoOverlap, Reading, Settled
 from scenecc.plan.scene import find_body, has_joint

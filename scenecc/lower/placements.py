@@ -13,8 +13,8 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, MAX_COORDINATE
 from scenecc.lower.field_types import FieldType, field_type, report_exclusive_keys, report_unused_key
 from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
+from scenecc.lower.mounts import MountLookup
 from scenecc.lower.poses import ROTATIONS, pose_item, warn_probable_degrees
-from scenecc.lower.rendering import MountLookup
 from scenecc.placing.bodies import Part, UnsupportedShapeError, entity_parts, matrices, rows_in, rows_of
 from scenecc.placing.place import Placer, PlacingError
 from scenecc.placing.regions import headings, rectangle_of

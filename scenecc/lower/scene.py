@@ -390,7 +390,7 @@ class _SectionLowerer:
         if not self.scene.constraints and not self.entities.constraints:
             return ()
         from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
-        from scenecc.lower.rendering import MountLookup  # noqa: PLC0415 - likewise
+        from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - likewise
 
         sink = self.sampling.sink
         mounts = MountLookup(self.built, self.entities.frames.unread, self.names, sink)
