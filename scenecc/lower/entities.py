@@ -6,11 +6,12 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.lower.collision_groups import GroupBits, find_group
 from scenecc.lower.field_types import BODY_FIELDS, COLOR, FieldType, report_exclusive_keys, report_unused_key
 from scenecc.lower.frames import FrameGraph
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, LoweredMaterial, MaterialChoice, MaterialLowerer
-from scenecc.lower.shapes import GroupBits, ShapeDefaults, ShapeLowerer, find_group
+from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
 from scenecc.plan import BodyStructure, Entity, Inertial, literal
 from scenecc.plan.properties import Bounds
 from scenecc.spec.body import BodySpec

@@ -8,13 +8,14 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.lower.collision_groups import GroupBits, assign_group_bits
 from scenecc.lower.deferred_checks import check_rows
 from scenecc.lower.draws import check_argument_rows, lower_draws, report_unused_draws
 from scenecc.lower.entities import BodyLowerer, EntityLowerer
 from scenecc.lower.fields import SamplingContext
 from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
 from scenecc.lower.references import FileResolver, MeshReader, PlanTables, RobotReader, RobotRequest
-from scenecc.lower.shapes import GroupBits, ShapeLowerer, assign_group_bits
+from scenecc.lower.shapes import ShapeLowerer
 from scenecc.plan import ScenePlan
 from scenecc.plan.body import AssetFile, Friction
 from scenecc.plan.scene import GpuMemory, Physics, SdfConfig

@@ -27,9 +27,9 @@ from scenecc.lower.articulations.robots import (
     RobotDrafter,
     nearest_override,
 )
+from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.references import PlanTables, RobotReader, RobotRequest
-from scenecc.lower.shapes import DEFAULT_BITS, GroupBits, ShapeLowerer
 from scenecc.plan.articulation import MAX_LINKS, ArticulationStructure, Link, Mimic
 from scenecc.plan.body import COLLISION_ID_BITS, AssetFile, BodyType, groups_collide
 
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import MaterialLowerer
+    from scenecc.lower.shapes import ShapeLowerer
     from scenecc.plan import BodyStructure, Value
     from scenecc.robots.description import DescribedConstraint, DescribedRobot, RobotDescription
 

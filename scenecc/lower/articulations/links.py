@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.drafts import ContactDefaults, DraftJoint, DraftLink, Layer
 from scenecc.lower.articulations.robots import OverrideValues, nearest_override
+from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits, find_group
 from scenecc.lower.deferred_checks import ResettableValue
 from scenecc.lower.field_types import BODY_FIELDS, field_type, report_exclusive_keys
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
-from scenecc.lower.shapes import DEFAULT_BITS, GroupBits, ShapeDefaults, find_group
+from scenecc.lower.shapes import ShapeDefaults
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
 from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
 from scenecc.plan.properties import FLOAT32_MAX, JOINT_PROPERTIES, properties_of, property_fields
