@@ -20,13 +20,8 @@ from scenecc.lower.articulations.drafts import (
 )
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers, JointValue
 from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
-from scenecc.lower.articulations.robots import (
-    OverrideValues,
-    PatternMatcher,
-    PatternOverrides,
-    RobotDrafter,
-    nearest_override,
-)
+from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher, PatternOverrides, nearest_override
+from scenecc.lower.articulations.robots import RobotDrafter
 from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.references import PlanTables, RobotReader, RobotRequest

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.links import first_outside, widest
-from scenecc.lower.articulations.robots import names_hint
+from scenecc.lower.articulations.overrides import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place

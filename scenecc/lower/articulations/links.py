@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.drafts import ContactDefaults, DraftJoint, DraftLink, Layer
-from scenecc.lower.articulations.robots import OverrideValues, nearest_override
+from scenecc.lower.articulations.overrides import OverrideValues, nearest_override
 from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits, find_group
 from scenecc.lower.deferred_checks import ResettableValue
 from scenecc.lower.field_types import BODY_FIELDS, field_type, report_exclusive_keys
