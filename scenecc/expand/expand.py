@@ -25,7 +25,6 @@ from scenecc.expand.module_compiler import (
     CompiledModule,
     PrefabLibrary,
     compile_module,
-    find_named_materials,
 )
 from scenecc.expand.modules import EXPECT, ModuleLibrary
 from scenecc.expand.overrides import (
@@ -161,9 +160,9 @@ class ModuleExpander:
         for section, nodes in (("materials", compiled.materials), ("collision_groups", compiled.groups)):
             for name, made in nodes.items():
                 self._node(section, scoped_name(scope.name, name), made, scope)
-        # What one use of a prefab leaves unused another uses, and so it is with other parameters.
-        unsuspected = compiled.materials if scope.name else find_named_materials(compiled)
-        self.output.names.used_materials.update([scoped_name(scope.name, name) for name in unsuspected])
+        if scope.name or compiled.params:
+            # Another instance or another value of a parameter may use a material that nothing uses here.
+            self.output.names.used_materials.update([scoped_name(scope.name, name) for name in compiled.materials])
         for name, made in compiled.frames.items():
             self._placed("frames", scope.prefix + name, made, scope)
         if not scope.name:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -23,12 +22,10 @@ from scenecc.expand.patterns import (
     check_new_name,
 )
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.nodes import is_mapping, is_sequence
-from scenecc.variation.forms import Template
-from scenecc.variation.operations import ExpressionError
+from scenecc.spec.nodes import is_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping
 
     from scenecc.diagnostics import Sink
 
@@ -138,11 +135,6 @@ class CompiledModule:
     fastened: list[UnitTemplate]
     expectations: list[NodeTemplate]
     weight: int
-
-    def default_materials(self) -> list[str]:
-        """The materials that parameters have by default."""
-        params = self.params.values()
-        return [param.default for param in params if param.kind == "material" and isinstance(param.default, str)]
 
 
 def compile_module(module: Module, use: Origin | None, measure: MeshMeasurer, sink: Sink) -> CompiledModule:
@@ -334,100 +326,6 @@ _VALUES_PER_OBJECT = 4
 
 _NO_BUDGET = ObjectBudget("SC604", "objects", "objects", 0)
 """Nothing is made while a module is looked through."""
-
-
-_QUOTED = re.compile(r"'([^']*)'|\"([^\"]*)\"")
-_NAMING_KEYS = frozenset(("material", "with", "repeat"))
-"""Keys below which a text may be the name of a material."""
-
-_INLINE_KEYS = frozenset(("physical", "visual"))
-_NEVER_A_NAME = frozenset(("number", "integer", "boolean", "vector", "color", "file"))
-"""Types of parameters that are no text, or none that names a material."""
-
-
-def find_named_materials(compiled: CompiledModule) -> set[str]:
-    """The materials of a module that something in it names, or may name, whatever its parameters are.
-
-    What is the same under all parameters is left out: whether it is used shows in the end.
-    """
-    materials = compiled.materials
-    if not materials:
-        return set()
-    search = _MaterialSearch(compiled)
-    entries = compiled.module.section("entities")
-    for unit in compiled.units:
-        if _depends_on_params(unit):
-            search.look(entries[unit.name].node, naming=False)
-    return {*compiled.default_materials(), *search.found} & materials.keys()
-
-
-def _depends_on_params(unit: UnitTemplate) -> bool:
-    """Whether anything of an entity may be otherwise under other parameters."""
-    return unit.body.pattern is not None or not (unit.axes is unit.condition is unit.use is None)
-
-
-class _MaterialSearch:
-    """Looks through entities as they are written.
-
-    Attributes:
-        found: the texts that may name a material.
-    """
-
-    def __init__(self, compiled: CompiledModule) -> None:
-        self.found: set[str] = set()
-        self._materials = compiled.materials
-        self._params = compiled.params
-
-    def look(self, node: Any, *, naming: bool) -> None:
-        """Looks through a node. `naming`: whether a text in it may be a name."""
-        if isinstance(node, str):
-            if naming:
-                self.found.update(self._expressed(node) if "${" in node else (node,))
-        elif is_mapping(node):
-            if naming and not _INLINE_KEYS.isdisjoint(node):
-                return
-            for key, item in node.items():
-                if not key.startswith(NOTE_PREFIX):
-                    self.look(item, naming=naming or key in _NAMING_KEYS)
-        elif is_sequence(node):
-            for item in node:
-                self.look(item, naming=naming)
-
-    def _expressed(self, text: str) -> Iterable[str]:
-        try:
-            template = Template.parse(text)
-        except ExpressionError:
-            return ()
-        parts = template.expressions()
-        if len(parts) > 1:
-            return [name for name in self._materials if _has_in_order(name, parts)]
-        params = [self._params[name] for name in template.names if name in self._params]
-        texts = [param for param in params if param.kind not in _NEVER_A_NAME]
-        if not texts:
-            return [one or other for one, other in _QUOTED.findall(text)]
-        if texts[0].kind == "choice" and text[2:-1].strip() == texts[0].name:
-            return [option for option in texts[0].options if isinstance(option, str)]
-        return self._materials
-
-
-def _has_in_order(text: str, parts: Sequence[object]) -> bool:
-    """Whether a text consists of the parts that are texts, in order, with anything in place of each other part."""
-    literals = [""]
-    for part in parts:
-        if isinstance(part, str):
-            literals[-1] += part
-        else:
-            literals.append("")
-    first, *middle, last = literals
-    at, end = len(first), len(text) - len(last)
-    if at > end or not text.startswith(first) or not text.endswith(last):
-        return False
-    for literal in middle:
-        at = text.find(literal, at, end)
-        if at < 0:
-            return False
-        at += len(literal)
-    return True
 
 
 DocumentChain = tuple["SceneDocument", ...]
