@@ -54,7 +54,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
     from scenecc.plan.framing import Subject
-    from scenecc.plan.rendering import Preset, ShaderName
+    from scenecc.plan.light_rigs import Preset
+    from scenecc.plan.rendering import ShaderName
     from scenecc.source.provenance import Provenance
 
 DIVERGENCE_LIMIT: Final = 1e6

@@ -31,10 +31,9 @@ from scenecc.backends.sapien.geometry import RENDER_SHAPES
 from scenecc.backends.sapien.solids import read_solids
 from scenecc.plan import literal
 from scenecc.plan.framing import azimuth_of, find_subject, frame_subject, hidden_share, toward
+from scenecc.plan.light_rigs import DEFAULT_PRESET, LIGHT_RIGS, is_unlit
 from scenecc.plan.rendering import (
     COLLISION_COLORS,
-    DEFAULT_PRESET,
-    LIGHT_RIGS,
     PLANE_HALF_SIZE,
     AreaLight,
     CubeMap,
@@ -43,7 +42,6 @@ from scenecc.plan.rendering import (
     SkyMap,
     SpotLight,
     TexturedLight,
-    is_unlit,
     shadow_parameters,
 )
 from scenecc.plan.schema import PIXEL_BOUNDS
@@ -56,7 +54,8 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.preparation import EntityLookup
     from scenecc.plan import ScenePlan, Value
     from scenecc.plan.framing import Subject, View
-    from scenecc.plan.rendering import Camera, Environment, Light, LightRig, Preset, ShaderName
+    from scenecc.plan.light_rigs import LightRig, Preset
+    from scenecc.plan.rendering import Camera, Environment, Light, ShaderName
 
 
 LIGHT_CLASSES: Final[dict[type, str]] = {
