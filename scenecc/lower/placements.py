@@ -53,6 +53,8 @@ _LOW, _HIGH = (
     for end, far in (("low", -MAX_COORDINATE), ("high", MAX_COORDINATE))
 )
 
+_COLLISIONS_HINT = "give it `collisions`, or write it as `shapes`, which collide and are visible"
+
 
 def placed_nodes(scene: SceneFile) -> dict[str, tuple[str, Any]]:
     """What a document places, entities and instances: name → its section and its keys."""
@@ -111,7 +113,7 @@ class PlacementLowerer:
         if owner.path[0] == "frames" and name not in self._names.anchors.values():
             self._sink.report("SC101", "unknown key `place` of a frame", origin, at="key", hint="write a `pose`")
             return None
-        inner = [one for one in self._placed if self._names.scopes.get(one, "").startswith(name)]
+        inner = [one for one in self._placed if f"{self._names.scopes.get(one, '')}/".startswith(f"{name}/")]
         if owner.path[0] == "frames" and inner:
             message = f"`{cut(name)}` places `{cut(inner[0])}` itself"
             self._sink.report("SC358", message, origin, at="key", hint="give the instance a `pose`")
@@ -168,8 +170,8 @@ class PlacementLowerer:
     def _collides(self, target: Mount, place: Origin) -> bool:
         if any(self._shapes(target)):
             return True
-        hint = "give it `collisions`, or write it as `shapes`, which collide and are visible"
-        self._sink.report("SC359", f"nothing stands on `{target}`: it has no colliding shape", place, hint=hint)
+        message = f"nothing stands on `{target}`: it has no colliding shape"
+        self._sink.report("SC359", message, place, hint=_COLLISIONS_HINT)
         return False
 
     def _is_endless(self, target: Mount) -> bool:
@@ -191,9 +193,25 @@ class PlacementLowerer:
                 self._sink.report("SC107", f"the least distance {least:g} is above the greatest, {most:g}", where)
             if mount is not None and mount.link is not None:
                 self._sink.report("SC331", f"`near` names entities, and `{cut(other)}` is a link", where, at="key")
-            elif mount is not None:
+            elif mount is not None and self._has_distances(mount, where):
                 found.append(Nearness(mount.entity, least, most))
+        if found and not any(any(self._shapes(member)) for member in self._members(name)):
+            message = f"`near` measures between colliding shapes, and `{cut(name)}` has none"
+            self._sink.report("SC359", message, origin.child("near"), at="key", hint=_COLLISIONS_HINT)
         return tuple(found)
+
+    def _has_distances(self, other: Mount, place: Origin) -> bool:
+        """Whether distances from an entity can be computed, for `near`; reported where not."""
+        shapes = [*self._shapes(other)]
+        if not shapes:
+            message, hint = f"`near` measures between colliding shapes, and `{other}` has none", _COLLISIONS_HINT
+        elif self._is_endless(other):
+            message = f"`near` measures no distance from a plane, and all colliding shapes of `{other}` are planes"
+            hint = "remove it; `region` or `at` says where on a plane"
+        else:
+            return True
+        self._sink.report("SC359", message, place, at="key", hint=hint)
+        return False
 
     def _height(self, place: Any, kind: str, fields: FieldLowerer, origin: Origin) -> Value | None:
         if place.height is None:
