@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
 from scenecc.spec.params import PARAM_KINDS, RANGED_KINDS, ParamType, describe_range_error, infer_param_kind, is_number
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import FORM_KEYS, ONCE, Template
+from scenecc.variation.operations import ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -124,8 +124,9 @@ def _is_sound(param: Param, frame: ExpansionFrame) -> bool:
         elif is_sequence(bound) and is_sequence(param.default) and len(bound) != len(param.default):
             wrong = key, f"`{key}` must have {len(param.default)} components, not {len(bound)}"
     if wrong is None and param.low is not None and param.high is not None:
-        beyond = describe_range_error(param.high, param.low, None) if not is_sequence(param.low) else None
-        if beyond is not None:
+        shared = is_sequence(param.low) and not is_sequence(param.high)
+        high = [param.high] * len(param.low) if shared else param.high
+        if describe_range_error(high, param.low, None) is not None:
             wrong = "max", "`max` is below `min`"
     if (param.kind == "choice") is not bool(param.options):
         what = "a choice needs `options`" if param.kind == "choice" else f"a {param.kind} has no `options`"
@@ -258,7 +259,6 @@ def _form_items(form: str, given: Any) -> list[Any]:
 
 
 _UNUSED = {"params": ("SC322", "parameter"), "draws": ("SC319", "draw")}
-_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def report_unused(documents: Sequence[Document], lowered: Collection[str], sink: Sink) -> None:
@@ -283,9 +283,17 @@ def report_unused(documents: Sequence[Document], lowered: Collection[str], sink:
     for document in documents:
         for text in iterate_texts(document.data):
             if EXPRESSION_START in text:
-                # Every word of it: what is read is among them, and no expression need be taken apart again.
-                read.update(_WORD.findall(text))
+                read.update(_read_names(text))
     for section, name, file in declared:
         if name not in read:
             code, what = _UNUSED[section]
             sink.report(code, f"the {what} `{cut(name)}` is never read", Origin(file, (section, name)), at="key")
+
+
+def _read_names(text: str) -> set[str]:
+    """The names that the expressions of a text read; none where the text is a note and no expression."""
+    try:
+        template = Template.parse(text)
+    except ExpressionError:
+        return set()
+    return {*template.names, *(name for path in template.meshes.values() for name in path.places)}
