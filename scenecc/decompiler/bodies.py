@@ -120,7 +120,7 @@ def physical_material(friction: Iterable[float]) -> Node:
     return {"physical": dict(zip(_FRICTION_FIELDS, to_numbers(friction), strict=True))}
 
 
-class BodyReader:
+class LiveBodyReader:
     """Reads bodies of live scenes.
 
     Attributes:

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.decompiler.articulations import ArticulationReader
-from scenecc.decompiler.bodies import BodyReader, SceneDefaults, friction_of, physical_material, plain_value, untouched
+from scenecc.decompiler.bodies import (
+    LiveBodyReader,
+    SceneDefaults,
+    friction_of,
+    physical_material,
+    plain_value,
+    untouched,
+)
 from scenecc.decompiler.names import SceneNames
 from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
 from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single, to_number, to_numbers
@@ -51,7 +58,7 @@ class SceneReader:
         """A `sapien.Scene` as a document of one scene."""
         components = [component for entity in scene.entities for component in entity.components]
         defaults = self._defaults([c for c in components if isinstance(c, physx.PhysxRigidBaseComponent)])
-        bodies = BodyReader(self._recording, self._files, defaults)
+        bodies = LiveBodyReader(self._recording, self._files, defaults)
         document: Node = {"scenecc": 1}
         physics = _physics(scene, defaults)
         document |= {"physics": physics} if physics else {}
@@ -89,7 +96,7 @@ class SceneReader:
             body=common(moved, "body", _BODY_DEFAULTS),
         )
 
-    def _entity(self, entity: Any, bodies: BodyReader, robots: ArticulationReader, entities: Node) -> None:
+    def _entity(self, entity: Any, bodies: LiveBodyReader, robots: ArticulationReader, entities: Node) -> None:
         body: Any = None
         look: Any = None
         for component in entity.components:
