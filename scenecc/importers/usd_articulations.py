@@ -13,7 +13,7 @@ from scenecc.importers.usd_joints import Freedom, UsdJoint, tree_joint
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from scenecc.importers.usd_bodies import BodyReader, UsdBody
+    from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
     from scenecc.importers.usd_stage import Prim, UsdStage
 
 _DUMMY_MASS: Final = 1e-3
@@ -154,7 +154,7 @@ class ArticulationWriter:
         keys: of each link, by the path of its body.
     """
 
-    def __init__(self, stage: UsdStage, reader: BodyReader, bodies: Mapping[str, UsdBody]) -> None:
+    def __init__(self, stage: UsdStage, reader: UsdBodyReader, bodies: Mapping[str, UsdBody]) -> None:
         """`bodies`: by their paths."""
         self.keys: dict[str, dict[str, Any]] = {}
         self._stage = stage

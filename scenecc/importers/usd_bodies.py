@@ -45,7 +45,7 @@ class UsdBody:
     parsed: Any = None
 
 
-class BodyReader:
+class UsdBodyReader:
     """Makes the keys of bodies.
 
     Attributes:

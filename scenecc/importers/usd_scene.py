@@ -13,7 +13,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, ReferencePose
 from scenecc.importers.numbers import Names, plain_name, plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
-from scenecc.importers.usd_bodies import BodyReader, UsdBody
+from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
 from scenecc.importers.usd_joints import JointReader, UsdJoint, constraint_keys
 from scenecc.importers.usd_materials import UsdMaterials
 from scenecc.importers.usd_rendering import RenderingReader
@@ -61,7 +61,7 @@ class SceneReader:
     def __init__(self, stage: UsdStage, context: ImportContext) -> None:
         self._stage = stage
         self._materials = UsdMaterials(stage, context.sink)
-        self._reader = BodyReader(stage, self._materials)
+        self._reader = UsdBodyReader(stage, self._materials)
         self._parsed = _parse(stage)
         self._names = Names("world")
         self._bodies: dict[str, UsdBody] = {}
