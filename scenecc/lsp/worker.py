@@ -49,7 +49,7 @@ class OpenScene:
 
 
 @frozen
-class Check:
+class CheckRequest:
     """Asks for everything that can be found in a scene without an engine, and what its names mean: a `CheckResult`."""
 
     scene: OpenScene
@@ -101,7 +101,7 @@ class NamedObject:
 
 @dataclass(frozen=True, slots=True)
 class CheckResult:
-    """The answer to a `Check`.
+    """The answer to a `CheckRequest`.
 
     Attributes:
         diagnostics: as `validate` has them.
@@ -133,7 +133,7 @@ _NO_YAML: Final = "SC003"
 """The code of a text that is no YAML."""
 
 
-def answer(request: Check | Describe) -> CheckResult | EntityFacts | None:
+def answer(request: CheckRequest | Describe) -> CheckResult | EntityFacts | None:
     """The answer to a request."""
     if isinstance(request, Describe):
         return _all_described(request.scene).get(request.entity)

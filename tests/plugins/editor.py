@@ -64,7 +64,7 @@ class Editor:
     def check(self) -> None:
         """What the server does when nobody types."""
         for path, project in self.workspace.projects.items():
-            checked = worker.answer(worker.Check(self.view.open_scene(path)))
+            checked = worker.answer(worker.CheckRequest(self.view.open_scene(path)))
             assert isinstance(checked, worker.CheckResult)
             self.workspace.projects[path] = project.after(checked, checked.diagnostics)
 

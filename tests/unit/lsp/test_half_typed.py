@@ -58,7 +58,7 @@ def test_findings_of_what_is_cut_off(scene):
     editor = Editor(scene.parent, {})
     for _ in range(CUTS // 4):
         cut = text[: random.randrange(len(text))]
-        answer = worker.answer(worker.Check(worker.OpenScene(scene, {scene: cut}, Options())))
+        answer = worker.answer(worker.CheckRequest(worker.OpenScene(scene, {scene: cut}, Options())))
         assert isinstance(answer, worker.CheckResult)
         editor.workspace.put(scene, cut)
         shown = editor.view.texts[scene]

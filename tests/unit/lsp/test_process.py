@@ -12,7 +12,7 @@ from scenecc.options import Options
 
 
 def checked(path: Path, text: str) -> worker.CheckResult:
-    answer = worker.answer(worker.Check(worker.OpenScene(path, {path: text}, Options())))
+    answer = worker.answer(worker.CheckRequest(worker.OpenScene(path, {path: text}, Options())))
     assert isinstance(answer, worker.CheckResult)
     return answer
 
@@ -23,10 +23,10 @@ SCENE = f"scenecc: 1\nentities: {{a: {SPHERE}}}\n"
 
 def test_a_fault_is_told_and_a_crash_survived(tmp_path):
     path = tmp_path / "a.yaml"
-    good = worker.Check(worker.OpenScene(path, {path: SCENE}, Options()))
+    good = worker.CheckRequest(worker.OpenScene(path, {path: SCENE}, Options()))
     many = "scenecc: 1\nentities:\n" + "".join(f"  b{i}: {SPHERE}\n" for i in range(9000))
-    slow = worker.Check(worker.OpenScene(path, {path: many}, Options()))
-    without_text = worker.Check(worker.OpenScene(path, {}, Options()))
+    slow = worker.CheckRequest(worker.OpenScene(path, {path: many}, Options()))
+    without_text = worker.CheckRequest(worker.OpenScene(path, {}, Options()))
 
     async def session():
         process = Worker()
