@@ -293,7 +293,7 @@ async def _prove(server: SceneServer, view: View, made: list[edits.Edit]) -> Non
     changed = edits.applied(view, made)
     for user in dict.fromkeys(user for file in changed for user in view.judges(file)):
         try:
-            checked: worker.CheckResult = await server.checker.ask(worker.CheckRequest(view.open_scene(user, changed)))
+            checked: worker.CheckAnswer = await server.checker.ask(worker.CheckRequest(view.open_scene(user, changed)))
         except (WorkerStopped, FaultError):
             raise edits.RefusedError("it could not be checked what this leads to; try again") from None
         wrong = next((one for one in checked.diagnostics if one.severity == "error"), None)
@@ -333,7 +333,7 @@ _MOST_FIXED: Final = 10
 async def _mends(server: SceneServer, view: View, path: Path, found: Diagnostic, changed: str) -> bool:
     """Whether a text without a finding has no other on its line that it had not."""
     try:
-        checked: worker.CheckResult = await server.checker.ask(
+        checked: worker.CheckAnswer = await server.checker.ask(
             worker.CheckRequest(view.open_scene(path, {path: changed}))
         )
     except (WorkerStopped, FaultError):

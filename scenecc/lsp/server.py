@@ -161,7 +161,7 @@ class SceneServer(LanguageServer):
         view = self.scenes.view()
         if path not in view.projects or path not in await asyncio.to_thread(view.judges, path):
             return  # a part is checked with what includes it
-        checked: worker.CheckResult = await self.checker.ask(worker.CheckRequest(view.open_scene(path)))
+        checked: worker.CheckAnswer = await self.checker.ask(worker.CheckRequest(view.open_scene(path)))
         read = {path, *checked.files.values()}
         if any(self.scenes.texts.get(each) is not view.texts.get(each) for each in read):
             # It was changed while it was checked; what was found may be wrong by now.

@@ -65,7 +65,7 @@ class Editor:
         """What the server does when nobody types."""
         for path, project in self.workspace.projects.items():
             checked = worker.answer(worker.CheckRequest(self.view.open_scene(path)))
-            assert isinstance(checked, worker.CheckResult)
+            assert isinstance(checked, worker.CheckAnswer)
             self.workspace.projects[path] = project.after(checked, checked.diagnostics)
 
     def type(self, name: str, text: str) -> None:

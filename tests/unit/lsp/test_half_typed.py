@@ -59,7 +59,7 @@ def test_findings_of_what_is_cut_off(scene):
     for _ in range(CUTS // 4):
         cut = text[: random.randrange(len(text))]
         answer = worker.answer(worker.CheckRequest(worker.OpenScene(scene, {scene: cut}, Options())))
-        assert isinstance(answer, worker.CheckResult)
+        assert isinstance(answer, worker.CheckAnswer)
         editor.workspace.put(scene, cut)
         shown = editor.view.texts[scene]
         if not shown.tree.is_whole:

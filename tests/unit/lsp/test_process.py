@@ -11,9 +11,9 @@ from scenecc.lsp.process import FaultError, Worker, WorkerStopped
 from scenecc.options import Options
 
 
-def checked(path: Path, text: str) -> worker.CheckResult:
+def checked(path: Path, text: str) -> worker.CheckAnswer:
     answer = worker.answer(worker.CheckRequest(worker.OpenScene(path, {path: text}, Options())))
-    assert isinstance(answer, worker.CheckResult)
+    assert isinstance(answer, worker.CheckAnswer)
     return answer
 
 
