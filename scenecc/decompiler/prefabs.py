@@ -15,11 +15,11 @@ from scenecc.scene_file import is_list, is_mapping
 from scenecc.source import read_file
 
 if TYPE_CHECKING:
-    from scenecc.decompiler.reading import Facts
+    from scenecc.decompiler.reading import LiveObject
     from scenecc.decompiler.values import Node
 
 
-def use_prefabs(document: Node, live: Facts, *, render: bool) -> Node:
+def use_prefabs(document: Node, live: LiveObject, *, render: bool) -> Node:
     """The document with instances of prefabs in place of the bodies that these build.
 
     Args:
@@ -69,7 +69,7 @@ def _single(value: Any) -> Any:
     return np.float32(value) if isinstance(value, int | float) else value
 
 
-def _physical(facts: Facts) -> Facts:
+def _physical(facts: LiveObject) -> LiveObject:
     """An entity without what is seen of it."""
     return tidy(replace(facts, parts=tuple(part for part in facts.parts if part.kind.startswith("Physx"))))
 
@@ -133,7 +133,7 @@ _MIPMAPS, _USUAL_WIDTH, _USUAL_SQUARE, _NEAR = 4, 100.0, 4.0, 1e-4
 """Of `scenecc:ground`."""
 
 
-def _built(node: Node, document: Node) -> dict[str, Facts]:
+def _built(node: Node, document: Node) -> dict[str, LiveObject]:
     """The bodies that an instance builds under the document's settings, by their names."""
     import scenecc  # noqa: PLC0415 - the facade is above this module's other users
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import physx
 from scenecc.decompiler.bodies import flat_grid
-from scenecc.decompiler.reading import Facts, Numbers, Plain, plain, read_scene
+from scenecc.decompiler.reading import LiveObject, Numbers, Plain, plain, read_scene
 from scenecc.decompiler.values import SEEN_TOLERANCE
 from scenecc.diagnostics import Sink
 from scenecc.geometry.rotations import IDENTITY_POSE, compose, rotate, to_pose
@@ -24,7 +24,11 @@ from scenecc.source import read_text
 
 
 def differences(
-    a: Facts, b: Facts, *, without: Collection[str] = (), tolerance: Callable[[Facts], float] = lambda _: 0.0
+    a: LiveObject,
+    b: LiveObject,
+    *,
+    without: Collection[str] = (),
+    tolerance: Callable[[LiveObject], float] = lambda _: 0.0,
 ) -> list[str]:
     """One line a difference, with the path of the object, the property and both values; empty if all is equal.
 
@@ -41,7 +45,7 @@ def differences(
 
 
 def _differing(
-    where: str, a: Facts, b: Facts, without: frozenset[str], tolerance: Callable[[Facts], float]
+    where: str, a: LiveObject, b: LiveObject, without: frozenset[str], tolerance: Callable[[LiveObject], float]
 ) -> Iterator[str]:
     if a.kind != b.kind:
         yield f"{where}: {a.kind} against {b.kind}"
@@ -61,12 +65,12 @@ def _differing(
 
 def _parts(
     where: str,
-    a: tuple[Facts, ...],
-    b: tuple[Facts, ...],
+    a: tuple[LiveObject, ...],
+    b: tuple[LiveObject, ...],
     without: frozenset[str],
-    tolerance: Callable[[Facts], float],
+    tolerance: Callable[[LiveObject], float],
 ) -> Iterator[str]:
-    by_kind: dict[str, tuple[list[Facts], list[Facts]]] = {}
+    by_kind: dict[str, tuple[list[LiveObject], list[LiveObject]]] = {}
     for side, parts in enumerate((a, b)):
         for part in parts:
             by_kind.setdefault(_sort(part), ([], []))[side].append(part)
@@ -86,12 +90,12 @@ def _is_near(a: Plain, b: Plain, tolerance: float) -> bool:
     return "f" in a.dtype and bool((np.abs(a.array().astype(np.float64) - b.array()) <= tolerance).all())
 
 
-def _sort(part: Facts) -> str:
+def _sort(part: LiveObject) -> str:
     """Shapes of all types are one list, since their order counts; so are entities; components are one list, too."""
     return part.kind if part.kind in {"entity", "articulation", "joint", "material", "part"} else "ordered"
 
 
-def _paired(left: list[Facts], right: list[Facts]) -> Iterator[tuple[Facts | None, Facts | None]]:
+def _paired(left: list[LiveObject], right: list[LiveObject]) -> Iterator[tuple[LiveObject | None, LiveObject | None]]:
     """By their places; where one side has more, by the names that both have, so that the rest is told alone."""
     sides = [part.name for part in left], [part.name for part in right]
     shared = set(sides[0]) & set(sides[1])
@@ -107,7 +111,7 @@ def _skipped(kind: str, name: str, without: frozenset[str]) -> bool:
     return name in without or f"{kind}.{name}" in without
 
 
-def _label(facts: Facts, number: int = 0) -> str:
+def _label(facts: LiveObject, number: int = 0) -> str:
     return f"{facts.kind}({facts.name})" if facts.name else f"{facts.kind}[{number}]"
 
 
@@ -131,7 +135,7 @@ _SEEN: Final = ("Render", "material", "part")
 """Kinds of objects of which the last bits of a pose do not count: nobody sees them."""
 
 
-def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[Facts], *, render: bool) -> list[str]:
+def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[LiveObject], *, render: bool) -> list[str]:
     """Builds a document and tells what differs from live scenes, one line each; empty if all is equal.
 
     Args:
@@ -179,7 +183,7 @@ def untouched_engine() -> Generator[None]:
         physx.set_default_material(*friction)
 
 
-def tidy(facts: Facts) -> Facts:
+def tidy(facts: LiveObject) -> LiveObject:
     """The same without what is no difference: the order of an entity's components, the settings of shadows that are not
     thrown, whose pose a camera's is, and how finely a flat floor is cut.
     """
@@ -202,7 +206,7 @@ def tidy(facts: Facts) -> Facts:
     return replace(facts, name=name, values=values, parts=parts)
 
 
-def _placed(facts: Facts) -> Facts:
+def _placed(facts: LiveObject) -> LiveObject:
     """A shape that is seen, with a rotation of length 1 and a plain path of its file."""
     pose = _array(facts, "local_pose").astype(np.float64)
     pose[3:] /= np.linalg.norm(pose[3:])
@@ -213,7 +217,7 @@ def _placed(facts: Facts) -> Facts:
     return _with_values(facts, local_pose=plain(pose), **path)
 
 
-def _one_pose(facts: Facts) -> Facts:
+def _one_pose(facts: LiveObject) -> LiveObject:
     """The entity of a light or camera with its component's pose as its own."""
     (part,) = facts.parts[:1]
     if part.kind == "entity" or "local_pose" not in dict(part.values):
@@ -233,7 +237,7 @@ def _make_one_sign(pose: Any) -> None:
 _NEAR_ZERO: Final = 1e-3
 
 
-def _whole_grid(facts: Facts) -> Facts:
+def _whole_grid(facts: LiveObject) -> LiveObject:
     """A flat floor as its size; other meshes as they are."""
     if facts.kind != "RenderShapeTriangleMesh" or len(facts.parts) != 1:
         return facts
@@ -249,22 +253,22 @@ def _whole_grid(facts: Facts) -> Facts:
     return replace(_with_values(facts, local_pose=plain(pose)), parts=(replace(part, values=size),))
 
 
-def _array(facts: Facts, name: str) -> Any:
+def _array(facts: LiveObject, name: str) -> Any:
     value = facts.value(name)
     assert isinstance(value, Numbers)
     return value.array()
 
 
-def _with_values(facts: Facts, **changed: Plain) -> Facts:
+def _with_values(facts: LiveObject, **changed: Plain) -> LiveObject:
     return replace(facts, values=tuple((name, changed.get(name, value)) for name, value in facts.values))
 
 
-def _tolerance(facts: Facts) -> float:
+def _tolerance(facts: LiveObject) -> float:
     """Of the numbers of what is only seen: nobody sees their last bits."""
     return 4 * SEEN_TOLERANCE if facts.kind.startswith(_SEEN) or _is_seen_only(facts) else 0.0
 
 
-def _is_seen_only(facts: Facts) -> bool:
+def _is_seen_only(facts: LiveObject) -> bool:
     return (
         facts.kind == "entity"
         and bool(facts.parts)
