@@ -11,7 +11,7 @@ import numpy as np
 from scenecc.diagnostics.messages import index_ranges
 from scenecc.geometry.rotation_arrays import pose_matrix, rotation_matrix
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.inspect.facts import Fact, Facts, Item, axis_words, fact, mount_words, plain_data
+from scenecc.inspect.facts import Fact, FactReader, Item, axis_words, fact, mount_words, plain_data
 from scenecc.inspect.varying import Fields, VaryingField, entity_fields, object_fields
 from scenecc.plan import ArticulationStructure, BodyStructure, Constraint, Plane, VisualPlane
 from scenecc.plan.display import link_shape_path, shape_path
@@ -138,7 +138,7 @@ def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made |
     structures = entity.structures if row is None else (entity.structure(row),)
     one = structures[0]
     words = body_types(structures)
-    facts = [*scene_facts(entity.scene_idxs, plan), *Facts(plan, row).value("pose", entity.pose)]
+    facts = [*scene_facts(entity.scene_idxs, plan), *FactReader(plan, row).value("pose", entity.pose)]
     if entity.hidden:
         facts.append(Fact("hidden", value=True, words="from sensors"))
     body = _Bodies(entity, plan, row, made)
@@ -171,7 +171,7 @@ class _Bodies:
         self._plan = plan
         self._row = row
         self._made = made
-        self._facts = Facts(plan, row)
+        self._facts = FactReader(plan, row)
         differing = entity_fields(entity, plan).varying if row is None else ()
         names = [field.field for field in differing if not field.field.startswith("pose.")]
         of_bodies = {name.rsplit(".", 1)[-1] for name in names if ".joint." not in name}
@@ -299,7 +299,7 @@ class _Bodies:
         joint = link.joint
         assert joint is not None
         units = _SLIDING if joint.type == "prismatic" else _TURNING
-        facts = Facts(self._plan, self._row, units)
+        facts = FactReader(self._plan, self._row, units)
         found: list[Fact] = []
         frame = joint.pose_in_child
         if joint.type != "fixed" and (frame is None or self._row is not None or frame.is_constant):

@@ -135,7 +135,7 @@ _MOST_LISTED: Final = 64
 """Maximum number of alternatives that are listed for programs; of more, the bounds are."""
 
 
-class Facts:
+class FactReader:
     """Reads the fields of a plan's dataclasses.
 
     Args:

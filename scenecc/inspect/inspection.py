@@ -16,7 +16,7 @@ from scenecc.diagnostics.messages import cut, suggest
 from scenecc.errors import SceneError
 from scenecc.files import open_regular
 from scenecc.inspect.entities import Made, entity_item, scene_facts, summarize, used_materials
-from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
+from scenecc.inspect.facts import Fact, FactReader, Item, fact, mount_words, some_words
 from scenecc.named_files import DICT
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import CompileResult, Source, build_batch, compile_or_raise, list_result_params, select_scenes
@@ -61,7 +61,7 @@ def scene_item(
     if plan.description:
         facts.append(Fact("description", plan.description, plan.description.partition("\n")[0]))
     groups: list[tuple[str, Item | tuple[Item, ...]]] = [
-        ("physics", Item("", "", tuple(Facts(plan, 0).of(plan.physics)) or _DEFAULTS)),
+        ("physics", Item("", "", tuple(FactReader(plan, 0).of(plan.physics)) or _DEFAULTS)),
         ("parameters", tuple(_param(row, given or {}) for row in params)),
         ("entities", tuple(entity_item(one, plan, scene, made.get(one.name)) for one in _in(plan.entities, scene))),
         ("constraints", tuple(_object(one, one.joint, plan, scene) for one in _in(plan.constraints, scene))),
@@ -74,7 +74,7 @@ def scene_item(
         expected = [one for one in plan.expectations if scene is None or scene in getattr(one, "scene_idxs", (scene,))]
         groups.append(("expect", tuple(Item(one.name, describe_expectation(one), ()) for one in expected)))
     if plan.environment is not None:
-        facts_of = Facts(plan, scene)
+        facts_of = FactReader(plan, scene)
         around = (*facts_of.of(plan.environment, without=("map",)), *facts_of.of(plan.environment.map, "map"))
         groups.append(("environment", Item("", _map_word(plan), around)))
     groups += [("materials", _materials(plan, scene)), ("variation", _variation(plan, scene)), ("files", files)]
@@ -104,7 +104,7 @@ _DESCRIBED_FIELDS: Final = frozenset({"name", "scene_idxs", "parent", "joint", "
 
 def _object(one: Constraint | Light | Camera, kind: Any, plan: ScenePlan, scene: int | None) -> Item:
     """The item of a constraint, light or camera. `kind`: its joint, light or lens, whose fields are inlined."""
-    facts = Facts(plan, None if scene is None else one.scene_idxs.index(scene))
+    facts = FactReader(plan, None if scene is None else one.scene_idxs.index(scene))
     first: tuple[Fact, ...] = ()
     if isinstance(one, Constraint):
         parent = mount_words(one.parent)
@@ -153,7 +153,7 @@ def _materials(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
             row = None if scene is None else having[0].scene_idxs.index(scene)
             names = tuple(entity.name for entity in having)
             used = Fact("used_by", list(names), some_words(names))
-            items.append(Item("", kind, (fact("number", number), *Facts(plan, row).of(material), used)))
+            items.append(Item("", kind, (fact("number", number), *FactReader(plan, row).of(material), used)))
     return tuple(items)
 
 
