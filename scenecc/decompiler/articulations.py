@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from scenecc.backends.sapien.engine import sapien
 from scenecc.backends.sapien.properties import ARTICULATION_PROPERTIES
 from scenecc.decompiler.bodies import LiveBodyReader, friction_of, inertial, is_equal, physical_material, plain_value
-from scenecc.decompiler.values import Files, Node, pose_value, same_single, to_number, to_numbers
+from scenecc.decompiler.values import FileNamer, Node, pose_value, same_single, to_number, to_numbers
 from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, normalized
 from scenecc.names import UniqueNames
 from scenecc.plan.properties import properties_of
@@ -63,7 +63,7 @@ class ArticulationReader:
     def __init__(
         self,
         recording: Recording | None,
-        files: Files,
+        files: FileNamer,
         bodies: LiveBodyReader,
         names: SceneNames,
         physics: Node,

@@ -19,7 +19,7 @@ from scenecc.decompiler.bodies import (
 )
 from scenecc.decompiler.names import SceneNames
 from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
-from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single, to_number, to_numbers
+from scenecc.decompiler.values import FileNamer, Node, plain_name, pose_value, same_single, to_number, to_numbers
 from scenecc.names import UniqueNames
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS
@@ -43,7 +43,7 @@ class SceneReader:
     """
 
     def __init__(
-        self, recording: Recording | None, files: Files, rename: Callable[[str], str], hidden: Iterable[str]
+        self, recording: Recording | None, files: FileNamer, rename: Callable[[str], str], hidden: Iterable[str]
     ) -> None:
         self._recording = recording
         self._files = files

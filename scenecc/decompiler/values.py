@@ -154,7 +154,7 @@ def plain_name(name: str, *, local: bool = False) -> str:
     return plain if not plain or (not reserved and (plain[0].isalpha() or plain[0] == "_")) else f"_{plain}"
 
 
-class Files:
+class FileNamer:
     """Paths as a scene file names them."""
 
     def __init__(self, base: Path) -> None:
