@@ -62,7 +62,7 @@ class SurfaceNode:
     """A surface of a body.
 
     Attributes:
-        digest: of its file, see `Files`.
+        digest: of its file, see `SurfaceFiles`.
         position, wxyz: in the body's frame. scale: along its own axes.
         body: that has it.
     """
@@ -90,7 +90,7 @@ class Instances:
     """Copies of one surface, of many bodies: one node. It compares by identity.
 
     Attributes:
-        digest: of its file, see `Files`.
+        digest: of its file, see `SurfaceFiles`.
         rows: (N,) the body of each copy, as a row of `BodyPoses`.
         places: (N, 7) p [m] then q (wxyz) of each in its body's frame.
         scales: (N, 3) along its own axes.
@@ -199,7 +199,7 @@ class PageContent:
         return replace(self, nodes=nodes, poses=self.poses.moved(keys, poses))
 
 
-class Files:
+class SurfaceFiles:
     """Surfaces as files. What was made once is kept as long as something shown uses it."""
 
     def __init__(self) -> None:
@@ -233,7 +233,7 @@ class Files:
 
 
 def page_content(
-    visual: tuple[SceneMeshes, ...], colliding: tuple[SceneMeshes, ...] | None, look: ViewOptions, files: Files
+    visual: tuple[SceneMeshes, ...], colliding: tuple[SceneMeshes, ...] | None, look: ViewOptions, files: SurfaceFiles
 ) -> PageContent:
     """All that is shown.
 
@@ -290,7 +290,7 @@ def _is_solid(body: BodyMeshes) -> bool:
 class _Painter:
     """Gathers what is seen of bodies, and makes nodes of it once it is known how many copies there are of each."""
 
-    def __init__(self, look: ViewOptions, files: Files) -> None:
+    def __init__(self, look: ViewOptions, files: SurfaceFiles) -> None:
         self._look = look
         self._files = files
         self.poses: dict[Key, Pose7] = {}

@@ -19,7 +19,7 @@ from scenecc.source.edits import EditError
 from scenecc.viewer.cameras import first_view
 from scenecc.viewer.controls import AsWritten
 from scenecc.viewer.editor import FileEditor
-from scenecc.viewer.nodes import Files
+from scenecc.viewer.nodes import SurfaceFiles
 from scenecc.viewer.page import Page
 from scenecc.viewer.panel import Panel
 from scenecc.viewer.selected import Selected
@@ -76,7 +76,7 @@ class Session:
         self._look = self._built = look
         self._given: dict[str, Any] = {}
         self._mail = TaskQueue()
-        self._files = Files()
+        self._files = SurfaceFiles()
         self._page = Page(server, lambda key: self._mail.post("select", lambda: self.pick(key)), self._dragged)
         self._panel = Panel(server, self._mail, self, self._page, look, links=links)
         self._watch = FileWatcher(lambda: self._mail.post("reload", self.reload))

@@ -25,7 +25,7 @@ from scenecc.plan import ArticulationStructure
 from scenecc.selection_link import Place
 from scenecc.source.paths import PathCache
 from scenecc.viewer.cameras import camera_views, first_view
-from scenecc.viewer.nodes import Files, page_content
+from scenecc.viewer.nodes import SurfaceFiles, page_content
 from scenecc.viewer.page import Page, bounds, titled
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class World:
         """(N, 7) p [m] then q (wxyz) of all bodies that can move, in the world of their scene."""
         return self._moving.poses()
 
-    def picture(self, look: ViewOptions, files: Files) -> PageContent:
+    def picture(self, look: ViewOptions, files: SurfaceFiles) -> PageContent:
         """All that is shown of it, as it stood at the start.
 
         Raises:
@@ -388,7 +388,7 @@ def record(
     Raises:
         SceneError: a file cannot be shown, a package for it is missing, or the simulation diverges.
     """
-    files, page = Files(), Page(server)
+    files, page = SurfaceFiles(), Page(server)
     picture = world.picture(look, files)
     page.show(picture, files.contents)
     page.open_at(first_view(picture.views, picture.solids, grid=look.grid))
