@@ -190,7 +190,7 @@ def _angles(pose: Pose7, axes: list[str]) -> dict[str, float]:
     return found if len(axes) == 2 else {**found, axes[2]: last}
 
 
-class JointReader:
+class UsdJointReader:
     """Makes joints of what UsdPhysics says of them."""
 
     def __init__(self, stage: UsdStage, body_poses: dict[str, Pose7]) -> None:

@@ -14,7 +14,7 @@ from scenecc.importers.imported_scene import ImportContext, ImportedScene, Refer
 from scenecc.importers.numbers import Names, plain_name, plain_number, plain_numbers, pose_key
 from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
-from scenecc.importers.usd_joints import JointReader, UsdJoint, constraint_keys
+from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, constraint_keys
 from scenecc.importers.usd_materials import UsdMaterials
 from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
@@ -183,7 +183,7 @@ class SceneReader:
 
     def _joints(self) -> list[UsdJoint]:
         poses = {path: body.pose for path, body in self._bodies.items()}
-        reader = JointReader(self._stage, poses)
+        reader = UsdJointReader(self._stage, poses)
         found = [reader.read(parsed, kind) for kind, parsed in self._parsed.get("Joint", [])]
         order = {prim.GetPath(): k for k, prim in enumerate(self._stage.prims())}
         return sorted((joint for joint in found if joint is not None), key=lambda joint: order[joint.prim.GetPath()])
