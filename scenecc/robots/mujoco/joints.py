@@ -44,7 +44,7 @@ class _Servo:
     limit: float | None
 
 
-class JointReader:
+class MjcfJointReader:
     """Reads the joints of a compiled model.
 
     Args:

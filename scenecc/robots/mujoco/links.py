@@ -21,7 +21,7 @@ from scenecc.robots.description import (
     ball_moment,
 )
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
-from scenecc.robots.mujoco.joints import JointReader
+from scenecc.robots.mujoco.joints import MjcfJointReader
 from scenecc.robots.mujoco.model import FREE, WORLD, CompiledModel
 from scenecc.robots.mujoco.shapes import ShapeReader
 from scenecc.robots.poses import compose_poses
@@ -73,7 +73,7 @@ class ModelReader:
         self._report = report
         self._joint_numbers = model.rows_of_bodies("jnt_bodyid")
         self._geoms = model.rows_of_bodies("geom_bodyid")
-        self._joints = JointReader(model, report, keyframe)
+        self._joints = MjcfJointReader(model, report, keyframe)
         self._shapes = ShapeReader(model, report, visual_groups)
         self.links_of_bodies: dict[int, LinkName] = {}
 
