@@ -11,7 +11,7 @@ from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene
 from scenecc.importers.numbers import Names, light_place, plain_number, plain_numbers, pose_key
 from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find, read_file, text_of
 from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type
-from scenecc.importers.sdf_models import BuiltLink, ModelReader, SceneParts
+from scenecc.importers.sdf_models import BuiltLink, SceneParts, SdfModelReader
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope, ScopeReader
 
 Node = dict[str, Any]
@@ -77,7 +77,7 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
     world = reader.world(top)
     parts = SceneParts()
     for model in world.models.values():
-        ModelReader(model, world.model_pose(model), parts).read()
+        SdfModelReader(model, world.model_pose(model), parts).read()
         _tell_losses(model)
     _apply_bitmasks(parts)
     for name, robot, element in reader.robots:

@@ -111,7 +111,7 @@ class SceneParts:
     constraint_names: Names = field(default_factory=Names)
 
 
-class ModelReader:
+class SdfModelReader:
     """Reads one top model.
 
     Args:
@@ -373,7 +373,7 @@ class _Tree:
     """Connected links as an articulation; joints beyond a tree as constraints."""
 
     def __init__(
-        self, links: dict[str, SdfLink], group: list[str], joints: list[SdfJoint], reader: ModelReader
+        self, links: dict[str, SdfLink], group: list[str], joints: list[SdfJoint], reader: SdfModelReader
     ) -> None:
         self._links = {path: links[path] for path in group}
         self._joints = joints
