@@ -53,7 +53,7 @@ class _Draft:
     is_body: bool = True
 
 
-class ModelReader:
+class MjcfModelReader:
     """Describes the robots of a compiled model.
 
     Args:
