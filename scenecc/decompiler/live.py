@@ -34,7 +34,7 @@ _BODY_DEFAULTS: Final = ("solver_position_iterations", "solver_velocity_iteratio
 _SHAPE_DEFAULTS: Final = ("contact_offset", "rest_offset")
 
 
-class SceneReader:
+class LiveSceneReader:
     """Reads one live scene.
 
     Attributes:
