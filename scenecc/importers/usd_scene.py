@@ -49,13 +49,13 @@ def _read_opened(stage: UsdStage, path: Path, context: ImportContext) -> Importe
             message = f"the transform of {prim.GetPath()} is not finite"
             context.sink.report("SC430", message, Location(str(path)))
     check_types(stage, context.sink)
-    return None if context.sink.failed else SceneReader(stage, context).read()
+    return None if context.sink.failed else UsdSceneReader(stage, context).read()
 
 
 _MIN_UNIT: Final = 1e-9
 
 
-class SceneReader:
+class UsdSceneReader:
     """Makes the document of a stage."""
 
     def __init__(self, stage: UsdStage, context: ImportContext) -> None:
