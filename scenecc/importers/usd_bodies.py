@@ -11,7 +11,7 @@ import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY, Pose7
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_shapes import ShapeReader, SolidMass, UsdShape
+from scenecc.importers.usd_shapes import SolidMass, UsdShape, UsdShapeReader
 from scenecc.importers.usd_stage import Prim, UsdStage, quat_of, split_matrix
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class UsdBodyReader:
         self.masses: dict[str, float | None] = {}
         self._stage = stage
         self._materials = materials
-        self._shapes = ShapeReader(stage)
+        self._shapes = UsdShapeReader(stage)
 
     def keys(self, body: UsdBody, *, is_link: bool = False) -> dict[str, Any]:
         """The keys of a body in a scene file but its pose and type. `is_link`: of an articulation."""

@@ -64,7 +64,7 @@ class UsdShape:
         return {**self.keys, **pose_key(self.pose)}
 
 
-class ShapeReader:
+class UsdShapeReader:
     """Makes shapes of prims.
 
     Args:
