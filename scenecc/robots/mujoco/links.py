@@ -23,7 +23,7 @@ from scenecc.robots.description import (
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
 from scenecc.robots.mujoco.joints import MjcfJointReader
 from scenecc.robots.mujoco.model import FREE, WORLD, CompiledModel
-from scenecc.robots.mujoco.shapes import ShapeReader
+from scenecc.robots.mujoco.shapes import MjcfShapeReader
 from scenecc.robots.poses import compose_poses
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class MjcfModelReader:
         self._joint_numbers = model.rows_of_bodies("jnt_bodyid")
         self._geoms = model.rows_of_bodies("geom_bodyid")
         self._joints = MjcfJointReader(model, report, keyframe)
-        self._shapes = ShapeReader(model, report, visual_groups)
+        self._shapes = MjcfShapeReader(model, report, visual_groups)
         self.links_of_bodies: dict[int, LinkName] = {}
 
     def robots(self) -> list[DescribedRobot]:
