@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics.diagnostic import Path as KeyPath
     from scenecc.lsp.language import Siblings
-    from scenecc.lsp.workspace import View
+    from scenecc.lsp.workspace import WorkspaceView
 
 
 class Offer(NamedTuple):
@@ -60,7 +60,7 @@ _LONGEST_NAME: Final = 200
 """Names that are longer are not offered."""
 
 
-def completions(view: View, path: Path, line: int, column: int) -> list[Offer]:
+def completions(view: WorkspaceView, path: Path, line: int, column: int) -> list[Offer]:
     """What may be typed at a 0-based place; nothing in a text that is too long."""
     text = view.text(path)
     if text is None or len(text.text) > MAX_CHARACTERS:
@@ -69,7 +69,7 @@ def completions(view: View, path: Path, line: int, column: int) -> list[Offer]:
 
 
 class _Completer:
-    def __init__(self, view: View, text: SceneText, line: int, column: int) -> None:
+    def __init__(self, view: WorkspaceView, text: SceneText, line: int, column: int) -> None:
         self._view = view
         self._text = text
         self._cursor = cursor_at(text.lines, line, column)

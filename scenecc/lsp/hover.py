@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenecc.lsp.analysis import Leaf, SceneText
     from scenecc.lsp.references import Mention
     from scenecc.lsp.worker import EntityFacts
-    from scenecc.lsp.workspace import View
+    from scenecc.lsp.workspace import WorkspaceView
 
 
 class HoverText(NamedTuple):
@@ -36,7 +36,7 @@ class HoverText(NamedTuple):
     entity: str | None = None
 
 
-def hover_at(view: View, path: Path, line: int, column: int) -> HoverText | None:
+def hover_at(view: WorkspaceView, path: Path, line: int, column: int) -> HoverText | None:
     """What is told at a 0-based place."""
     text = view.text(path)
     leaf = None if text is None else text.leaf_at(line, column)
@@ -60,7 +60,7 @@ def _of_key(text: SceneText, path: KeyPath) -> str | None:
     return describe_key(inside, lambda below: text.scalars(path[: start + len(below)]))
 
 
-def _of_name(view: View, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
+def _of_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
     """The Markdown, and the entity that is meant."""
     defined = definition_of(view, text, leaf, mention)
     if defined is None:
@@ -91,7 +91,7 @@ _SINGULAR = {
 }
 
 
-def _entity(view: View, text: SceneText, defined: Definition, name: str) -> str | None:
+def _entity(view: WorkspaceView, text: SceneText, defined: Definition, name: str) -> str | None:
     """The entity of the whole scene that a name means."""
     objects = view.objects(text.path)
     while name and name not in objects:

@@ -84,12 +84,12 @@ class Workspace:
         self.texts.pop(path, None)
         self.projects.pop(path, None)
 
-    def view(self) -> View:
+    def view(self) -> WorkspaceView:
         """All of it as it is now, for another thread."""
-        return View(self.options, {**self.texts}, {**self.projects}, self._disk)
+        return WorkspaceView(self.options, {**self.texts}, {**self.projects}, self._disk)
 
 
-class View:
+class WorkspaceView:
     """What is open and what was found at one time; it changes no more.
 
     Attributes:
