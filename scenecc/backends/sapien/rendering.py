@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.preparation import EntityLookup
     from scenecc.plan import ScenePlan, Value
-    from scenecc.plan.framing import Subject, View
+    from scenecc.plan.framing import FramedView, Subject
     from scenecc.plan.light_rigs import LightRig, Preset
     from scenecc.plan.rendering import Camera, Environment, Light, ShaderName
 
@@ -302,7 +302,7 @@ class LightsAndCameras(LightSet):
         if not plan.cameras:
             self.cameras[DEFAULT_CAMERA] = self.framed()
 
-    def _light_up(self, index: int, view: Callable[[int], View] | None = None) -> None:
+    def _light_up(self, index: int, view: Callable[[int], FramedView] | None = None) -> None:
         """Lights a scene for its first picture if nothing else does: without, every picture would be black.
 
         Not before, so that what is built is what the file says and nothing more. The rig stands as for a camera that
@@ -401,7 +401,7 @@ class LightsAndCameras(LightSet):
                 raise RuntimeError(f"{failure.message}: {failure.hint}") from failure
         present = self._present(camera)
 
-        def view(index: int) -> View:
+        def view(index: int) -> FramedView:
             return frame_subject(self.subject(index, focus), width, height, eye=eye, look_at=look_at)
 
         found = CameraBatch(
@@ -416,7 +416,7 @@ class LightsAndCameras(LightSet):
         self._framed.append(found)
         return found
 
-    def _frame(self, camera: Camera, batch: CameraBatch, number: int, view: Callable[[int], View]) -> None:
+    def _frame(self, camera: Camera, batch: CameraBatch, number: int, view: Callable[[int], FramedView]) -> None:
         assert self._lookup is not None
         if batch.objs[number] is not None:
             return
