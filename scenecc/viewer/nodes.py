@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scenecc.meshes.builder import BodyMeshes, EntityMeshes, SceneMeshes
     from scenecc.meshes.surface import MeshPart, MeshShape
     from scenecc.meshes.surface import SurfaceMaterial as Material
-    from scenecc.viewer.cameras import View
+    from scenecc.viewer.cameras import BrowserView
     from scenecc.viewer.options import ViewOptions
 
 
@@ -186,7 +186,7 @@ class PageContent:
     shadows: bool
     origins: Mapping[int, Vec3]
     solids: Solids
-    views: tuple[View, ...] = ()
+    views: tuple[BrowserView, ...] = ()
 
     def moved(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> PageContent:
         """The same with some bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""

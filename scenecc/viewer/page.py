@@ -27,7 +27,7 @@ import websockets.asyncio.server as below
 from scenecc.geometry.rotations import to_pose, to_vector
 from scenecc.interrupt import interrupts_wait
 from scenecc.plan.rendering import FRAMING_DIRECTION
-from scenecc.viewer.cameras import View
+from scenecc.viewer.cameras import BrowserView
 from scenecc.viewer.nodes import BodyPoses, Frame, Instances, SurfaceNode
 
 if TYPE_CHECKING:
@@ -238,7 +238,7 @@ class Page:
         self._bodies: Mapping[Key, str] = {}
         self._poses = BodyPoses.of({}, {})
         self._overview, self._radius = overview(np.zeros((0, 3))), 1.0
-        self._views: Mapping[str, View] = {}
+        self._views: Mapping[str, BrowserView] = {}
         # viser's own lights are so bright that colours are hardly the file's.
         server.scene.configure_default_lights(enabled=False)
         server.scene.configure_environment_map(environment_intensity=_AROUND)
@@ -351,7 +351,7 @@ class Page:
             self._marks.pop(path)[1].remove()
 
     @interrupts_wait()
-    def open_at(self, view: View | None = None) -> None:
+    def open_at(self, view: BrowserView | None = None) -> None:
         """Lets browsers that come from now on begin at a view; None: that of all that is shown."""
         self._look_from(self._server.initial_camera, view or self._overview)
 
@@ -369,7 +369,7 @@ class Page:
         self.frame(self._server.get_clients().values())
         self.open_at()
 
-    def _look_from(self, camera: Any, view: View) -> None:
+    def _look_from(self, camera: Any, view: BrowserView) -> None:
         camera.position, camera.look_at, camera.fov = view.position, view.look_at, view.fov
 
     def _remove(self, path: str) -> None:
@@ -451,8 +451,8 @@ def bounds(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
 
 
-def overview(corners: NDArray[np.float64]) -> View:
+def overview(corners: NDArray[np.float64]) -> BrowserView:
     """The view that has all of these points (N, 3) [m] in it: as SAPIEN's pictures do."""
     middle, radius = bounds(corners)
     back = np.array(FRAMING_DIRECTION) / np.linalg.norm(FRAMING_DIRECTION)
-    return View("", to_vector(middle + _DISTANCE * radius * back), to_vector(middle), _FOV)
+    return BrowserView("", to_vector(middle + _DISTANCE * radius * back), to_vector(middle), _FOV)
