@@ -15,7 +15,7 @@ from scenecc.cli.options import Camera, Format, TableFormat, TableFormatOption, 
 from scenecc.cli.output import end, print_err, print_json, progress, scene_errors, status, usage_error
 from scenecc.cli.paths import STDIN, find
 from scenecc.cli.render_options import parse_size
-from scenecc.cli.settings import Settings, SettingsFinder
+from scenecc.cli.settings import ProjectSettings, SettingsFinder
 from scenecc.diagnostics import Diagnostic, Severity
 from scenecc.diagnostics.diagnostic import Location
 
@@ -35,7 +35,7 @@ _OPTIONS: Final = ("num_scenes", "params", "asset_roots", "allow_outside_assets"
 class _Wanted:
     """What `check` would report of a file among those of the same command."""
 
-    settings: Settings
+    settings: ProjectSettings
     is_part: bool
 
     @property
