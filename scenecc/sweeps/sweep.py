@@ -24,7 +24,7 @@ from scenecc.source.paths import PathCache
 from scenecc.source.provenance import content_hash
 from scenecc.sweeps.executors import ATTEMPTS, on_processes, on_ray
 from scenecc.sweeps.folder import SweepFolder, fail
-from scenecc.sweeps.units import Do, Entry, Outcome, Settings, Work, do_unit, table_row
+from scenecc.sweeps.units import Do, Entry, FindingSettings, Outcome, Work, do_unit, table_row
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -74,7 +74,7 @@ _TYPES: Final[dict[str, Any]] = {
     "camera": str | None,
     "size": tuple[int, int] | None,
     "progress": Callable[[int, int], None] | None,
-    "settings": Callable[[str], Settings] | None,
+    "settings": Callable[[str], FindingSettings] | None,
 }
 
 _MOST: Final = 2**64
@@ -96,7 +96,7 @@ def sweep(
     ray_address: str | None = None,
     shard: tuple[int, int] | None = None,
     progress: Callable[[int, int], None] | None = None,
-    settings: Callable[[str], Settings] | None = None,
+    settings: Callable[[str], FindingSettings] | None = None,
     **options: Unpack[SweepOptions],
 ) -> Sweep:
     """Does the same with all scenes of files and seeds, and writes a table with a row for each scene.
