@@ -22,7 +22,7 @@ from scenecc.placing.regions import (
     rectangle_of,
     turned,
 )
-from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, upward_surfaces
+from scenecc.placing.surfaces import SupportSurface, extent, highest_below, is_within, upward_surfaces
 from scenecc.plan.body import groups_collide
 from scenecc.variation.evaluation import Batch, to_field_rows
 
@@ -115,7 +115,7 @@ class Placer:
             name: [part.moved(matrices(pose[:, 3:]), pose[:, :3]) for part in self.own_parts(name)]
             for name, pose in self.poses.items()
         }
-        self._surfaces: dict[tuple[str, str | None], list[Surface]] = {}
+        self._surfaces: dict[tuple[str, str | None], list[SupportSurface]] = {}
         self.by_member = {member: one for one in plan.placements for member in one.entities}
 
     def own_parts(self, name: str) -> list[Part]:
@@ -151,7 +151,7 @@ class Placer:
             return pose
         return rotation_arrays.compose(pose, link_pose(self._entities[mount.entity], mount.link, self.batch))
 
-    def surfaces(self, mount: Mount) -> list[Surface]:
+    def surfaces(self, mount: Mount) -> list[SupportSurface]:
         """The upward surfaces of a body that has its place."""
         key = (mount.entity, mount.link)
         if key not in self._surfaces:
@@ -290,7 +290,7 @@ class _Trial:
         drawn = (self._batch if batch is None else batch).evaluate(value.recipe)
         return np.asarray(to_field_rows(drawn), np.float64)
 
-    def _carrying_surfaces(self) -> list[Surface]:
+    def _carrying_surfaces(self) -> list[SupportSurface]:
         placer, placement = self._placer, self._placement
         if placement.kind == "above":
             return []
@@ -299,7 +299,7 @@ class _Trial:
         from scenecc.plan import Mount  # noqa: PLC0415 - few placements are inside of something
 
         return [
-            Surface(one.there & (one.z + placement.gap < self._top), one.z, one.corners)
+            SupportSurface(one.there & (one.z + placement.gap < self._top), one.z, one.corners)
             for name in placer.bodies
             if name not in placement.entities
             for one in placer.surfaces(placement.target if name == placement.target.entity else Mount(name))
