@@ -24,7 +24,7 @@ _OFF_POSITION, _OFF_ANGLE = 1e-4, 1e-3
 
 
 @dataclass(slots=True)
-class Tree:
+class JointTree:
     """Bodies that become one articulation.
 
     Attributes:
@@ -55,7 +55,7 @@ class Tree:
 
 def find_trees(
     joints: Iterable[UsdJoint], moving: Iterable[str], roots: Mapping[str, Prim]
-) -> tuple[list[Tree], list[UsdJoint]]:
+) -> tuple[list[JointTree], list[UsdJoint]]:
     """Spans the bodies that joints connect with trees.
 
     Args:
@@ -76,7 +76,7 @@ def find_trees(
             continue
         for body in joint.bodies:
             edges.setdefault(body, []).append(joint)
-    trees: list[Tree] = []
+    trees: list[JointTree] = []
     seen: set[str] = set()
     for body in order:
         if body in edges and body not in seen:
@@ -112,7 +112,7 @@ def _component(start: str, edges: Mapping[str, list[UsdJoint]]) -> set[str]:
 
 def _span(
     bodies: set[str], edges: Mapping[str, list[UsdJoint]], order: Mapping[str, int], roots: Mapping[str, Prim]
-) -> Tree:
+) -> JointTree:
     joints = list(dict.fromkeys(joint for body in sorted(bodies, key=order.__getitem__) for joint in edges[body]))
     grounded = [joint for joint in joints if "" in joint.bodies]
     fixed = next((joint for joint in grounded if not joint.freedoms), None)
@@ -125,7 +125,7 @@ def _span(
         root = ""
     else:
         root = str(prim.GetPath()) if prim is not None and str(prim.GetPath()) in bodies else first
-    tree = Tree(root, fixed is not None or bool(grounded), [], [], prim)
+    tree = JointTree(root, fixed is not None or bool(grounded), [], [], prim)
     used: set[int] = {id(fixed)} if fixed is not None else set()
     reached = {root}
     front = [root]
@@ -161,7 +161,7 @@ class ArticulationWriter:
         self._reader = reader
         self._bodies = bodies
 
-    def entity(self, tree: Tree, names: Mapping[str, str], joint_names: Mapping[int, str]) -> dict[str, Any]:
+    def entity(self, tree: JointTree, names: Mapping[str, str], joint_names: Mapping[int, str]) -> dict[str, Any]:
         """The entity of a tree.
 
         Args:
@@ -274,7 +274,7 @@ class ArticulationWriter:
             keys["max_velocity"] = plain_number(speed * (math.radians(1) if freedom.turns else frames.metres))
         return {name: keys}
 
-    def _articulation_keys(self, tree: Tree) -> dict[str, Any]:
+    def _articulation_keys(self, tree: JointTree) -> dict[str, Any]:
         """What PhysX's own schema says of an articulation."""
         keys: dict[str, Any] = {}
         if tree.prim is None:

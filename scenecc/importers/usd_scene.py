@@ -12,7 +12,7 @@ from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, ReferencePose
 from scenecc.importers.numbers import Names, plain_name, plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
+from scenecc.importers.usd_articulations import ArticulationWriter, JointTree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
 from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, constraint_keys
 from scenecc.importers.usd_materials import UsdMaterials
@@ -197,7 +197,7 @@ class UsdSceneReader:
                 found.setdefault(str(body), prim)
         return found
 
-    def _entities(self, groups: dict[str, UsdBody], trees: list[Tree]) -> dict[str, Any]:
+    def _entities(self, groups: dict[str, UsdBody], trees: list[JointTree]) -> dict[str, Any]:
         by_body = {body: tree for tree in trees for body in tree.bodies}
         done: set[int] = set()
         entities: dict[str, Any] = {}
@@ -228,7 +228,7 @@ class UsdSceneReader:
         self._keys[path] = {**kind, **placed, **keys}
         return {name: self._keys[path]}
 
-    def _articulation(self, tree: Tree) -> dict[str, Any]:
+    def _articulation(self, tree: JointTree) -> dict[str, Any]:
         name = self._names.new(self._tree_wish(tree))
         link_names, joint_names = Names(*(() if tree.root else ("world",))), Names()
         links: dict[str, str] = {}
@@ -243,7 +243,7 @@ class UsdSceneReader:
         merge_settings(entity)
         return {name: entity}
 
-    def _tree_wish(self, tree: Tree) -> str:
+    def _tree_wish(self, tree: JointTree) -> str:
         """The name of an articulation: of the innermost prim that holds all its bodies."""
         if (
             tree.prim is not None
