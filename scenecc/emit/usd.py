@@ -126,7 +126,7 @@ class Stage:
 _WRAPS: Final = {"repeat": "repeat", "edge": "clamp", "mirror": "mirror", "border": "black"}
 
 
-class UsdMaterials:
+class UsdMaterialWriter:
     """The materials of a stage, each written once."""
 
     def __init__(self, stage: Stage) -> None:
@@ -253,7 +253,7 @@ _UNSUPPORTED_SHAPE_FIELDS: Final = optional_fields(CollisionShape, "pose", "mate
 class UsdBodyWriter:
     """Writes bodies: mass, visual geometry and colliders."""
 
-    def __init__(self, stage: Stage, mesh_builder: MeshBuilder, looks: UsdMaterials, show: Show) -> None:
+    def __init__(self, stage: Stage, mesh_builder: MeshBuilder, looks: UsdMaterialWriter, show: Show) -> None:
         self._stage = stage
         self._mesh_builder = mesh_builder
         self._looks = looks
@@ -569,7 +569,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
     try:
         stage = Stage(options.name, unsupported)
         _write_scene(
-            stage, plan, measured.scenes[0], UsdBodyWriter(stage, mesh_builder, UsdMaterials(stage), options.show)
+            stage, plan, measured.scenes[0], UsdBodyWriter(stage, mesh_builder, UsdMaterialWriter(stage), options.show)
         )
     except AssetError as problem:
         report_mesh_error(problem, mesh_builder.at, sink)
