@@ -15,7 +15,7 @@ from scenecc.importers.usd_shapes import SolidMass, UsdShape, UsdShapeReader
 from scenecc.importers.usd_stage import Prim, UsdStage, quat_of, split_matrix
 
 if TYPE_CHECKING:
-    from scenecc.importers.usd_materials import UsdMaterials
+    from scenecc.importers.usd_materials import UsdMaterialReader
 
 _BALL_RADIUS: Final = 0.1
 """Of the ball whose moments a body without any has, as usd-core has it [m]."""
@@ -53,7 +53,7 @@ class UsdBodyReader:
             cannot.
     """
 
-    def __init__(self, stage: UsdStage, materials: UsdMaterials) -> None:
+    def __init__(self, stage: UsdStage, materials: UsdMaterialReader) -> None:
         self.masses: dict[str, float | None] = {}
         self._stage = stage
         self._materials = materials

@@ -42,7 +42,7 @@ _GREY: Final = (0.18, 0.18, 0.18)
 """`diffuseColor` of a preview surface that says none."""
 
 
-class UsdMaterials:
+class UsdMaterialReader:
     """The materials of a stage, each made once.
 
     Attributes:

@@ -15,7 +15,7 @@ from scenecc.importers.numbers import Names, plain_name, plain_number, plain_num
 from scenecc.importers.usd_articulations import ArticulationWriter, JointTree, find_trees, merge_settings
 from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
 from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, constraint_keys
-from scenecc.importers.usd_materials import UsdMaterials
+from scenecc.importers.usd_materials import UsdMaterialReader
 from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
 from scenecc.importers.usd_stage import UP_ROTATIONS, Prim, UsdLayers, UsdStage
@@ -60,7 +60,7 @@ class UsdSceneReader:
 
     def __init__(self, stage: UsdStage, context: ImportContext) -> None:
         self._stage = stage
-        self._materials = UsdMaterials(stage, context.sink)
+        self._materials = UsdMaterialReader(stage, context.sink)
         self._reader = UsdBodyReader(stage, self._materials)
         self._parsed = _parse(stage)
         self._names = Names("world")
