@@ -25,7 +25,7 @@ class FaultError(Exception):
     """A request met a fault of scenecc. Its text is the traceback."""
 
 
-class Worker:
+class AnalysisProcess:
     """A process, started by the first request, and again by the one after it was stopped."""
 
     def __init__(self) -> None:

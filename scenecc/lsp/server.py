@@ -19,7 +19,7 @@ from pygls.lsp.server import LanguageServer
 from scenecc.lsp import worker
 from scenecc.lsp.findings import findings_in, to_client
 from scenecc.lsp.positions import Columns, path_of
-from scenecc.lsp.process import FaultError, Worker, WorkerStopped
+from scenecc.lsp.process import AnalysisProcess, FaultError, WorkerStopped
 from scenecc.lsp.workspace import Workspace, WorkspaceView, editor_path
 from scenecc.selection_link import Place, SelectionLink
 from scenecc.version import VERSION
@@ -67,8 +67,8 @@ class SceneServer(LanguageServer):
         super().__init__("scenecc", VERSION, text_document_sync_kind=full)  # pyright: ignore[reportUnknownMemberType]
         self.is_ending = False
         self.scenes = Workspace(options)
-        self.checker = Worker()
-        self.engine = Worker()
+        self.checker = AnalysisProcess()
+        self.engine = AnalysisProcess()
         self.finding_filter = finding_filter
         self._uris: dict[Path, str] = {}
         self._due: dict[Path, None] = {}

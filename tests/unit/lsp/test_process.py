@@ -7,7 +7,7 @@ import pytest
 
 from scenecc import validate
 from scenecc.lsp import worker
-from scenecc.lsp.process import FaultError, Worker, WorkerStopped
+from scenecc.lsp.process import AnalysisProcess, FaultError, WorkerStopped
 from scenecc.options import Options
 
 
@@ -29,7 +29,7 @@ def test_a_fault_is_told_and_a_crash_survived(tmp_path):
     without_text = worker.CheckRequest(worker.OpenScene(path, {}, Options()))
 
     async def session():
-        process = Worker()
+        process = AnalysisProcess()
         with pytest.raises(FaultError, match="KeyError"):
             await process.ask(without_text)
         first = await process.ask(good)
