@@ -15,7 +15,7 @@ from scenecc.checks.physics import (
     structure_origin,
 )
 from scenecc.checks.plausibility import scene_bodies
-from scenecc.checks.value_queries import alternatives
+from scenecc.checks.value_queries import list_alternatives
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, index_ranges
 from scenecc.geometry.rotations import IDENTITY_POSE
@@ -267,7 +267,7 @@ def _check_variants(plan: ScenePlan, sink: Sink) -> None:
     used: set[object] = set()
     unused: dict[object, tuple[str, Origin]] = {}
     for entity in plan.entities:
-        possible = None if entity.pick is None else alternatives(entity.pick)
+        possible = None if entity.pick is None else list_alternatives(entity.pick)
         if possible is None:
             continue
         picked = {int(number) for (number,) in possible}

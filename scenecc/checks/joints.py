@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.checks.value_queries import alternatives, highest, is_deferred, judged_limits, lowest
+from scenecc.checks.value_queries import highest, is_deferred, judged_limits, list_alternatives, lowest
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
@@ -203,7 +203,7 @@ def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool
 
 
 def _check_ratio(ratio: Value, place: Origin, sink: Sink, *, drawn: bool) -> None:
-    if not is_deferred([ratio], drawn=drawn) and (0.0,) in (alternatives(ratio) or ()):
+    if not is_deferred([ratio], drawn=drawn) and (0.0,) in (list_alternatives(ratio) or ()):
         sink.report("SC104", "`ratio` must not be 0", place, hint="a gear of ratio 0 turns nothing")
 
 

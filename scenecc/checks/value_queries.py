@@ -48,7 +48,7 @@ def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
     return zip(*(map(tuple, column[first].tolist()) for column in columns), strict=True)
 
 
-def alternatives(value: Value) -> list[Row] | None:
+def list_alternatives(value: Value) -> list[Row] | None:
     """Every row that one value can have; None where they lie between bounds."""
     found = rows([value])
     if found is not None:
@@ -59,7 +59,7 @@ def alternatives(value: Value) -> list[Row] | None:
 
 def alternatives_or_extremes(value: Value) -> list[Row]:
     """Every row that a value can have, or else the least and the most that each of its numbers can be."""
-    found = alternatives(value)
+    found = list_alternatives(value)
     return [lowest(value), highest(value)] if found is None else found
 
 
@@ -145,7 +145,7 @@ def judged_limits(value: Value, *, drawn: bool) -> Sequence[Row]:
     """Rows of two numbers by which a rule judges that the first is not above the second; none if `is_deferred`."""
     if is_deferred([value], drawn=drawn):
         return ()
-    found = alternatives(value)
+    found = list_alternatives(value)
     return [(highest(value)[0], lowest(value)[1])] if found is None else found
 
 
