@@ -63,7 +63,7 @@ def alternatives_or_extremes(value: Value) -> list[Row]:
     return [lowest(value), highest(value)] if found is None else found
 
 
-def indices(value: Value) -> list[int]:
+def list_indices(value: Value) -> list[int]:
     """Every alternative of a table index, by first use."""
     return list(dict.fromkeys(map(int, value.numbers())))
 
