@@ -23,8 +23,8 @@ from scenecc.options import (
     Options,
     check_keywords,
     check_types,
-    indices,
     path_argument,
+    read_indices,
 )
 from scenecc.pipeline import (
     BUILD_TYPES,
@@ -171,7 +171,7 @@ def load_scene(
             raise ValueError("num_scenes, scene_idxs and render are not taken with scene")
         return build_into(scene, source, asked, audit=audit)
     sink = Sink()
-    scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
+    scene_idxs = None if scene_idxs is None else read_indices(scene_idxs, "scene_idxs")
     found = compile_or_raise(source, asked, sink)
     batch = build_batch(found.plan, sink, scene_idxs=scene_idxs, render=render, audit=audit)
     batch.attach_provenance(found.provenance)
