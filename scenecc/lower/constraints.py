@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.articulations.links import beyond_limits
+from scenecc.lower.articulations.links import find_target_beyond_limits
 from scenecc.lower.field_types import FieldType, field_type, vector
 from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
 from scenecc.lower.link_frames import moved_along_x
@@ -130,7 +130,7 @@ def _warn_beyond_limits(target: Any, limits: Value | None, fields: FieldLowerer,
     place = field_place(origin)
     variation = VariationLowerer(fields, place.origin)
     value = fields.finish(variation.item(target, _NUMBER, place), variation, _NUMBER, place.origin, reset=True)
-    found = beyond_limits(limits, value)
+    found = find_target_beyond_limits(limits, value)
     if found is not None:
         (_, at, low, high), certain = found
         pulls = "pulls" if certain else "may pull"

@@ -320,7 +320,7 @@ class DriveTargetCheck:
         """
         if self._beyond_limits or joint.limits is None or id(target) in self._reported:
             return
-        found = beyond_limits(joint.limits, target)
+        found = find_target_beyond_limits(joint.limits, target)
         if found is None:
             return
         self._reported.add(id(target))
@@ -335,7 +335,7 @@ class DriveTargetCheck:
         self._sink.report("SC523", message, place, hint=hint)
 
 
-def beyond_limits(limits: Value, target: Value) -> tuple[OutsidePosition, bool] | None:
+def find_target_beyond_limits(limits: Value, target: Value) -> tuple[OutsidePosition, bool] | None:
     """A target beyond its limits, and whether it is for certain so."""
     if limits.known and target.known:
         found = first_outside(limits, target.numbers())
