@@ -94,7 +94,7 @@ def fill_scenes(
             progress(number + 1, len(scenes))
 
 
-def build_batch(
+def build_sapien_batch(
     plan: ScenePlan,
     sink: Sink,
     scene_idxs: tuple[int, ...],
