@@ -24,7 +24,7 @@ _MAX_JOINT_DISTANCE = 1e6
 """Maximum distance of a joint from its links [m]: beyond, a simulation counts as diverged (SC820)."""
 
 
-def check_articulation(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def apply_joint_rules(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """Applies every rule to an articulation.
 
     Args:
