@@ -20,7 +20,7 @@ from scenecc.errors import SceneError
 from scenecc.extras import install_hint
 from scenecc.files import open_regular, replace_all, replace_set
 from scenecc.importers import FORMATS, SourceFormat
-from scenecc.importers.assets import IMPORTED_FROM, AssetNames, assets_of, check_assets, map_assets, output_fault
+from scenecc.importers.assets import IMPORTED_FROM, AssetNames, assets_of, check_output_files, map_assets, output_fault
 from scenecc.importers.imported_scene import LOSSES, REPAIRED, Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names
 from scenecc.interrupt import temporary_folder, undoing
@@ -117,7 +117,7 @@ def import_scene(
     names = AssetNames(target, scope, _companions(compiled))
     files, prefabs = _texts(found, source, target, names)
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
-    stale = check_assets(target, files)
+    stale = check_output_files(target, files)
     with _written(target, files) as paths:
         _tell(progress, 3)
         certificate = import_module("scenecc.importers.certificate").certificate_of(found, source, target, options)
