@@ -27,7 +27,7 @@ from scenecc.backends.sapien.live_properties import (
 from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, ComponentBatch, DrawnObjects
 from scenecc.backends.sapien.preparation import StructureRows, group_by_structure
 from scenecc.backends.sapien.properties import JOINT_FRAMES, rows_in_scenes
-from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
+from scenecc.backends.sapien.reset import check_drawn_finite, part_in_scenes, sample_value
 from scenecc.backends.sapien.state import DrawnFieldState
 from scenecc.plan import ArticulationStructure, Value
 from scenecc.plan.articulation import Joint
@@ -116,7 +116,7 @@ class DrawnField:
         assert self.value.recipe is not None
         who, what = self.holder.who, self.name
         drawn = sample_value(batch, self.value.recipe, who, what, cite=True)
-        check_finite(drawn, batch, who, what)
+        check_drawn_finite(drawn, batch, who, what)
         self._check_bounds(drawn, batch)
         return FieldWrite(self, batch.scenes.tolist(), self.engine_rows(drawn, batch.scenes.tolist()))
 
