@@ -12,7 +12,7 @@ from scenecc.geometry.rotations import Pose7, compose, relative_pose
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.meshes import (
     MeshError,
-    check_heights,
+    check_terrain_file,
     ellipsoid_obj,
     load_mesh,
     mesh_as_obj,
@@ -330,7 +330,7 @@ def _heightmap(asked: _Request) -> Shape | str:
     if asked.place.moves:
         return "is a heightmap on a body that moves"
     try:
-        check_heights(found, asked.file.context)
+        check_terrain_file(found, asked.file.context)
     except MeshError as error:
         return f"is a heightmap: {error}"
     size = asked.file.vector(asked.form, "size", default=(1, 1, 1))
