@@ -282,7 +282,7 @@ class PatternCompiler:
         except ExpressionError as error:
             self.frame.fail(error, path, "SC118")
             return UnreadablePattern(text)
-        good = check_names(template, self.names, path, self.frame, structure=self.structure)
+        good = check_template_names(template, self.names, path, self.frame, structure=self.structure)
         if not (good and self._may_observe(template, path)):
             return UnreadablePattern(text)
         scalar = ScalarPattern(template, path)
@@ -446,7 +446,7 @@ BUILTIN_MEANINGS: dict[str, NameMeaning] = {"num_scenes": "constant", "scene": "
 _BARRED = frozenset(("later draw", "later parameter", "later loop variable", "itself"))
 
 
-def check_names(
+def check_template_names(
     template: Template, names: NameMeanings, path: Path, frame: ExpansionFrame, *, structure: str | None = None
 ) -> bool:
     """Whether a template reads only names that mean something where it stands; what does not is reported.
