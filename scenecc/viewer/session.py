@@ -24,7 +24,7 @@ from scenecc.viewer.page import Page
 from scenecc.viewer.panel import Panel
 from scenecc.viewer.selected import Selected
 from scenecc.viewer.tasks import FileWatcher, TaskQueue, interrupts_kept
-from scenecc.viewer.world import World, check_scene, load
+from scenecc.viewer.world import World, check_selected_scene, load
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
@@ -105,7 +105,7 @@ class Session:
             self._watch.see([self._path])
         loading = self._load({})
         if loading.loaded is not None:
-            check_scene(self._look, loading.loaded.plan)
+            check_selected_scene(self._look, loading.loaded.plan)
         self._try(lambda: self._take(loading))
 
     def run(self) -> None:

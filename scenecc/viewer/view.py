@@ -110,7 +110,7 @@ def page_of_source(
         ValueError: an argument is out of its range.
     """
     _need_packages()
-    from scenecc.viewer.world import World, check_scene, record
+    from scenecc.viewer.world import World, check_selected_scene, record
 
     look = look or ViewOptions()
     steps = integer(steps, "steps", 0)
@@ -118,7 +118,7 @@ def page_of_source(
     loading = load(source, compile_options, {})
     if loading.loaded is None:
         raise SceneError(loading.diagnostics)
-    check_scene(look, loading.loaded.plan)
+    check_selected_scene(look, loading.loaded.plan)
     world = World(loading.loaded, look, progress)
     try:
         # viser writes a page from what a server shows; nobody is told of this one.

@@ -284,7 +284,7 @@ def _bodies_of(scenes: tuple[SceneMeshes, ...], key: Key) -> tuple[BodyMeshes, .
     return _entity_bodies(scenes, key)[key[2] : key[2] + 1]
 
 
-def check_scene(look: ViewOptions, plan: ScenePlan) -> None:
+def check_selected_scene(look: ViewOptions, plan: ScenePlan) -> None:
     """Raises SceneError if the plan has no such scene as is looked at, ValueError if none can have it."""
     sink = Sink()
     if select_scenes(str(integer(look.scene, "scene", 0)), plan.num_scenes, sink, "scene") is None or sink.failed:

@@ -24,7 +24,7 @@ from scenecc.options import Options
 from scenecc.viewer import PageAddress, ViewOptions, page_of_source, view_scene
 from scenecc.viewer.cameras import first_view
 from scenecc.viewer.nodes import Frame, Name, SurfaceFiles, SurfaceNode
-from scenecc.viewer.world import Loading, World, check_scene, load
+from scenecc.viewer.world import Loading, World, check_selected_scene, load
 
 BALL = {"type": "sphere", "radius": 0.1, "color": [1, 0, 0]}
 BOX = {"type": "box", "half_size": [0.1, 0.2, 0.3], "pose": [0, 0, 0.5]}
@@ -204,9 +204,9 @@ def test_a_scene_that_is_not_there_is_refused() -> None:
     found = loaded()
     assert found.loaded is not None
     with pytest.raises(scenecc.SceneError) as caught:
-        check_scene(ViewOptions(scene=3), found.loaded.plan)
+        check_selected_scene(ViewOptions(scene=3), found.loaded.plan)
     assert caught.value.diagnostics[0].code == "SC908"
-    check_scene(ViewOptions(scene=2), found.loaded.plan)
+    check_selected_scene(ViewOptions(scene=2), found.loaded.plan)
 
 
 def test_loading_tells_what_was_used_and_looked_for(tmp_path: Any) -> None:
