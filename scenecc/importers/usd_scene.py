@@ -48,7 +48,7 @@ def _read_opened(stage: UsdStage, path: Path, context: ImportContext) -> Importe
         if prim.IsA(stage.geom.Xformable) and not np.isfinite(stage.frames.world(prim)).all():
             message = f"the transform of {prim.GetPath()} is not finite"
             context.sink.report("SC430", message, Location(str(path)))
-    check_types(stage, context.sink)
+    check_attribute_types(stage, context.sink)
     return None if context.sink.failed else UsdSceneReader(stage, context).read()
 
 
@@ -370,7 +370,7 @@ _PRECISION: Final = re.compile(r"(?<=\d)[fdhi]\b|(?<=Quat)[fdh]\b")
 _TEXT: Final = re.compile(r"\b(TfToken|string)\b")
 
 
-def check_types(stage: UsdStage, sink: Sink) -> None:
+def check_attribute_types(stage: UsdStage, sink: Sink) -> None:
     """Reports attributes (SC430) that are numbers where text is read, colours where numbers are read, and the like."""
     for prim in stage.prims():
         is_shader = prim.IsA(stage.shade.Shader)
