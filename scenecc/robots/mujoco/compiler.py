@@ -99,7 +99,7 @@ def check_mujoco(report: MjcfReport, location: Location) -> bool:
     return True
 
 
-def compile_source(source: MujocoSource, report: MjcfReport) -> CompiledModel | None:
+def compile_mjcf(source: MujocoSource, report: MjcfReport) -> CompiledModel | None:
     """The compiled model; None after an error: SC458 (it takes too much), SC481 (MuJoCo refuses it)."""
     root = source.elements[0].location
     try:

@@ -12,7 +12,7 @@ from scenecc.diagnostics.messages import cut, nearest
 from scenecc.robots.description import LinkName, RobotDescription
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
 from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
-from scenecc.robots.mujoco.compiler import check_mujoco, compile_source, mujoco_version
+from scenecc.robots.mujoco.compiler import check_mujoco, compile_mjcf, mujoco_version
 from scenecc.robots.mujoco.equalities import read_constraints
 from scenecc.robots.mujoco.links import MjcfModelReader
 from scenecc.robots.mujoco.model import FREE, CompiledModel
@@ -88,7 +88,7 @@ def read_model(
     if root is None or not check_mujoco(report, root.location):
         return None
     source = SourceBuilder(files, report).build(root)
-    model = None if source is None else compile_source(source, report)
+    model = None if source is None else compile_mjcf(source, report)
     if model is None:
         return None
     number = None if keyframe is None else _keyframe(keyframe, model, report)
