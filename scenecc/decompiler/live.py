@@ -132,7 +132,7 @@ class LiveSceneReader:
                 parent = None if component.parent is None else self._mount(component.parent.entity)
                 name = self._name(component.name, "constraint")
                 child = self._mount(component.entity) or ""
-                node = constraint(component, parent or "world", child, self._recording, name, self.problems)
+                node = read_constraint(component, parent or "world", child, self._recording, name, self.problems)
                 found |= {} if node is None else {name: node}
         return found
 
@@ -220,7 +220,7 @@ _AXES: Final = ("x", "y", "z", "twist")
 _DRIVES: Final = (*_AXES, "swing", "slerp")
 
 
-def constraint(
+def read_constraint(
     component: Any, parent: str, child: str, recording: Recording | None, name: str, problems: list[str]
 ) -> Node | None:
     """A component that connects two bodies; `parent`, `child`: ENTITY or ENTITY/LINK, or "world".
