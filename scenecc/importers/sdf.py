@@ -10,7 +10,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, light_place, plain_number, plain_numbers, pose_key
 from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find, read_file, text_of
-from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type
+from scenecc.importers.sdf_joints import SdfJoint, hinges_of, joint_type, make_constraint
 from scenecc.importers.sdf_models import BuiltLink, SceneParts, SdfModelReader
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope, ScopeReader
 
@@ -114,7 +114,7 @@ def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts)
     if not ends[1][2]:
         ends.reverse()
     if ends[1][2]:
-        made = constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges)
+        made = make_constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges)
         parts.constraints[parts.constraint_names.new(name)] = made
 
 

@@ -179,7 +179,7 @@ def tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7]
     return {**made, **joint_frames(in_parent, in_child, axis), **hinge.keys}
 
 
-def constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7], hinges: list[Hinge]) -> Node:
+def make_constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7], hinges: list[Hinge]) -> Node:
     """A joint that closes a loop, as a constraint.
 
     Args:

@@ -13,7 +13,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix, invert, relative_pose
 from scenecc.importers.numbers import Names, plain_name, plain_number, pose_key
 from scenecc.importers.sdf_files import SourceElement, find, text_of
-from scenecc.importers.sdf_joints import Hinge, SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
+from scenecc.importers.sdf_joints import Hinge, SdfJoint, hinges_of, joint_type, make_constraint, mimic_of, tree_joint
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import LinkPlace, read_shapes, solid_mass
 
@@ -484,6 +484,6 @@ class _Tree:
             ends.append((f"{entity}/{self._named[path]}", self._links[path].pose) if path else ("world", world))
         if ends[1][0] == "world":
             ends.reverse()
-        made = constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges_of(joint))
+        made = make_constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges_of(joint))
         parts = self._reader.parts
         parts.constraints[parts.constraint_names.new(joint.path)] = made
