@@ -231,7 +231,7 @@ def count_values(node: Any, most: int | None = None) -> int:
     return count + len(waiting)
 
 
-def count_objects(node: Any) -> int:
+def count_node_objects(node: Any) -> int:
     """For how many objects something counts that has a name: for each of its shapes, and more where it is long."""
     if not is_mapping(node):
         return max(1, count_values(node) // VALUES_PER_OBJECT)
@@ -329,7 +329,8 @@ def is_within_object_limit(document: Document, limits: Limits, sink: Sink) -> bo
         return True
     sections = (node for key, node in document.data.items() if not key.startswith(NOTE_PREFIX))
     count = sum(
-        sum(map(count_objects, node.values())) if is_mapping(node) else count_objects(node) for node in sections
+        sum(map(count_node_objects, node.values())) if is_mapping(node) else count_node_objects(node)
+        for node in sections
     )
     if count <= limits.objects:
         return True

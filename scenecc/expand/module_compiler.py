@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import Origin, Path
 from scenecc.diagnostics.messages import cut
-from scenecc.expand.documents import SceneDocument, count_objects, count_values, find_per_scene_lists
+from scenecc.expand.documents import SceneDocument, count_node_objects, count_values, find_per_scene_lists
 from scenecc.expand.expansion import ExpansionFrame, MeshMeasurer, ObjectBudget
 from scenecc.expand.modules import EXPECT, Module, ModuleLibrary, ModulePart, SectionEntry, chain_text
 from scenecc.expand.params import Param, read_param
@@ -186,7 +186,7 @@ class _ModuleCompiler:
     def _weight(self, sections: Iterable[Mapping[str, NodeTemplate]], units: list[UnitTemplate]) -> int:
         params = self._module.section("params").values()
         count = sum(1 + count_values(entry.node) for entry in params) // _VALUES_PER_OBJECT
-        count += sum(count_objects(made.node) for nodes in sections for made in nodes.values())
+        count += sum(count_node_objects(made.node) for nodes in sections for made in nodes.values())
         return count + sum(unit.weight for unit in units if unit.axes is None and unit.use is None)
 
     def _frame(self, part: ModulePart) -> ExpansionFrame:
@@ -273,7 +273,7 @@ class _ModuleCompiler:
             node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
         )
         condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
-        return UnitTemplate(section, name, body, axes, condition, namer, selection, use, count_objects(node))
+        return UnitTemplate(section, name, body, axes, condition, namer, selection, use, count_node_objects(node))
 
     def _needs_repeat(self, node: dict[str, Any], entry: SectionEntry) -> None:
         if "name" in node:

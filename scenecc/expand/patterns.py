@@ -17,7 +17,7 @@ from scenecc.expand.documents import (
     SHAPE_LISTS,
     FailedValue,
     count_added_objects,
-    count_objects,
+    count_node_objects,
     has_failed,
     is_varying,
 )
@@ -362,7 +362,7 @@ class PatternCompiler:
         name = made.get("name") if axes is not None and "if" in keys else None
         numbered = isinstance(name, str) and "${" not in name
         kept = pattern if pattern.patterns else None
-        return RepeatedItem(made, kept, axes, count_objects(made), condition, numbered)
+        return RepeatedItem(made, kept, axes, count_node_objects(made), condition, numbered)
 
 
 _WITH_PATTERNS = frozenset((str, dict, list))
