@@ -19,7 +19,7 @@ from scenecc.diagnostics.formats.style import visible
 _WIDTH = 100
 
 
-def explain(code: str) -> str | None:
+def explain_code(code: str) -> str | None:
     """Cause, example and cure of a code, as text that is Markdown too; None for an unknown code.
 
     `sc101` and `101` are taken for `SC101`.
