@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity
 
 
-def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float] | None:
+def measure_extents(structure: BodyStructure, row: int = 0) -> tuple[float, float, float] | None:
     """The extents of a body along the axes of its own frame [m], visual shapes included.
 
     Args:
@@ -221,7 +221,7 @@ class _Bodies:
             yield from self._facts.value("mass", given)
         elif made is not None and made.mass is not None and (body.collisions or body.inertial is not None):
             yield self._in_scene(fact("mass", made.mass.mass), differs=self._mass_differs)
-        planned = extent(body, self._row or 0) if self._row is not None or not self._size_differs else None
+        planned = measure_extents(body, self._row or 0) if self._row is not None or not self._size_differs else None
         size = planned or (measured_size((made,)) if made is not None else None)
         if size is not None:
             yield self._in_scene(_size(size), differs=planned is None and self._size_differs)
@@ -487,7 +487,7 @@ def _planned(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> Sum
     return replace(
         row,
         shape_count=max(map(_shape_count, structures)),
-        size=None if row.size_differs or isinstance(first, ArticulationStructure) else extent(first),
+        size=None if row.size_differs or isinstance(first, ArticulationStructure) else measure_extents(first),
         field_count=fields.count,
         varying=fields.varying,
     )
@@ -555,7 +555,7 @@ def _of_bodies(
     # SAPIEN gives a body without collision shapes a milligram.
     weighs = bool(structure.collisions) or structure.inertial is not None
     masses = [mass for obj in objs if (mass := getattr(_rigid_body(obj), "mass", None)) is not None] if weighs else []
-    return masses, extent(structure, row) or (None if body is None else mesh_size(body))
+    return masses, measure_extents(structure, row) or (None if body is None else mesh_size(body))
 
 
 def _rigid_body(obj: Any) -> Any:
