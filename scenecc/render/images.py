@@ -163,7 +163,7 @@ def png_of_ids(ids: NDArray[Any]) -> bytes:
     return _saved(image)
 
 
-def film(kind: Film, frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
+def encode_film(kind: Film, frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
     """A film that plays `rate` frames a second.
 
     Args:

@@ -11,7 +11,7 @@ import numpy as np
 from scenecc.plan.framing import cell_size
 from scenecc.render.ground import draw_ground
 from scenecc.render.images import Film, What, sheet, shown
-from scenecc.render.images import film as filmed
+from scenecc.render.images import encode_film as filmed
 from scenecc.render.overlays import Overlay
 from scenecc.render.projection import Projection
 
