@@ -48,7 +48,7 @@ def shot(browser: viser.ClientHandle) -> NDArray[np.uint8]:
     return np.ascontiguousarray(found[..., :3])
 
 
-def film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
+def record_film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
     """An MP4 of what a browser shows, `RATE` pictures a second.
 
     Args:
