@@ -13,7 +13,7 @@ from scenecc.cli.checking import CHECK_OPTIONS, run_checks
 from scenecc.cli.completion import complete_scene
 from scenecc.cli.options import Format, FormatOption, shown, takes_compile_options
 from scenecc.cli.output import of_settings, progress
-from scenecc.cli.paths import find, source_of
+from scenecc.cli.paths import find_files, source_of
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
@@ -84,7 +84,7 @@ def check(
     if seeds is not None and options["seed"] is not None:
         raise typer.BadParameter("it cannot be given together with --seed", param_hint="'--seeds'")
     asked = Options.of(**options)
-    found = find(paths)
+    found = find_files(paths)
     # A process of its own for many files: SAPIEN keeps some memory of every scene, and can end the process it is in.
     others["jobs"] = others["jobs"] or int(len(found.files) > 1)
 

@@ -30,7 +30,7 @@ from scenecc.cli.output import (
     usage_error,
     write,
 )
-from scenecc.cli.paths import find, path_faults, source_of
+from scenecc.cli.paths import find_files, path_faults, source_of
 from scenecc.cli.render_options import PICTURE_OPTIONS, picture_choices
 from scenecc.cli.tables import plain, stage_times, table
 from scenecc.diagnostics.messages import index_ranges
@@ -119,7 +119,7 @@ def render(
         return _write(result, output, video, form)
 
     if many:
-        write_each("render", find(paths), str(output), ".png", jobs, picture, form)
+        write_each("render", find_files(paths), str(output), ".png", jobs, picture, form)
     if faults := _path_faults(paths[0], output, video, form):
         end(faults, form)
     if film is not None:

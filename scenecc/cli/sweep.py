@@ -13,7 +13,7 @@ from scenecc.cli.checking import Parts, parse_shard, print_statistics, statistic
 from scenecc.cli.completion import complete_scene
 from scenecc.cli.options import Camera, Format, TableFormat, TableFormatOption, at_least, shown, takes_compile_options
 from scenecc.cli.output import end, print_err, print_json, progress, scene_errors, status, usage_error
-from scenecc.cli.paths import STDIN, find
+from scenecc.cli.paths import STDIN, find_files
 from scenecc.cli.render_options import parse_size
 from scenecc.cli.settings import ProjectSettings, SettingsFinder
 from scenecc.diagnostics import Diagnostic, Severity
@@ -50,7 +50,7 @@ class _Wanted:
 
 def _find_scenes(paths: list[str]) -> dict[str, _Wanted]:
     """The files to sweep, and what is wanted of each. Ends the command where a path or a setting has a fault."""
-    found = find(paths)
+    found = find_files(paths)
     faults = found.faults()
     if STDIN in found.files:
         faults.append(usage_error("SC901", "a sweep reads files, not standard input", file=STDIN, hint="name a file"))
