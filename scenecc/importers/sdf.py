@@ -9,7 +9,7 @@ from typing import Any, Final
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, light_place, plain_number, plain_numbers, pose_key
-from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find, read_file, text_of
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find_element, read_file, text_of
 from scenecc.importers.sdf_joints import SdfJoint, hinges_of, joint_type, make_constraint
 from scenecc.importers.sdf_models import BuiltLink, SceneParts, SdfModelReader
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope, ScopeReader
@@ -146,7 +146,7 @@ def _document(path: Path, file: SdfFile, world: Scope, parts: SceneParts, *, is_
         lights.add_light(light, file, world.placed(light, world.base), None, light.attributes.get("name", "light"))
     for path_, (link, _place) in parts.places.items():
         lights.add_link(path_, link)
-    ambient = find(element, "scene", "ambient")
+    ambient = find_element(element, "scene", "ambient")
     if ambient is not None:
         color = file.numbers(ambient, len(ambient.text.split()) if len(ambient.text.split()) in {3, 4} else 4)
         if color is not None:
@@ -171,7 +171,7 @@ def _physics(file: SdfFile, world: SourceElement, *, is_world: bool) -> Node:
     element = element or world.find("physics")
     if element is not None and element.find("max_step_size") is not None:
         physics["timestep"] = plain_number(file.positive(element, "max_step_size", default=0.001))
-    gravity = find(world, "gravity") or find(element, "gravity")
+    gravity = find_element(world, "gravity") or find_element(element, "gravity")
     physics["gravity"] = plain_numbers(file.numbers(gravity, 3) or (0, 0, -9.8))
     return {**physics, "default_material": material}
 
@@ -259,7 +259,7 @@ class _Rendering:
             light |= {"inner_fov": plain_number(min(max(inner, 0.01), outer)), "outer_fov": plain_number(outer)}
         if file.flag(element, "cast_shadows", default=False):
             light["shadow"] = True
-        if find(element, "attenuation") is not None and kind != "directional":
+        if find_element(element, "attenuation") is not None and kind != "directional":
             file.lose("light-falloff", f"<attenuation> of `{name}`; SAPIEN's lights fall off with the square", element)
         self.lights[self._names.new(name)] = {**light, **({"mount": mount} if mount else {})}
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY, Pose7, Vec3, compose, relative_pose, rotate
 from scenecc.importers.numbers import HOLD, along_x, joint_frames, plain_number, plain_numbers, plain_pose
-from scenecc.importers.sdf_files import SMALLEST, SourceElement, find
+from scenecc.importers.sdf_files import SMALLEST, SourceElement, find_element
 
 if TYPE_CHECKING:
     from scenecc.importers.sdf_scopes import Scope
@@ -129,7 +129,7 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
 
 def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
     """An axis in the joint's frame."""
-    element = find(axis, "xyz")
+    element = find_element(axis, "xyz")
     frame = "" if element is None else element.attributes.get("expressed_in", "")
     is_model = joint.scope.file.flag(axis, "use_parent_model_frame", default=False) or joint.scope.file.is_before(1, 5)
     if frame and element is not None:
@@ -146,7 +146,7 @@ def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
 
 def mimic_of(joint: SdfJoint, names: dict[str, str]) -> Node | None:
     """The `mimic` of a joint. `names`: path of a joint → its name in the scene."""
-    mimic = find(joint.element, "axis", "mimic")
+    mimic = find_element(joint.element, "axis", "mimic")
     if mimic is None:
         return None
     file, wanted = joint.scope.file, mimic.attributes.get("joint", "")

@@ -12,7 +12,7 @@ import numpy as np
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix, invert, relative_pose
 from scenecc.importers.numbers import Names, plain_name, plain_number, pose_key
-from scenecc.importers.sdf_files import SourceElement, find, text_of
+from scenecc.importers.sdf_files import SourceElement, find_element, text_of
 from scenecc.importers.sdf_joints import Hinge, SdfJoint, hinges_of, joint_type, make_constraint, mimic_of, tree_joint
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import LinkPlace, read_shapes, solid_mass
@@ -297,7 +297,7 @@ class SdfModelReader:
         if not file.flag(element, "gravity", default=True):
             content["gravity"] = False
         for tag, key in (("linear", "linear_damping"), ("angular", "angular_damping")):
-            if find(element, "velocity_decay", tag) is not None:
+            if find_element(element, "velocity_decay", tag) is not None:
                 content[key] = plain_number(max(file.number(element, "velocity_decay", tag, default=0), 0.0))
         return content
 

@@ -19,7 +19,7 @@ from scenecc.importers.meshes import (
     polyline_obj,
 )
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find, find_file, text_of
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find_element, find_file, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -143,7 +143,7 @@ def _collision(element: SourceElement, place: LinkPlace) -> list[Shape]:
 
 def _bitmask(element: SourceElement, file: SdfFile) -> int:
     """Two shapes collide where their bitmasks have a bit in common."""
-    found = find(element, "surface", "contact", "collide_bitmask")
+    found = find_element(element, "surface", "contact", "collide_bitmask")
     text = "65535" if found is None else found.text
     try:
         return int(text, 0) & 0xFFFF
@@ -158,7 +158,7 @@ def _physical(element: SourceElement, file: SdfFile) -> dict[str, Any]:
     drake = element.find("drake:proximity_properties")
     mu = file.number(surface, "friction", "ode", "mu", default=1)
     other = file.number(surface, "friction", "ode", "mu2", default=mu)
-    if surface is not None and find(surface, "friction", "ode") is None:
+    if surface is not None and find_element(surface, "friction", "ode") is None:
         mu = other = file.number(surface, "friction", "bullet", "friction", default=mu)
     if abs(mu - other) > 1e-9:
         file.lose("friction-directions", f"`mu2` of {other:g}; the friction is {mu:g} in all directions", element)
@@ -201,9 +201,9 @@ def _look(element: SourceElement, place: LinkPlace) -> dict[str, Any]:
     if material.find("script") is not None and diffuse is None:
         name = text_of(material, "script", "name") or "script"
         file.lose("material-scripts", f"the material script `{name}` of `{place.path}`", element, place.path)
-    metal = find(material, "pbr", "metal")
+    metal = find_element(material, "pbr", "metal")
     for tag, key in (("roughness", "roughness"), ("metalness", "metallic")):
-        if find(metal, tag) is not None:
+        if find_element(metal, tag) is not None:
             look[key] = plain_number(min(max(file.number(metal, tag, default=0.5), 0), 1))
     for tag, key in _TEXTURES.items():
         uri = text_of(metal, tag) or (text_of(material, "drake:diffuse_map") if tag == "albedo_map" else "")
