@@ -234,7 +234,7 @@ class EntityLookup:
             return prepared.components[row]
         if mount.link is None:
             return prepared.links[row][0]
-        return find_link(prepared.links[row], mount.link)
+        return get_link(prepared.links[row], mount.link)
 
     def entity(self, mount: Mount, number: int) -> Any:
         """The `sapien.Entity` of it. Raises KeyError as `component` does."""
@@ -258,7 +258,7 @@ class EntityLookup:
                 yield f"{name}/{link.get_name()}", link.get_entity()
 
 
-def find_link(links: Sequence[Any], name: str) -> Any:
+def get_link(links: Sequence[Any], name: str) -> Any:
     """The link of a name. Raises KeyError."""
     for link in links:
         if link.get_name() == name:
