@@ -207,7 +207,7 @@ def find_file(uri: str, file: SdfFile) -> Path | str:
     return f"`{uri[:120]}` is neither in a folder of the file nor in an asset root (--asset-root)"
 
 
-def find_model(uri: str, file: SdfFile) -> Path | str:
+def find_included_model(uri: str, file: SdfFile) -> Path | str:
     """The SDF or URDF of an <include>, or why there is none, in words. A folder's model.config names its file."""
     if not uri:
         return "<include> has no <uri>"
