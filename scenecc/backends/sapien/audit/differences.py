@@ -67,7 +67,7 @@ def report_differences(differences: Iterable[AuditDifference], sink: Sink) -> bo
     return not groups
 
 
-def format_numbers(numbers: object) -> str:
+def format_engine_numbers(numbers: object) -> str:
     """Numbers with as many digits as the engine keeps."""
     with np.errstate(over="ignore"):
         array = np.asarray(numbers, np.float32)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.differences import AuditDifference, format_numbers
+from scenecc.backends.sapien.audit.differences import AuditDifference, format_engine_numbers
 from scenecc.backends.sapien.properties import select_rows
 from scenecc.geometry.rotation_arrays import compose
 from scenecc.plan.link_poses import step_poses, steps_across
@@ -190,4 +190,4 @@ def _pose_differences(blocks: Sequence[EntityBlock], found: NDArray[np.float32])
     places = [(block, number) for block in blocks for number in range(len(block.objs))]
     for row in np.flatnonzero(wrong).tolist():
         block, number = places[row]
-        yield block.difference(number, "pose", format_numbers(wanted[row]), format_numbers(found[row]))
+        yield block.difference(number, "pose", format_engine_numbers(wanted[row]), format_engine_numbers(found[row]))

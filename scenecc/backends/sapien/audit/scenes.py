@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.differences import AUDIT_CODE, AuditDifference, format_numbers, report_differences
+from scenecc.backends.sapien.audit.differences import (
+    AUDIT_CODE,
+    AuditDifference,
+    format_engine_numbers,
+    report_differences,
+)
 from scenecc.backends.sapien.audit.entities import (
     articulation_block,
     entity_differences,
@@ -142,7 +147,7 @@ class _BodyGroup:
                 yield self.difference(number, "collision_shapes", expected, found)
         for shape in shapes:
             for number, volumes in _badly_cooked(shape.geometry, rows, meshes):
-                values = map(format_numbers, volumes)
+                values = map(format_engine_numbers, volumes)
                 yield self.difference(number, "volume of the cooked mesh", *values)._replace(origin=shape.origin)
 
     def mass_differences(self, meshes: CookedMeshes) -> Iterator[AuditDifference]:
@@ -154,7 +159,9 @@ class _BodyGroup:
             mass: float = component.get_mass()
             if not abs(mass - expected) <= MASS_TOLERANCE * expected:
                 code = _mass_code(expected) if given is None else AUDIT_CODE
-                yield self.difference(number, "mass", format_numbers(expected), format_numbers(mass), code)
+                yield self.difference(
+                    number, "mass", format_engine_numbers(expected), format_engine_numbers(mass), code
+                )
         has_mesh = any(isinstance(shape.geometry, MeshGeometry) for shape in structure.collisions)
         if has_mesh and structure.inertial is None and structure.body_type != "kinematic":
             yield from self._mesh_mass_differences(meshes)
@@ -165,11 +172,11 @@ class _BodyGroup:
         for number, (component, weight) in enumerate(zip(self.components, weights, strict=True)):
             if self.part.structure.mass is not None and weight < MINIMUM_MASS:
                 least = f"{MINIMUM_MASS:g} at least"
-                yield self.difference(number, "mass by density", least, format_numbers(weight), "SC511")
+                yield self.difference(number, "mass by density", least, format_engine_numbers(weight), "SC511")
             centre = component.cmass_local_pose.p
             if not (np.abs(centre) <= MAX_BODY_OFFSET).all():
                 near = "a place within 10 km"
-                yield self.difference(number, "cmass_local_pose.p", near, format_numbers(centre), PRECISION_CODE)
+                yield self.difference(number, "cmass_local_pose.p", near, format_engine_numbers(centre), PRECISION_CODE)
 
 
 def _mass_code(expected: float) -> str:
