@@ -11,7 +11,7 @@ from scenecc.decompiler.reading import read_scene
 from scenecc.decompiler.verify import tidy, untouched_engine
 from scenecc.diagnostics import Sink
 from scenecc.expand.documents import PREFAB_FOLDER
-from scenecc.scene_file import is_list, is_mapping
+from scenecc.scene_file import is_list_node, is_mapping
 from scenecc.source import read_file
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ _LIGHTS: Final = "parts/maniskill_lights.yaml"
 
 def _single(value: Any) -> Any:
     """The same data with numbers in single precision."""
-    if is_list(value):
+    if is_list_node(value):
         return [_single(item) for item in value]
     if is_mapping(value):
         return {key: _single(item) for key, item in value.items()}

@@ -26,7 +26,7 @@ from scenecc.importers.numbers import Names
 from scenecc.interrupt import temporary_folder, undoing
 from scenecc.options import Options, check_types, path_argument
 from scenecc.pipeline import CompileResult, compile_or_raise
-from scenecc.scene_file import Node, is_list, is_mapping
+from scenecc.scene_file import Node, is_list_node, is_mapping
 from scenecc.scene_file.layout import scene_text
 from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
@@ -157,7 +157,7 @@ def _with_paths(node: Any, folder: str) -> Any:
         return path if "://" in path else Path(os.path.relpath(path, folder)).as_posix()
     if is_mapping(node):
         return {key: _with_paths(value, folder) for key, value in node.items()}
-    return [_with_paths(item, folder) for item in node] if is_list(node) else node
+    return [_with_paths(item, folder) for item in node] if is_list_node(node) else node
 
 
 @contextmanager
@@ -415,7 +415,7 @@ def _content(node: Node) -> Node:
 
 def _materials(node: Any) -> Iterator[str]:
     """The names of materials that shapes have."""
-    for item in node if is_list(node) else ():
+    for item in node if is_list_node(node) else ():
         yield from _materials(item)
     for key, value in node.items() if is_mapping(node) else ():
         if key == "material" and isinstance(value, str):

@@ -13,6 +13,6 @@ def is_mapping(value: object) -> TypeGuard[Node]:
     return isinstance(value, dict)
 
 
-def is_list(value: object) -> TypeGuard[list[Any]]:
+def is_list_node(value: object) -> TypeGuard[list[Any]]:
     """Whether a node is a list."""
     return isinstance(value, list)

@@ -10,7 +10,7 @@ from itertools import product
 from typing import Any, Final
 
 from scenecc.names import UniqueNames
-from scenecc.scene_file import Node, is_list, is_mapping
+from scenecc.scene_file import Node, is_list_node, is_mapping
 
 _SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
 
@@ -38,12 +38,12 @@ def simplify(document: Mapping[str, Any]) -> Node:
 
 def _shape_lists(node: Any) -> Iterator[list[Node]]:
     """The lists of shapes of all bodies and links."""
-    if is_list(node):
+    if is_list_node(node):
         for item in node:
             yield from _shape_lists(item)
     elif is_mapping(node):
         for key, value in node.items():
-            if key in _SHAPE_LISTS and is_list(value):
+            if key in _SHAPE_LISTS and is_list_node(value):
                 yield value
             else:
                 yield from _shape_lists(value)
@@ -71,7 +71,7 @@ def _name_materials(document: Node) -> None:
 
 
 def _materials(node: Any, owner: str) -> Iterator[tuple[str, Node]]:
-    if is_list(node):
+    if is_list_node(node):
         for item in node:
             yield from _materials(item, owner)
     elif is_mapping(node):
@@ -142,7 +142,7 @@ def _copies(items: Sequence[Node]) -> Node | None:
 def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
     """The loop variables that run through values, and the value that reads them."""
     key = str(next(part for part in reversed(path) if isinstance(part, str)))
-    if all(is_list(value) and len(value) == len(values[0]) for value in values):
+    if all(is_list_node(value) and len(value) == len(values[0]) for value in values):
         moving = [axis for axis in range(len(values[0])) if any(value[axis] != values[0][axis] for value in values)]
         ranges = [list(dict.fromkeys(value[axis] for value in values)) for axis in moving]
         names = [_AXES[axis] if len(values[0]) == len(_AXES) else f"{key}_{axis}" for axis in moving]
@@ -159,8 +159,8 @@ def _differing(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator
         for key in first:
             yield from _differing(first[key], second[key], (*path, key))
     elif (
-        is_list(first)
-        and is_list(second)
+        is_list_node(first)
+        and is_list_node(second)
         and len(first) == len(second)
         and any(isinstance(item, dict | list) for item in first)
     ):
@@ -186,7 +186,7 @@ def _with_value(node: Any, path: tuple[str | int, ...], value: Any) -> Any:
 
 def _holds_form(value: Any) -> bool:
     """Whether a loop variable cannot hold a value: texts may be references or expressions, and mappings forms."""
-    if is_list(value):
+    if is_list_node(value):
         return any(map(_holds_form, value))
     return is_mapping(value) or (isinstance(value, str) and "${" in value)
 
@@ -243,7 +243,7 @@ def _referred_to(document: Node) -> frozenset[str]:
 
     def visit(node: Any) -> None:
         """Adds what a node and all below it refer to."""
-        if is_list(node):
+        if is_list_node(node):
             for item in node:
                 visit(item)
         elif is_mapping(node):
