@@ -11,7 +11,7 @@ from scenecc.decompiler.reading import read_scene
 from scenecc.decompiler.verify import tidy, untouched_engine
 from scenecc.diagnostics import Sink
 from scenecc.expand.documents import PREFAB_FOLDER
-from scenecc.scene_file import is_list_node, is_mapping
+from scenecc.scene_file import is_list_node, is_mapping_node
 from scenecc.source import read_file
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def _single(value: Any) -> Any:
     """The same data with numbers in single precision."""
     if is_list_node(value):
         return [_single(item) for item in value]
-    if is_mapping(value):
+    if is_mapping_node(value):
         return {key: _single(item) for key, item in value.items()}
     return np.float32(value) if isinstance(value, int | float) else value
 
@@ -91,7 +91,7 @@ _Candidate = tuple[str, list[str], tuple[str, "Node"]]
 def _candidates(entities: Node, *, render: bool) -> list[_Candidate]:
     """Instances that may build what some entities are: their names, those of the entities, prefabs and parameters."""
     ground: Any = entities.get("ground")
-    if not is_mapping(ground) or "collisions" not in ground:
+    if not is_mapping_node(ground) or "collisions" not in ground:
         return []
     floor = _floor(ground, render=render)
     (plane, *_) = ground["collisions"]
@@ -120,7 +120,7 @@ def _floor(ground: Node, *, render: bool) -> Node | None:
     squares = [edge / count for edge, count in zip((length, width), tiles["texture_repeat"], strict=True)]
     texture: Any = tiles.get("material", {}).get("visual", {}).get("base_color_texture", {})
     x, y, _ = tiles.get("pose", [0.0, 0.0, 0.0])
-    if not is_mapping(texture) or texture.get("mipmap_levels") != _MIPMAPS or abs(squares[0] - squares[1]) > _NEAR:
+    if not is_mapping_node(texture) or texture.get("mipmap_levels") != _MIPMAPS or abs(squares[0] - squares[1]) > _NEAR:
         return None
     found: Node = {} if width == _USUAL_WIDTH else {"floor_width": width}
     found |= {} if length == width else {"floor_length": length}

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY, from_rpy, looking, normalized, rotate, shortest_from_x
-from scenecc.scene_file import Node, is_mapping
+from scenecc.scene_file import Node, is_mapping_node
 
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_.-]+")
 
@@ -79,7 +79,7 @@ def aimed_pose_value(pose: Any, *, mounted: bool) -> Any:
     A camera along an axis keeps its angles: they are shorter. `mounted`: the sign of its quaternion counts.
     """
     value = pose_value(pose, nearly_same)
-    if not is_mapping(value) or not any(angle % 90 for angle in value.get("rpy_deg", [1.0])):
+    if not is_mapping_node(value) or not any(angle % 90 for angle in value.get("rpy_deg", [1.0])):
         return value
     q = to_numbers(pose.q)
     target = _target_value(to_numbers(pose.p), [q] if mounted else [q, [-item for item in q]])

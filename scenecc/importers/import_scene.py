@@ -26,7 +26,7 @@ from scenecc.importers.numbers import Names
 from scenecc.interrupt import temporary_folder, undoing
 from scenecc.options import Options, check_types, path_argument
 from scenecc.pipeline import CompileResult, compile_or_raise
-from scenecc.scene_file import Node, is_list_node, is_mapping
+from scenecc.scene_file import Node, is_list_node, is_mapping_node
 from scenecc.scene_file.layout import scene_text
 from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
@@ -155,7 +155,7 @@ def _with_paths(node: Any, folder: str) -> Any:
     if isinstance(node, str) and node.startswith(_FILE_MARK):
         path = node.removeprefix(_FILE_MARK)
         return path if "://" in path else Path(os.path.relpath(path, folder)).as_posix()
-    if is_mapping(node):
+    if is_mapping_node(node):
         return {key: _with_paths(value, folder) for key, value in node.items()}
     return [_with_paths(item, folder) for item in node] if is_list_node(node) else node
 
@@ -417,7 +417,7 @@ def _materials(node: Any) -> Iterator[str]:
     """The names of materials that shapes have."""
     for item in node if is_list_node(node) else ():
         yield from _materials(item)
-    for key, value in node.items() if is_mapping(node) else ():
+    for key, value in node.items() if is_mapping_node(node) else ():
         if key == "material" and isinstance(value, str):
             yield value
         else:

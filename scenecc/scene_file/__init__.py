@@ -8,7 +8,7 @@ Node = dict[str, Any]
 """A mapping of a scene document."""
 
 
-def is_mapping(value: object) -> TypeGuard[Node]:
+def is_mapping_node(value: object) -> TypeGuard[Node]:
     """Whether a node is a mapping."""
     return isinstance(value, dict)
 

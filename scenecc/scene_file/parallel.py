@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from scenecc.scene_file import Node, is_list_node, is_mapping
+from scenecc.scene_file import Node, is_list_node, is_mapping_node
 
 _STRUCTURE: Final = frozenset(
     re.findall(
@@ -108,9 +108,9 @@ def _merged(nodes: list[Any], count: int) -> Any:
     first = nodes[0]
     if all(node == first for node in nodes):
         return first
-    if all(map(is_mapping, nodes)):
+    if all(map(is_mapping_node, nodes)):
         return _merged_mappings(nodes, count)
-    if all(map(is_list_node, nodes)) and any(map(is_mapping, first)):
+    if all(map(is_list_node, nodes)) and any(map(is_mapping_node, first)):
         if any(len(node) != len(first) for node in nodes):
             return None
         items = [_merged(list(column), count) for column in zip(*nodes, strict=True)]

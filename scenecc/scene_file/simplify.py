@@ -10,7 +10,7 @@ from itertools import product
 from typing import Any, Final
 
 from scenecc.names import UniqueNames
-from scenecc.scene_file import Node, is_list_node, is_mapping
+from scenecc.scene_file import Node, is_list_node, is_mapping_node
 
 _SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
 
@@ -41,7 +41,7 @@ def _shape_lists(node: Any) -> Iterator[list[Node]]:
     if is_list_node(node):
         for item in node:
             yield from _shape_lists(item)
-    elif is_mapping(node):
+    elif is_mapping_node(node):
         for key, value in node.items():
             if key in _SHAPE_LISTS and is_list_node(value):
                 yield value
@@ -74,8 +74,8 @@ def _materials(node: Any, owner: str) -> Iterator[tuple[str, Node]]:
     if is_list_node(node):
         for item in node:
             yield from _materials(item, owner)
-    elif is_mapping(node):
-        if is_mapping(node.get("material")) and not node["material"].keys() - {"physical", "visual"}:
+    elif is_mapping_node(node):
+        if is_mapping_node(node.get("material")) and not node["material"].keys() - {"physical", "visual"}:
             yield owner, node
         for key, value in node.items():
             if key != "material":
@@ -155,7 +155,7 @@ def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
 
 def _differing(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator[tuple[str | int, ...]]:
     """The paths of values that differ; lists of numbers are one value."""
-    if is_mapping(first) and is_mapping(second) and first.keys() == second.keys():
+    if is_mapping_node(first) and is_mapping_node(second) and first.keys() == second.keys():
         for key in first:
             yield from _differing(first[key], second[key], (*path, key))
     elif (
@@ -179,7 +179,7 @@ def _value_at(node: Any, path: tuple[str | int, ...]) -> Any:
 def _with_value(node: Any, path: tuple[str | int, ...], value: Any) -> Any:
     if not path:
         return value
-    if is_mapping(node):
+    if is_mapping_node(node):
         return {key: _with_value(inner, path[1:], value) if key == path[0] else inner for key, inner in node.items()}
     return [_with_value(inner, path[1:], value) if index == path[0] else inner for index, inner in enumerate(node)]
 
@@ -188,7 +188,7 @@ def _holds_form(value: Any) -> bool:
     """Whether a loop variable cannot hold a value: texts may be references or expressions, and mappings forms."""
     if is_list_node(value):
         return any(map(_holds_form, value))
-    return is_mapping(value) or (isinstance(value, str) and "${" in value)
+    return is_mapping_node(value) or (isinstance(value, str) and "${" in value)
 
 
 _FIXED_KEYS: Final = frozenset(
@@ -246,7 +246,7 @@ def _referred_to(document: Node) -> frozenset[str]:
         if is_list_node(node):
             for item in node:
                 visit(item)
-        elif is_mapping(node):
+        elif is_mapping_node(node):
             for key, value in node.items():
                 if key in ("relative_to", "mount", "parent", "child") and isinstance(value, str):
                     found.add(value.split("/")[0])
