@@ -10,7 +10,14 @@ from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.documents import iterate_texts
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
-from scenecc.spec.params import PARAM_KINDS, RANGED_KINDS, ParamType, describe_range_error, infer_param_kind, is_number
+from scenecc.spec.params import (
+    PARAM_KINDS,
+    RANGED_KINDS,
+    ParamType,
+    describe_range_error,
+    infer_param_kind,
+    is_finite_number,
+)
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import FORM_KEYS, ONCE, Template
 from scenecc.variation.operations import ExpressionError
@@ -217,7 +224,7 @@ def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> ParamI
     limits = _as_vector(wanted) or replace(wanted, kind="number")
     beside: Any = value.get(str(drawn.companion))
     edges = beside if is_sequence(beside) else ()
-    if limits.kind == "vector" and all(map(is_number, (*bounds, *edges))):
+    if limits.kind == "vector" and all(map(is_finite_number, (*bounds, *edges))):
         return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
     if drawn.companion is None:
         return _first_bound_misfit(bounds, limits, wanted)
@@ -242,7 +249,7 @@ def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssu
         return _first_bound_misfit(_form_items(form, bound[form]), limits, wanted)
     if is_sequence(bound):
         return _length_misfit(bound, wanted) or _components_misfit(bound, limits)
-    if not is_number(bound):
+    if not is_finite_number(bound):
         return "SC211", f"must be drawn between lists of numbers, not {show(bound)}"
     # It stands for every component.
     count = max((len(limit) for limit in (limits.low, limits.high) if is_sequence(limit)), default=1)
