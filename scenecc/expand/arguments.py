@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import Location, Origin, Path
 from scenecc.diagnostics.messages import cut, nearest, suggest
-from scenecc.expand.documents import SceneDocument, count_values, has_failed, is_varying, iterate_texts
+from scenecc.expand.documents import SceneDocument, count_values, has_failed, has_varying, iterate_texts
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, ObjectBudget, SourceMark, scoped_name
 from scenecc.expand.params import Param, form_key, varying_misfit
 from scenecc.spec.nodes import EXPRESSION_START, child_at, is_mapping, is_sequence
@@ -99,7 +99,7 @@ def bind_params(
         argument = given.get(name)
         if argument is None or param.kind is None:
             default = _default(param, values, failed, scope, parent, objects, sink)
-            if default is not None and param.kind is None and not is_varying(default.value):
+            if default is not None and param.kind is None and not has_varying(default.value):
                 param = replace(param, kind=infer_param_kind(default.value))
             argument = argument or default
         if argument is None:
@@ -118,7 +118,7 @@ def bind_params(
             _refuse(replace(wanted, declared=_declared(param, argument, parent)), argument, wrong, sink)
             continue
         value = _inside_module(param, argument, compiled, name_of)
-        if is_varying(value):
+        if has_varying(value):
             wanted = wanted and replace(wanted, declared=_declared(param, argument, parent))
             varying[name] = replace(argument, value=value, wanted=wanted)
         else:

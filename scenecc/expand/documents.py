@@ -289,13 +289,13 @@ def iterate_texts(node: Any) -> Iterator[str]:
             todo += item
 
 
-def is_varying(value: Any) -> bool:
+def has_varying(value: Any) -> bool:
     """Whether a value that was made still differs from scene to scene: it holds a template or a form."""
     if isinstance(value, Template):
         return True
     if is_mapping(value):
-        return not FORM_KEYS.isdisjoint(value) or any(map(is_varying, value.values()))
-    return is_sequence(value) and any(map(is_varying, value))
+        return not FORM_KEYS.isdisjoint(value) or any(map(has_varying, value.values()))
+    return is_sequence(value) and any(map(has_varying, value))
 
 
 def has_failed(value: Any) -> bool:

@@ -11,7 +11,7 @@ from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, entity_name, material_name
-from scenecc.expand.documents import FailedValue, Load, SceneDocument, is_varying, top_document
+from scenecc.expand.documents import FailedValue, Load, SceneDocument, has_varying, top_document
 from scenecc.expand.expansion import (
     BudgetExhausted,
     ExpansionFrame,
@@ -192,7 +192,7 @@ class ModuleExpander:
             frame = scope.frame(made.part, self.objects, self.sink)
             value = made.make(frame)
             full = scoped_name(scope.name, name)
-            if is_varying(value) or full in self.draws:
+            if has_varying(value) or full in self.draws:
                 self.output.add("draws", full, value, frame.mark(made.path))
             else:
                 # The same in every scene: whatever reads it is the same too, and need not be computed for each.
@@ -393,7 +393,7 @@ class ModuleExpander:
 
     def _by_scene(self, argument: ParamArgument, selection: tuple[int, ...]) -> ParamArgument:
         """An argument whose `per_scene` lists, one value for each scene of the instance, are mappings."""
-        if not is_varying(argument.value):
+        if not has_varying(argument.value):
             return argument
         turned: dict[Path, tuple[int, ...]] = {}
         value, wrong = self.scenes.by_scene(argument.value, selection, (), turned)

@@ -19,7 +19,7 @@ from scenecc.expand.documents import (
     count_added_objects,
     count_node_objects,
     has_failed,
-    is_varying,
+    has_varying,
 )
 from scenecc.expand.expansion import ExpansionFrame, ItemSpan, Loop, MeasureMesh
 from scenecc.expand.modules import EXPECT
@@ -216,7 +216,7 @@ class RepeatAxes:
         for name, (node, pattern) in self.axes.items():
             path = (*self.path, name)
             made = node if pattern is None else pattern.make(frame)
-            if pattern is not None and is_varying(made):
+            if pattern is not None and has_varying(made):
                 frame.report("SC203", "`repeat` cannot read a value that differs from scene to scene", path)
                 continue
             found = _axis_values(made, path, frame)
@@ -386,7 +386,7 @@ def refuse_structure(
     value: Any, path: Path, key: str, code: str, message: str, frame: ExpansionFrame, hint: str | None = None
 ) -> None:
     """Reports a value that cannot decide about structure; nothing more is said of one that was reported."""
-    if is_varying(value):
+    if has_varying(value):
         frame.report("SC203", f"`{key}` cannot read a value that differs from scene to scene", path)
     elif not isinstance(value, FailedValue):
         frame.report(code, message, path, hint=hint)
