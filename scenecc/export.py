@@ -235,7 +235,7 @@ def _measured(
     plan: ScenePlan, scene_idxs: list[int] | None, sink: Sink, progress: Callable[[int, int], None] | None
 ) -> EngineSnapshot:
     batch = build_batch(plan, sink, scene_idxs=scene_idxs, render=False, audit=True, progress=progress)
-    from scenecc.backends.sapien.measure import measure  # with the engine, which is known to be there now
+    from scenecc.backends.sapien.measure import measure_bodies  # with the engine, which is known to be there now
 
     with batch:
-        return measure(batch)
+        return measure_bodies(batch)

@@ -367,12 +367,12 @@ def _made(
     progress: Callable[[int, int], None] | None,
 ) -> dict[str, Made]:
     """Builds and measures some entities; by name."""
-    from scenecc.backends.sapien.measure import measure
+    from scenecc.backends.sapien.measure import measure_bodies
 
     first = {one.name: one.scene_idxs[0] if scene is None else scene for one in entities}
     idxs = sorted({*first.values()})
     with build_batch(plan, sink, scene_idxs=idxs, render=False, audit=False, progress=progress) as batch:
-        measured = measure(batch)
+        measured = measure_bodies(batch)
     return {
         one.entity.name: (at.index, one)
         for at in measured.scenes

@@ -76,11 +76,11 @@ class World:
             progress=progress,
         )
         # With the engine, which is known to be there now.
-        from scenecc.backends.sapien.measure import PoseTracker, measure
+        from scenecc.backends.sapien.measure import PoseTracker, measure_bodies
 
         try:
             loaded.result.reset_replayed(self._batch, loaded.sink.another())
-            self._measured = measure(self._batch)
+            self._measured = measure_bodies(self._batch)
             self._moving = PoseTracker(self._batch)
         except BaseException:
             self._batch.close()

@@ -53,7 +53,7 @@ def read_geometry(shape: Any) -> tuple[type[CollisionGeometry], tuple[float, ...
     return geometry, tuple(number for name in names for number in np.ravel(getattr(shape, name)).tolist())
 
 
-def measure(batch: SceneBatch) -> EngineSnapshot:
+def measure_bodies(batch: SceneBatch) -> EngineSnapshot:
     """Everything that the engine holds of the bodies in a batch, as they are now: measure before anything is stepped.
 
     Raises:
