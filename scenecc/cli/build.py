@@ -27,7 +27,7 @@ from scenecc.cli.output import (
     write,
 )
 from scenecc.cli.paths import checked_source
-from scenecc.cli.tables import built, plain, planned, stage_times
+from scenecc.cli.tables import built, escape_text, planned, stage_times
 
 if TYPE_CHECKING:
     from scenecc import Build, SceneBatch
@@ -142,7 +142,7 @@ def _summary(result: Build, timings: dict[str, float], *, whole: bool) -> str:
 
     show, done = (planned, "planned") if result.batch is None else (built, "built")
     rows = show(result.summary, color=wants_color(sys.stdout), whole=whole)
-    return f"{rows}\n{plain(result.plan.name)}: {done} {_totals(result)}\n{stage_times(timings)}\n"
+    return f"{rows}\n{escape_text(result.plan.name)}: {done} {_totals(result)}\n{stage_times(timings)}\n"
 
 
 def _totals(result: Build) -> str:

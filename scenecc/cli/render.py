@@ -32,7 +32,7 @@ from scenecc.cli.output import (
 )
 from scenecc.cli.paths import find_files, path_faults, source_of
 from scenecc.cli.render_options import PICTURE_OPTIONS, picture_choices
-from scenecc.cli.tables import plain, stage_times, table
+from scenecc.cli.tables import escape_text, stage_times, table
 from scenecc.diagnostics.messages import index_ranges
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def _write(result: Rendering, output: str | None, video: str | None, form: Forma
     for target, content, words in _files(result, output, video):
         reason = write(target, content)
         if reason is None:
-            written.append(f"{plain(target)}: {words}")
+            written.append(f"{escape_text(target)}: {words}")
         else:
             diagnostics.append(usage_error(*reason, file=target))
     if form is not Format.text or not written:
@@ -201,7 +201,7 @@ def _legend(result: Rendering) -> list[str]:
     """What the ids of a segmentation stand for."""
     from scenecc.diagnostics.formats import wants_color
 
-    rows = [[str(row.id), row.color, plain(row.name), index_ranges(row.scene_idxs)] for row in result.legend()]
+    rows = [[str(row.id), row.color, escape_text(row.name), index_ranges(row.scene_idxs)] for row in result.legend()]
     if not rows:
         return []
     return [table(["id", "color", "name", "scenes"], rows, color=wants_color(sys.stdout))]

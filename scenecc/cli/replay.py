@@ -23,7 +23,7 @@ from scenecc.cli.output import (
     write,
 )
 from scenecc.cli.paths import STDIN, source_of
-from scenecc.cli.tables import plain
+from scenecc.cli.tables import escape_text
 
 if TYPE_CHECKING:
     from scenecc.passports import PassportContent
@@ -109,7 +109,7 @@ def _picture(known: PassportContent, compiled: CompiledSource, target: str) -> l
     made = scenecc.render_scene(compiled, scenes=str(known.scene))
     reason = write(target, made.png())
     if reason is None and target != STDOUT:
-        print_out(f"{plain(target)}: scene {known.scene}\n")
+        print_out(f"{escape_text(target)}: scene {known.scene}\n")
     return [] if reason is None else [usage_error(*reason, file=target)]
 
 

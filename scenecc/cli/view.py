@@ -29,7 +29,7 @@ from scenecc.cli.output import (
     write,
 )
 from scenecc.cli.paths import checked_source
-from scenecc.cli.tables import plain
+from scenecc.cli.tables import escape_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -158,7 +158,7 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
         nonlocal failed
         print_asides(of_settings(found, values))
         if failed and status(found) is Status.fine:
-            print_err(f"{plain(scene)}: no errors\n")
+            print_err(f"{escape_text(scene)}: no errors\n")
         failed = status(found) is not Status.fine
 
     return tell
@@ -179,5 +179,5 @@ def _write(target: str, page: str, found: list[Diagnostic]) -> NoReturn:
     if (reason := write(target, page)) is not None:
         end([*found, usage_error(*reason, file=target)])
     if target != STDOUT:
-        print_out(f"{plain(target)}: {len(page.encode()) / 1e6:.2f} MB\n")
+        print_out(f"{escape_text(target)}: {len(page.encode()) / 1e6:.2f} MB\n")
     end(found)
