@@ -19,7 +19,7 @@ from scenecc.decompiler.bodies import (
 )
 from scenecc.decompiler.names import SceneNames
 from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
-from scenecc.decompiler.values import FileNamer, Node, plain_name, pose_value, same_single, to_number, to_numbers
+from scenecc.decompiler.values import FileNamer, Node, language_name, pose_value, same_single, to_number, to_numbers
 from scenecc.names import UniqueNames
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS
@@ -156,7 +156,7 @@ class LiveSceneReader:
 
     def _name(self, given: str, otherwise: str) -> str:
         """A name of the language that nothing else has."""
-        plain = plain_name(self.names.rename(given)) or otherwise
+        plain = language_name(self.names.rename(given)) or otherwise
         if plain != (self.names.rename(given) or otherwise):
             self.problems.append(f"the name {given!r}; a name in a scene file has other characters: `{plain}`")
         return self._taken.new(plain)

@@ -144,7 +144,7 @@ def scale_value(scale: Any) -> Any:
     return numbers
 
 
-def plain_name(name: str, *, local: bool = False) -> str:
+def language_name(name: str, *, local: bool = False) -> str:
     """A name of the language for one of the engine, the same where that is one; empty of an empty one.
 
     `local`: of a link or joint, which may be called `world`.
