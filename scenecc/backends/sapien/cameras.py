@@ -36,7 +36,7 @@ MILLIMETRES = 1000.0
 """What SAPIEN's shader pack `minimal` counts positions in."""
 
 
-def read_color(camera: Any) -> NDArray[Any]:
+def read_color_image(camera: Any) -> NDArray[Any]:
     """(H, W, 4) float32, as on a screen (not linear), 0 to 1 and above where it is brighter; alpha last."""
     return camera.get_picture("Color")
 
@@ -81,7 +81,7 @@ def read_normal(camera: Any) -> NDArray[Any]:
 
 
 PICTURES: Final[dict[str, Callable[[Any], NDArray[Any]]]] = {
-    "color": read_color,
+    "color": read_color_image,
     "depth": read_depth,
     "segmentation": read_segmentation,
     "position": read_position,
