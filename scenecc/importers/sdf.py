@@ -9,7 +9,7 @@ from typing import Any, Final
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, light_place, plain_number, plain_numbers, pose_key
-from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find_element, read_file, text_of
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find_element, read_sdf_file, text_of
 from scenecc.importers.sdf_joints import SdfJoint, hinges_of, joint_type, make_constraint
 from scenecc.importers.sdf_models import BuiltLink, SceneParts, SdfModelReader
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope, ScopeReader
@@ -56,7 +56,7 @@ _LOST: Final = {
 def read_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """The scene of an SDF file; None after an error. Of several worlds the first."""
     losses: list[Loss] = []
-    found = read_file(path, context, losses)
+    found = read_sdf_file(path, context, losses)
     if found is None:
         return None
     file, root = found

@@ -140,7 +140,7 @@ def text_of(parent: SourceElement | None, *path: str) -> str:
     return "" if element is None else element.text
 
 
-def read_file(path: Path, context: ImportContext, losses: list[Loss]) -> tuple[SdfFile, SourceElement] | None:
+def read_sdf_file(path: Path, context: ImportContext, losses: list[Loss]) -> tuple[SdfFile, SourceElement] | None:
     """The root element of a file; None after an error."""
     shown = str(path)
     report = FileReport(context.sink)
