@@ -372,9 +372,9 @@ def articulation_size(links: Iterable[Any]) -> Size | None:
 
 def _engine_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
     """Points that bound a shape of the engine. `pose`: of the shape."""
-    from scenecc.backends.sapien.measure import read_geometry
+    from scenecc.backends.sapien.measure import read_live_geometry
 
-    geometry, sizes = read_geometry(shape)
+    geometry, sizes = read_live_geometry(shape)
     solid = geometry if issubclass(geometry, Solid) else None
     vertices = np.asarray(shape.vertices * shape.scale, np.float64) if hasattr(shape, "vertices") else None
     return _bounds(solid, sizes, vertices, pose.to_transformation_matrix().astype(np.float64))
