@@ -63,7 +63,7 @@ _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
 
-def read_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
+def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
     """A scene with everything in an MJCF; None after an error."""
     found = context.resolve(path)
     if found is None:
