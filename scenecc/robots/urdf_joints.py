@@ -19,7 +19,7 @@ from scenecc.robots.poses import axis_pose, compose_poses
 from scenecc.robots.urdf_links import read_origin
 from scenecc.robots.xml import (
     SourceElement,
-    read_number,
+    read_number_attribute,
     read_optional_number,
     read_text,
     read_vector3,
@@ -188,7 +188,7 @@ def _read_limit(
 ) -> float | None:
     """One end of a <limit>; None, reported, where it is missing or wrong."""
     if end in element.attributes:
-        return read_number(element, end, findings, infinite=True)
+        return read_number_attribute(element, end, findings, infinite=True)
     if "limits" in repair:
         message = f"<limit> of the joint `{cut(row.name)}` has no `{end}`: there is no limit on that side"
         findings.report("SC488", message, element.location)

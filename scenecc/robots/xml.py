@@ -329,7 +329,7 @@ def read_text(element: SourceElement, attribute: str, findings: FileReport) -> s
     return None
 
 
-def read_number(
+def read_number_attribute(
     element: SourceElement, attribute: str, findings: FileReport, *, infinite: bool = False
 ) -> float | None:
     """The number of an attribute that must be there (SC455), finite unless `infinite`, and none too large (SC456)."""
@@ -347,7 +347,7 @@ def read_optional_number(
     """The number of an attribute, None where it is not there, and whether all is well."""
     if attribute not in element.attributes:
         return None, True
-    found = read_number(element, attribute, findings, infinite=infinite)
+    found = read_number_attribute(element, attribute, findings, infinite=infinite)
     return found, found is not None
 
 
