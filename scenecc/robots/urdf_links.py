@@ -25,7 +25,7 @@ from scenecc.robots.xml import (
     SourceElement,
     read_number_attribute,
     read_numbers,
-    read_text,
+    read_text_attribute,
     read_vector3,
     warn_if_degrees,
 )
@@ -176,7 +176,7 @@ def _read_mesh(
     *,
     is_visual: bool,
 ) -> MeshGeometry | None:
-    reference = read_text(kind, "filename", findings)
+    reference = read_text_attribute(kind, "filename", findings)
     repaired = "the <visual> is left out" if is_visual else None
     file = reference and files.find(reference, kind.at("filename"), findings, repaired=repaired)
     scales = read_vector3(kind, "scale", findings) if "scale" in kind.attributes else (1.0, 1.0, 1.0)
@@ -365,7 +365,7 @@ class UrdfMaterials:
         return self._read[id(meant)]
 
     def _add_shared(self, element: SourceElement) -> None:
-        name = read_text(element, "name", self._findings)
+        name = read_text_attribute(element, "name", self._findings)
         if name is None:
             return
         first = self._elements.setdefault(name, element)
@@ -400,7 +400,7 @@ class UrdfMaterials:
             return DescribedMaterial(base_color=(red, green, blue, alpha))
         if texture is None:
             return DescribedMaterial()
-        reference = read_text(texture, "filename", self._findings)
+        reference = read_text_attribute(texture, "filename", self._findings)
         if reference is None:
             return None
         before = self._findings.errors
