@@ -58,7 +58,7 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
         # The text of an expression is no value that can be given.
         unsaid = value is None or (value == row.value and row.type not in _TEXTS and _is_expression(value))
         handle = gui.add_text(row.name, initial_value="" if unsaid else _written(value), hint=hint)
-        read = partial(read_text, kind=row.type)
+        read = partial(read_param_text, kind=row.type)
 
     def update(event: Any) -> None:
         del event
@@ -81,7 +81,7 @@ def _listed(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[An
     return handle, lambda word: options.get(word, AS_WRITTEN)
 
 
-def read_text(text: str, kind: str) -> Any:
+def read_param_text(text: str, kind: str) -> Any:
     """The text that was typed as the value of a parameter: YAML on one line, or the text itself for a string.
 
     Nothing is no value, but where a text is wanted that may be empty.
