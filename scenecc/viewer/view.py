@@ -110,7 +110,7 @@ def page_of_source(
         ValueError: an argument is out of its range.
     """
     _need_packages()
-    from scenecc.viewer.world import World, check_selected_scene, record
+    from scenecc.viewer.world import World, check_selected_scene, record_page
 
     look = look or ViewOptions()
     steps = integer(steps, "steps", 0)
@@ -123,7 +123,7 @@ def page_of_source(
     try:
         # viser writes a page from what a server shows; nobody is told of this one.
         with _served(PageAddress(port=0), loading.loaded.plan.name) as server:
-            page = record(server, world, look, steps, progress)
+            page = record_page(server, world, look, steps, progress)
     finally:
         world.close()
     return ScenePage(page, loading.loaded.sink.diagnostics())

@@ -376,7 +376,7 @@ def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
 _FRAMES_A_SECOND: Final = 30
 
 
-def record(
+def record_page(
     server: viser.ViserServer,
     world: World,
     look: ViewOptions,
