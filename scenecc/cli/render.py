@@ -16,7 +16,7 @@ from scenecc.cli.options import (
     Show,
     Steps,
     at_least,
-    shown,
+    quote_text,
     takes_compile_options,
 )
 from scenecc.cli.output import (
@@ -139,7 +139,7 @@ def _film(
     if many and (output is None or video is not None):
         raise typer.BadParameter("of many scenes, pictures are written to a folder: -o FOLDER", param_hint="'-o'")
     if not many and output not in {None, STDOUT} and not str(output).lower().endswith(".png"):
-        raise typer.BadParameter(f"{shown(str(output))} does not end in .png", param_hint="'-o'")
+        raise typer.BadParameter(f"{quote_text(str(output))} does not end in .png", param_hint="'-o'")
     if every is not None and (video is None or every > steps):
         raise typer.BadParameter("it needs --video and at least as many --steps", param_hint="'--every'")
     if video is None:
@@ -150,7 +150,7 @@ def _film(
         return "mp4"
     if video.lower().endswith(".gif"):
         return "gif"
-    raise typer.BadParameter(f"{shown(video)} does not end in .mp4 or .gif", param_hint="'--video'")
+    raise typer.BadParameter(f"{quote_text(video)} does not end in .mp4 or .gif", param_hint="'--video'")
 
 
 _WORTH_TELLING: Final = 5.0

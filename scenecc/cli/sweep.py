@@ -11,7 +11,15 @@ import typer
 from scenecc.cli.check import parse_seconds, parse_seeds
 from scenecc.cli.checking import Parts, parse_shard, print_statistics, statistics, without_lacks
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.options import Camera, Format, TableFormat, TableFormatOption, at_least, shown, takes_compile_options
+from scenecc.cli.options import (
+    Camera,
+    Format,
+    TableFormat,
+    TableFormatOption,
+    at_least,
+    quote_text,
+    takes_compile_options,
+)
 from scenecc.cli.output import end, print_err, print_json, progress, scene_errors, status, usage_error
 from scenecc.cli.paths import STDIN, find_files
 from scenecc.cli.render_options import parse_size
@@ -67,7 +75,7 @@ def _parse_do(text: str | tuple[str, ...]) -> tuple[str, ...]:
     asked = [one.strip() for one in text.split(",")]
     for one in asked:
         if one not in _DONE:
-            raise typer.BadParameter(f"{shown(one)} is none of {', '.join(_DONE)}")
+            raise typer.BadParameter(f"{quote_text(one)} is none of {', '.join(_DONE)}")
     return tuple(asked)
 
 

@@ -10,7 +10,7 @@ from scenecc.cli.options import (
     SceneArgument,
     Show,
     at_least,
-    shown,
+    quote_text,
     takes_compile_options,
 )
 from scenecc.cli.output import (
@@ -134,7 +134,7 @@ def _check(export: str | None, steps: int, *, served: bool) -> None:
         message = "it cannot be combined with --open, --host, --port or --token, because no page is served"
         raise typer.BadParameter(message, param_hint="'--export'")
     if export not in {None, STDOUT} and not str(export).lower().endswith((".html", ".htm")):
-        raise typer.BadParameter(f"{shown(str(export))} does not end in .html", param_hint="'--export'")
+        raise typer.BadParameter(f"{quote_text(str(export))} does not end in .html", param_hint="'--export'")
 
 
 def _place(host: str | None, port: int | None, token: str | None) -> PageAddress:
