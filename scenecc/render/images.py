@@ -41,10 +41,10 @@ def encoded(what: What, pixels: NDArray[Any]) -> NDArray[Any]:
         what: what the picture shows.
         pixels: (H, W, C) as a camera gives them.
     """
-    return millimetres(pixels) if what == "depth" else shown(what, pixels)
+    return millimetres(pixels) if what == "depth" else film_pixels(what, pixels)
 
 
-def shown(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
+def film_pixels(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
     """The pixels of a film (H, W, 3): as `encoded`, a depth in shades of grey."""
     if what == "color":
         # Cut off, not rounded: as in SAPIEN's examples and in ManiSkill.

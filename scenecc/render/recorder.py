@@ -10,7 +10,7 @@ import numpy as np
 
 from scenecc.plan.framing import cell_size
 from scenecc.render.ground import draw_ground
-from scenecc.render.images import Film, What, sheet, shown
+from scenecc.render.images import Film, What, film_pixels, sheet
 from scenecc.render.images import encode_film as filmed
 from scenecc.render.overlays import Overlay
 from scenecc.render.projection import Projection
@@ -158,7 +158,7 @@ class FrameRecorder:
             self._progress(number, count)
             self._batch.step(stride if number else 0, check=True)
             pictures = [self._picture(index) for index in self._batch.scene_idxs]
-            tiles = [shown(self._what, picture.pixels) for picture in pictures]
+            tiles = [film_pixels(self._what, picture.pixels) for picture in pictures]
             yield labelled(tiles, pictures) if self._setup.grid else tiles[0]
 
     def _stills(self) -> tuple[Picture, ...]:
