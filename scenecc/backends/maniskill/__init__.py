@@ -61,7 +61,7 @@ def sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> 
     from scenecc.backends.maniskill import build
 
     physics: Physics = plan.physics
-    return build.sim_config(physics, sink, control_freq)
+    return build.physics_sim_config(physics, sink, control_freq)
 
 
 def __getattr__(name: str) -> object:

@@ -55,7 +55,7 @@ def report_conflicts(physics: Physics, scene: Any, sink: Sink) -> bool:
     return found
 
 
-def sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) -> Any:
+def physics_sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) -> Any:
     """ManiSkill's `SimConfig` with what a plan says, and ManiSkill's defaults for the rest.
 
     Args:
