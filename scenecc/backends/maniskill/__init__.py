@@ -50,7 +50,7 @@ def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink, *, audit: bo
     return build_plan(plan, scene, sink, audit=audit)
 
 
-def sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> Any:
+def plan_sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> Any:
     """ManiSkill's configuration with what the plan says of physics; None after a failure, which the sink is told.
 
     Raises:
