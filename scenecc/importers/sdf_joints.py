@@ -161,7 +161,7 @@ def mimic_of(joint: SdfJoint, names: dict[str, str]) -> Node | None:
     return {**found, "offset": plain_number(offset)} if offset else found
 
 
-def tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7], *, is_reversed: bool) -> Node:
+def sdf_tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7], *, is_reversed: bool) -> Node:
     """A joint of a link tree.
 
     Args:

@@ -13,7 +13,15 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix, invert, relative_pose
 from scenecc.importers.numbers import Names, plain_name, plain_number, pose_key
 from scenecc.importers.sdf_files import SourceElement, find_element, text_of
-from scenecc.importers.sdf_joints import Hinge, SdfJoint, hinges_of, joint_type, make_constraint, mimic_of, tree_joint
+from scenecc.importers.sdf_joints import (
+    Hinge,
+    SdfJoint,
+    hinges_of,
+    joint_type,
+    make_constraint,
+    mimic_of,
+    sdf_tree_joint,
+)
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import LinkPlace, read_shapes, solid_mass
 
@@ -452,7 +460,7 @@ class _Tree:
             is_last = number == len(ordered) - 1
             below = self._links[child].pose if is_last else joint.pose
             called = name if len(ordered) == 1 else self._joint_names.new(f"{name}_{number + 1}")
-            made = tree_joint(called, hinge, (above, below, joint.pose), is_reversed=is_reversed)
+            made = sdf_tree_joint(called, hinge, (above, below, joint.pose), is_reversed=is_reversed)
             self._note_joint(hinge, called)
             if is_last:
                 nodes.append(self._node(child, entity, self._mimicking(joint, made)))
