@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.importers.numbers import plain_number, pose_key
-from scenecc.importers.usd_joints import Freedom, UsdJoint, tree_joint
+from scenecc.importers.usd_joints import Freedom, UsdJoint, usd_tree_joint
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -229,7 +229,7 @@ class ArticulationWriter:
             child = link if last else _dummy(link, f"{link['name']}_dummy_{k}")
             own = name if len(freedoms) == 1 or freedom is None else f"{name}_{freedom.name}"
             in_child = joint.frames[1] if last else IDENTITY_POSE
-            made = tree_joint(first, in_child, freedom, own)
+            made = usd_tree_joint(first, in_child, freedom, own)
             first = IDENTITY_POSE
             placed: dict[str, Any] = {"name": child.pop("name"), "joint": made, **child}
             child.clear()
