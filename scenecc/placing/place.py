@@ -20,7 +20,7 @@ from scenecc.placing.regions import (
     headings,
     points_in_regions,
     rectangle_of,
-    turned,
+    turn_points,
 )
 from scenecc.placing.surfaces import SupportSurface, extent, highest_below, is_within, upward_surfaces
 from scenecc.plan.body import groups_collide
@@ -339,7 +339,7 @@ class _Trial:
         placement, heading = self._placement, self._heading[rows]
         point = points_in_regions(placement, self._rectangle, rows, batch, lambda v: self._value(v, rows, batch))
         pose: Any = np.zeros((len(rows), 7))
-        pose[:, :2] = self._origin[rows, :2] + turned(point, heading)
+        pose[:, :2] = self._origin[rows, :2] + turn_points(point, heading)
         axes = about_z(heading)
         pose[:, 3:] = axes
         if placement.rotation is not None:
@@ -348,7 +348,7 @@ class _Trial:
         if placement.facing is not None:
             towards = self._placer.pose_of(placement.facing)[rows, :2]
         elif placement.facing_point is not None:
-            towards = self._origin[rows, :2] + turned(self._value(placement.facing_point, rows, batch), heading)
+            towards = self._origin[rows, :2] + turn_points(self._value(placement.facing_point, rows, batch), heading)
         if towards is not None:
             away = towards - pose[:, :2]
             pose[:, 3:] = about_z(np.array([math.atan2(y, x) for x, y in away.tolist()]))
