@@ -123,7 +123,7 @@ _CHARACTER = {
 """What stands for one character: in double quotes, in single quotes, and in plain text."""
 
 
-def within(location: Location, span: Span) -> Location:
+def locate_span(location: Location, span: Span) -> Location:
     """The place of a part of a scalar; the scalar's own where the part does not begin on its first line.
 
     Args:
@@ -461,7 +461,7 @@ class Sink:
             code=report.code,
             severity=report.severity,
             message=report.message + self._copies(report),
-            location=location if report.span is None else within(location, report.span),
+            location=location if report.span is None else locate_span(location, report.span),
             path=dotted(report.path),
             hint=report.hint,
             related=tuple(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from scenecc.diagnostics.diagnostic import Location, within
+from scenecc.diagnostics.diagnostic import Location, locate_span
 from scenecc.expand.overrides import OVERRIDE_SECTIONS
 from scenecc.lsp.references import SECTIONS_OF, Mention, defined_kind, mentions
 from scenecc.spec.references import WORLD
@@ -59,7 +59,7 @@ def mention_at(view: WorkspaceView, path: Path, line: int, column: int) -> tuple
         return None
     place = leaf_location(text, leaf)
     for mention in mentions(leaf):
-        part = within(place, (mention.start, mention.end))
+        part = locate_span(place, (mention.start, mention.end))
         if (part.column or 1) - 1 <= column <= (part.end_column or 1) - 1:
             return text, leaf, mention
     return None
@@ -74,7 +74,7 @@ def leaf_location(text: SceneText, leaf: Leaf) -> Location:
 
 def mention_location(text: SceneText, leaf: Leaf, start: int, end: int) -> Location:
     """The place of a part of a leaf's value."""
-    return within(leaf_location(text, leaf), (start, end))
+    return locate_span(leaf_location(text, leaf), (start, end))
 
 
 def definition_of(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> Definition | None:
