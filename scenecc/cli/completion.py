@@ -38,7 +38,7 @@ _PLAIN_NAME: Final = r"[\w.+,@%-]+"
 _CODE: Final = r"(?m)^(SC\d+):\n(?:  (?!title:).*\n)*  title: '?(.*?)'?$"
 
 
-def words() -> list[str]:
+def command_words() -> list[str]:
     """Of the command line that a shell completes; none where it does not."""
     return (os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or "").split()
 
@@ -120,7 +120,7 @@ def _declared(section: str) -> dict[str, Any]:
     """What the scenes on the command line declare in a section, by name."""
     found: dict[str, Any] = {}
     # Typer's own parser drops all arguments where the last option lacks its value, which is being completed.
-    for word in words()[2:]:
+    for word in command_words()[2:]:
         if word.lower().endswith(_SUFFIXES):
             declared = _Declared(section, os.path.realpath(os.path.dirname(word)))
             found.update(declared.of(word, _DEEPEST))
