@@ -6,7 +6,14 @@ import math
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
-from scenecc.emit.mjcf.model import InitialState, MjcfModel, ModelBody, pose_attributes, write_collisions, write_visuals
+from scenecc.emit.mjcf.model import (
+    InitialState,
+    MjcfModel,
+    ModelBody,
+    pose_attributes,
+    write_collision_geoms,
+    write_visuals,
+)
 from scenecc.emit.output import (
     MAX_LIMIT,
     UNLIMITED,
@@ -204,7 +211,7 @@ def _write_contents(model: MjcfModel, measured: MeasuredEntity, written: ModelBo
     name, body, element = measured.entity.name, written.measured, written.element
     if body.mass is not None:
         _write_mass(model, name, body, body.mass, element)
-    write_collisions(model, name, body, element)
+    write_collision_geoms(model, name, body, element)
     write_visuals(model, name, measured.row, body.body, element, is_fixed=written.is_fixed)
     model.unsupported.fields(name, body.body, _UNSUPPORTED_BODY_FIELDS, body.body.origin)
 

@@ -191,7 +191,7 @@ _GRID_SPACING = 1.0
 _UNSUPPORTED_SHAPE_FIELDS = optional_fields(CollisionShape, "pose", "material", "density", "collision_groups")
 
 
-def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:
+def write_collision_geoms(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:
     """Writes one massless geom per collision shape of the engine."""
     for shape in body.shapes:
         if shape.mesh is not None and not isinstance(shape.shape.geometry, Heightfield) and _is_flat(shape.mesh):
