@@ -12,7 +12,7 @@ from scenecc.emit.mjcf.model import (
     ModelBody,
     pose_attributes,
     write_collision_geoms,
-    write_visuals,
+    write_visual_geoms,
 )
 from scenecc.emit.output import (
     MAX_LIMIT,
@@ -212,7 +212,7 @@ def _write_contents(model: MjcfModel, measured: MeasuredEntity, written: ModelBo
     if body.mass is not None:
         _write_mass(model, name, body, body.mass, element)
     write_collision_geoms(model, name, body, element)
-    write_visuals(model, name, measured.row, body.body, element, is_fixed=written.is_fixed)
+    write_visual_geoms(model, name, measured.row, body.body, element, is_fixed=written.is_fixed)
     model.unsupported.fields(name, body.body, _UNSUPPORTED_BODY_FIELDS, body.body.origin)
 
 

@@ -275,7 +275,7 @@ def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
         unsupported.leave_out(name, "`restitution` of a shape", plan.origin)
 
 
-def write_visuals(
+def write_visual_geoms(
     model: MjcfModel, name: str, row: int, body: BodyStructure, element: XmlElement, *, is_fixed: bool
 ) -> None:
     """Writes geoms for the visual shapes of a body. `is_fixed`: whether no force moves it. Raises AssetError."""
