@@ -6,7 +6,7 @@ from math import degrees, tan
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.assets.errors import AssetError
-from scenecc.emit.mjcf.bodies import write_constraints, write_contact_exclusions, write_entity
+from scenecc.emit.mjcf.bodies import write_constraints, write_contact_exclusions, write_entity_bodies
 from scenecc.emit.mjcf.model import SECTIONS, MjcfModel, pose_attributes
 from scenecc.emit.output import (
     PHYSX_SETTINGS,
@@ -52,7 +52,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
     )
     try:
         for entity in model.scene.entities:
-            write_entity(model, entity)
+            write_entity_bodies(model, entity)
     except AssetError as problem:
         report_mesh_error(problem, mesh_builder.at, sink)
         return None

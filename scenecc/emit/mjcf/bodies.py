@@ -145,7 +145,7 @@ _INERTIA_TOLERANCE = 1e-5
 """Relative rounding error by which a flat body's moments may violate the triangle inequality."""
 
 
-def write_entity(model: MjcfModel, measured: MeasuredEntity) -> None:
+def write_entity_bodies(model: MjcfModel, measured: MeasuredEntity) -> None:
     """Writes a body, or all links of an articulation."""
     entity, structure = measured.entity, measured.structure
     if entity.hidden:
