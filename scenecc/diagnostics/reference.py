@@ -24,13 +24,13 @@ def explain_code(code: str) -> str | None:
 
     `sc101` and `101` are taken for `SC101`.
     """
-    row = CODES.get(normalized(code))
+    row = CODES.get(normalize_code(code))
     if row is None:
         return None
     return f"{row.code}: {row.title}\n\nSeverity: {row.severity}. Stage: {BANDS[row.code[2]]}.\n\n{markdown(row)}"
 
 
-def normalized(code: str) -> str:
+def normalize_code(code: str) -> str:
     """The code as the table writes it: `sc101` and `101` become `SC101`."""
     name = code.strip().upper()
     return f"SC{name}" if name.isdecimal() else name
@@ -38,7 +38,7 @@ def normalized(code: str) -> str:
 
 def nearest_codes(code: str, *, count: int = 3) -> list[str]:
     """At most `count` known codes that look like `code`, nearest first."""
-    return difflib.get_close_matches(normalized(code), sorted(CODES), n=count, cutoff=0.5)
+    return difflib.get_close_matches(normalize_code(code), sorted(CODES), n=count, cutoff=0.5)
 
 
 def markdown(row: Code) -> str:
