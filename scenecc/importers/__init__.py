@@ -41,7 +41,7 @@ class SourceFormat:
 FORMATS: Final = (
     SourceFormat("SDF", (".sdf", ".world", ".xml"), "sdf", "scenecc.importers.sdf:read_sdf", "lxml"),
     SourceFormat("USD", (".usd", ".usda", ".usdc"), "", "scenecc.importers.usd:read_usd", "pxr"),
-    SourceFormat("MJCF", (".mjcf", ".xml"), "mujoco", "scenecc.importers.mjcf:read_mjcf"),
-    SourceFormat("URDF", (".urdf", ".xml"), "robot", "scenecc.importers.urdf:read_urdf"),
+    SourceFormat("MJCF", (".mjcf", ".xml"), "mujoco", "scenecc.importers.mjcf:import_mjcf"),
+    SourceFormat("URDF", (".urdf", ".xml"), "robot", "scenecc.importers.urdf:import_urdf"),
 )
 """Every format; of those that take a suffix, the root element decides."""
