@@ -53,7 +53,7 @@ _LOST: Final = {
 """Tag → the loss that it is."""
 
 
-def read_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
+def import_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """The scene of an SDF file; None after an error. Of several worlds the first."""
     losses: list[Loss] = []
     found = read_sdf_file(path, context, losses)
