@@ -39,8 +39,8 @@ class SourceFormat:
 
 
 FORMATS: Final = (
-    SourceFormat("SDF", (".sdf", ".world", ".xml"), "sdf", "scenecc.importers.sdf:read_sdf", "lxml"),
-    SourceFormat("USD", (".usd", ".usda", ".usdc"), "", "scenecc.importers.usd:read_usd", "pxr"),
+    SourceFormat("SDF", (".sdf", ".world", ".xml"), "sdf", "scenecc.importers.sdf:import_sdf", "lxml"),
+    SourceFormat("USD", (".usd", ".usda", ".usdc"), "", "scenecc.importers.usd:import_usd", "pxr"),
     SourceFormat("MJCF", (".mjcf", ".xml"), "mujoco", "scenecc.importers.mjcf:import_mjcf"),
     SourceFormat("URDF", (".urdf", ".xml"), "robot", "scenecc.importers.urdf:import_urdf"),
 )

@@ -1,4 +1,4 @@
-"""Scene files in an environment of your own: `load_into` builds one, `plan_sim_config` gives its physics, `episode_seeds`
+"""Scene files in an environment of your own: `load_into` builds one, `sim_config` gives its physics, `episode_seeds`
 its seeds.
 
 Loads no ManiSkill before a scene has been checked.
