@@ -78,7 +78,7 @@ class LiveObject:
         return found + [inner for part in self.parts for inner in part.of_kind(kind)]
 
 
-def plain_value(value: Any) -> Plain:
+def comparable_value(value: Any) -> Plain:
     """A value of the engine as comparable data.
 
     Raises:
@@ -94,7 +94,7 @@ def plain_value(value: Any) -> Plain:
         array = array + np.zeros((), array.dtype) if array.dtype.kind == "f" else array
         return Numbers(array.dtype.str, array.shape, array.tobytes())
     if isinstance(value, (list, tuple)):
-        return tuple(plain_value(item) for item in cast("list[Any]", value))
+        return tuple(comparable_value(item) for item in cast("list[Any]", value))
     raise TypeError(f"{type(value)} is no plain value")
 
 
@@ -109,10 +109,10 @@ def _own_name(thing: Any) -> str:
 def read_scene(scene: Any, name_of: NameOf = _own_name) -> LiveObject:
     """A `sapien.Scene`: its settings, its entities in their order, then its articulations by their root links."""
     system = scene.physx_system
-    values: list[tuple[str, Plain]] = [("timestep", plain_value(system.timestep))]
+    values: list[tuple[str, Plain]] = [("timestep", comparable_value(system.timestep))]
     values += _values(system.config, SCENE_CONFIG_FIELDS)
     if (renders := _system(scene, "render")) is not None:
-        values.append(("ambient_light", plain_value(renders.ambient_light)))
+        values.append(("ambient_light", comparable_value(renders.ambient_light)))
     entities = [read_entity(entity, name_of) for entity in scene.entities]
     robots = [read_articulation(articulation, name_of) for articulation in articulations(scene)]
     return LiveObject("scene", "", tuple(values), (*entities, *robots))
@@ -137,7 +137,7 @@ def read_entity(entity: Any, name_of: NameOf = _own_name) -> LiveObject:
     return LiveObject(
         "entity",
         name_of(entity),
-        (("pose", plain_value(entity.pose)),),
+        (("pose", comparable_value(entity.pose)),),
         tuple(_component(component, name_of) for component in entity.components),
     )
 
@@ -145,9 +145,9 @@ def read_entity(entity: Any, name_of: NameOf = _own_name) -> LiveObject:
 def read_articulation(articulation: Any, name_of: NameOf = _own_name) -> LiveObject:
     """What belongs to an articulation as a whole; its links stand among the scene's entities, a joint in its link."""
     order: list[tuple[str, Plain]] = [
-        ("links", plain_value([name_of(link.entity) for link in articulation.links])),
-        ("joints", plain_value([name_of(joint) for joint in articulation.joints])),
-        ("active_joints", plain_value([name_of(joint) for joint in articulation.active_joints])),
+        ("links", comparable_value([name_of(link.entity) for link in articulation.links])),
+        ("joints", comparable_value([name_of(joint) for joint in articulation.joints])),
+        ("active_joints", comparable_value([name_of(joint) for joint in articulation.active_joints])),
     ]
     values = _values(articulation, tables.ARTICULATION)
     return LiveObject("articulation", name_of(articulation), tuple(order + values))
@@ -195,7 +195,7 @@ def _visual_part(part: Any) -> LiveObject:
         "uvs": part.get_vertex_uv(),
     }
     return LiveObject(
-        "part", "", tuple((name, plain_value(array)) for name, array in arrays.items()), (_look(part.material),)
+        "part", "", tuple((name, comparable_value(array)) for name, array in arrays.items()), (_look(part.material),)
     )
 
 
@@ -209,7 +209,7 @@ def _look(material: Any) -> LiveObject:
 
 
 def _values(owner: Any, names: tuple[str, ...]) -> list[tuple[str, Plain]]:
-    return [(name, plain_value(_get(owner, name))) for name in names]
+    return [(name, comparable_value(_get(owner, name))) for name in names]
 
 
 def _get(owner: Any, name: str) -> Any:

@@ -16,7 +16,7 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import physx
 from scenecc.decompiler.bodies import flat_grid
-from scenecc.decompiler.reading import LiveObject, Numbers, Plain, plain_value, read_scene
+from scenecc.decompiler.reading import LiveObject, Numbers, Plain, comparable_value, read_scene
 from scenecc.decompiler.values import SEEN_TOLERANCE
 from scenecc.diagnostics import Sink
 from scenecc.geometry.rotations import IDENTITY_POSE, compose, rotate, to_pose
@@ -214,7 +214,7 @@ def _placed(facts: LiveObject) -> LiveObject:
     values = dict(facts.values)
     file = values.get("filename")
     path = {"filename": os.path.normpath(file)} if isinstance(file, str) and file else {}
-    return _with_values(facts, local_pose=plain_value(pose), **path)
+    return _with_values(facts, local_pose=comparable_value(pose), **path)
 
 
 def _one_pose(facts: LiveObject) -> LiveObject:
@@ -223,10 +223,10 @@ def _one_pose(facts: LiveObject) -> LiveObject:
     if part.kind == "entity" or "local_pose" not in dict(part.values):
         return facts
     outer, inner = (to_pose(_array(each, key)) for each, key in ((facts, "pose"), (part, "local_pose")))
-    moved = _with_values(part, local_pose=plain_value(np.array(IDENTITY_POSE)))
+    moved = _with_values(part, local_pose=comparable_value(np.array(IDENTITY_POSE)))
     pose = np.array(compose(outer, inner))
     _make_one_sign(pose)
-    return _with_values(replace(facts, parts=(moved, *facts.parts[1:])), pose=plain_value(pose))
+    return _with_values(replace(facts, parts=(moved, *facts.parts[1:])), pose=comparable_value(pose))
 
 
 def _make_one_sign(pose: Any) -> None:
@@ -249,8 +249,8 @@ def _whole_grid(facts: LiveObject) -> LiveObject:
     low, high, uv_low, uv_high = grid
     pose = _array(facts, "local_pose").astype(np.float64)
     pose[:3] += rotate(to_pose(pose)[3:], (*((low + high) / 2).tolist(), float(vertices[0, 2])))
-    size = (("size", plain_value(high - low)), ("repeat", plain_value(uv_high - uv_low)))
-    return replace(_with_values(facts, local_pose=plain_value(pose)), parts=(replace(part, values=size),))
+    size = (("size", comparable_value(high - low)), ("repeat", comparable_value(uv_high - uv_low)))
+    return replace(_with_values(facts, local_pose=comparable_value(pose)), parts=(replace(part, values=size),))
 
 
 def _array(facts: LiveObject, name: str) -> Any:
