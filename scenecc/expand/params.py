@@ -268,7 +268,7 @@ def _form_items(form: str, given: Any) -> list[Any]:
 _UNUSED = {"params": ("SC322", "parameter"), "draws": ("SC319", "draw")}
 
 
-def report_unread(documents: Sequence[Document], lowered: Collection[str], sink: Sink) -> None:
+def report_unread_names(documents: Sequence[Document], lowered: Collection[str], sink: Sink) -> None:
     """A warning for each parameter and each shared draw that no expression reads.
 
     Args:
