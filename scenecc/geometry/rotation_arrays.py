@@ -57,7 +57,7 @@ def _by_column(function: Callable[..., tuple[Any, ...]], *rows: Floats) -> Float
 
 def multiply(a: Floats, b: Floats) -> Floats:
     """The Hamilton product: first b, then a."""
-    return _by_column(rotations.multiply, a, b)
+    return _by_column(rotations.multiply_quaternions, a, b)
 
 
 def normalized(q: Floats) -> Floats:
