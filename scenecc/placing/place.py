@@ -343,7 +343,7 @@ class _Trial:
         axes = about_z(heading)
         pose[:, 3:] = axes
         if placement.rotation is not None:
-            pose[:, 3:] = rotation_arrays.multiply(axes, self._value(placement.rotation, rows, batch))
+            pose[:, 3:] = rotation_arrays.multiply_quaternions(axes, self._value(placement.rotation, rows, batch))
         towards: Floats | None = None
         if placement.facing is not None:
             towards = self._placer.pose_of(placement.facing)[rows, :2]
