@@ -24,7 +24,7 @@ from scenecc.cli.output import (
     progress,
     scene_errors,
     usage_error,
-    write,
+    write_output,
 )
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import built, escape_text, planned, stage_times
@@ -116,7 +116,7 @@ def _conclude(result: Build, steps: int, output: str | None, form: Format, *, wh
         except scenecc.SceneError as error:
             end([*diagnostics, *error.diagnostics], form)
     if output is not None:
-        reason = write(output, scenecc.plan_text(result.plan, base=base_folder(output)))
+        reason = write_output(output, scenecc.plan_text(result.plan, base=base_folder(output)))
         if reason is not None:
             diagnostics.append(usage_error(*reason, file=output))
     if form is Format.text:

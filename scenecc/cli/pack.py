@@ -20,7 +20,7 @@ from scenecc.cli.output import (
     scene_errors,
     unwritten,
     usage_error,
-    write,
+    write_output,
 )
 from scenecc.cli.paths import STDIN, path_faults
 
@@ -79,7 +79,7 @@ def pack(
             manifest, content = packed.manifest, packed.content
             print_asides(packed.diagnostics)
     if content is not None and output is not None:
-        if (fault := write(output, content)) is not None:
+        if (fault := write_output(output, content)) is not None:
             end([usage_error(*fault, file=output)])
         print_err(f"{output}: {len(manifest.files)} file{'s' * (len(manifest.files) != 1)}, {len(content)} bytes\n")
     elif form is TableFormat.json:

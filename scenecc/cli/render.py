@@ -28,7 +28,7 @@ from scenecc.cli.output import (
     print_out,
     progress,
     usage_error,
-    write,
+    write_output,
 )
 from scenecc.cli.paths import find_files, path_faults, source_of
 from scenecc.cli.render_options import PICTURE_OPTIONS, picture_choices
@@ -175,7 +175,7 @@ def _write(result: Rendering, output: str | None, video: str | None, form: Forma
     grid = [] if result.cell is None else [f"ground grid: cells of {result.cell:.10g} m"]
     written: list[str] = []
     for target, content, words in _files(result, output, video):
-        reason = write(target, content)
+        reason = write_output(target, content)
         if reason is None:
             written.append(f"{escape_text(target)}: {words}")
         else:

@@ -20,7 +20,7 @@ from scenecc.cli.output import (
     refusal,
     scene_errors,
     usage_error,
-    write,
+    write_output,
 )
 from scenecc.cli.paths import STDIN, source_of
 from scenecc.cli.tables import escape_text
@@ -107,7 +107,7 @@ def _picture(known: PassportContent, compiled: CompiledSource, target: str) -> l
     import scenecc
 
     made = scenecc.render_scene(compiled, scenes=str(known.scene))
-    reason = write(target, made.png())
+    reason = write_output(target, made.png())
     if reason is None and target != STDOUT:
         print_out(f"{escape_text(target)}: scene {known.scene}\n")
     return [] if reason is None else [usage_error(*reason, file=target)]

@@ -26,7 +26,7 @@ from scenecc.cli.output import (
     scene_errors,
     status,
     usage_error,
-    write,
+    write_output,
 )
 from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import escape_text
@@ -176,7 +176,7 @@ def _ready(url: str, place: PageAddress, *, open_it: bool) -> None:
 
 
 def _write(target: str, page: str, found: list[Diagnostic]) -> NoReturn:
-    if (reason := write(target, page)) is not None:
+    if (reason := write_output(target, page)) is not None:
         end([*found, usage_error(*reason, file=target)])
     if target != STDOUT:
         print_out(f"{escape_text(target)}: {len(page.encode()) / 1e6:.2f} MB\n")
