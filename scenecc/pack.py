@@ -228,7 +228,7 @@ class _Packer:
                 folders=layout.folders,
             )
         except InvalidPackError as error:
-            return self._refuse(f"the scene cannot be packed: {error.args[0]}", error.args[1])
+            return self._refuse(f"the scene cannot be packed: {error.message}", error.hint)
 
     def _is_enough(self, content: bytes) -> bool:
         """Whether the pack gives the same plans as the scene; reported where it does not."""

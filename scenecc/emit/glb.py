@@ -14,7 +14,7 @@ from scenecc.assets.errors import AssetError
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes, clip_to_scene, grid_cell
-from scenecc.meshes.surface import convert_color_space, encode_png, report_mesh_error
+from scenecc.meshes.surface import convert_color_space, encode_png
 from scenecc.names import UniqueNames
 
 if TYPE_CHECKING:
@@ -276,11 +276,11 @@ _Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """The file; None after an error, which is reported to `sink`."""
-    mesh_builder = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
+    mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin))
     try:
         drawn = tuple(build_scene_meshes(mesh_builder, scene, options.show) for scene in measured.scenes)
     except AssetError as problem:
-        report_mesh_error(problem, mesh_builder.at, sink)
+        problem.report(sink, mesh_builder.at)
         return None
     report_unsupported_sections(plan, {scene.index for scene in measured.scenes}, sink)
     writer = _GlbWriter(options.name, sink)

@@ -14,7 +14,6 @@ from scenecc.emit.output import PHYSX_SETTINGS, AssetFolder, UnsupportedFeatures
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.interrupt import temporary_folder
 from scenecc.meshes.builder import MeshBuilder, bake_scale
-from scenecc.meshes.surface import MeshShape, SurfaceMaterial, report_mesh_error
 from scenecc.names import UniqueNames
 from scenecc.plan import (
     ArticulationStructure,
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.emit import ExportOptions, Show
     from scenecc.meshes import Image
+    from scenecc.meshes.surface import MeshShape, SurfaceMaterial
     from scenecc.plan import Constraint, ScenePlan, Value
     from scenecc.plan.snapshot import (
         EngineSnapshot,
@@ -565,14 +565,14 @@ _UNSUPPORTED_PHYSICS_FIELDS: Final = ("timestep", *PHYSX_SETTINGS)
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """The file and its images; None after an error, which is reported to `sink`."""
     unsupported = UnsupportedFeatures(sink, left_out="SC750", otherwise="SC750")
-    mesh_builder = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
+    mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin))
     try:
         stage = Stage(options.name, unsupported)
         _write_scene(
             stage, plan, measured.scenes[0], UsdBodyWriter(stage, mesh_builder, UsdMaterialWriter(stage), options.show)
         )
     except AssetError as problem:
-        report_mesh_error(problem, mesh_builder.at, sink)
+        problem.report(sink, mesh_builder.at)
         return None
     _report_unsupported(stage, plan, measured.scenes[0].index)
     suffix = ".usdc" if options.binary else ".usda"

@@ -552,7 +552,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
     except UnsupportedShapeError as error:
         sink.report("SC357", f"nothing can be placed beside {error}", origin)
     except AssetError as error:
-        sink.report(error.code, error.message, origin, hint=error.hint)
+        error.report(sink, origin)
     except ComputeLimitError as error:
         sink.report("SC604", error.message, origin, hint=COMPUTE_LIMIT_HINT)
     except DrawError as error:

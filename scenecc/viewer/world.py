@@ -18,7 +18,6 @@ from scenecc.errors import SceneError
 from scenecc.geometry.rotations import to_pose
 from scenecc.inspect.entities import entity_item
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes
-from scenecc.meshes.surface import report_mesh_error
 from scenecc.options import integer
 from scenecc.pipeline import CompiledSource, build_batch, compile_source, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure
@@ -247,7 +246,7 @@ class World:
             return tuple(build_scene_meshes(drawer, scene, show) for scene in self._measured.scenes)
         except AssetError as problem:
             sink = self.loaded.sink.another()
-            report_mesh_error(problem, drawer.at, sink)
+            problem.report(sink, drawer.at)
             raise SceneError(sink.diagnostics()) from problem
 
 
@@ -368,7 +367,7 @@ def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
         return Loading(None, sink.diagnostics(), files)
     # What was compiled already takes no other parameters.
     listed = () if isinstance(source, CompiledSource) else tuple(list_result_params(found, options.limits))
-    drawer = MeshBuilder(found.plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
+    drawer = MeshBuilder(found.plan, lambda problem, origin: problem.report(sink, origin))
     named = memory.files_by_name(found.document) if found.document is not None else {}
     return Loading(Loaded(found.plan, listed, params, sink, drawer, found, named), sink.diagnostics(), files)
 

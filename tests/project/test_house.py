@@ -104,3 +104,20 @@ def test_a_public_name_means_one_class_or_function() -> None:
         if len(modules) > 1 and not any(modules <= family for family in _SAME_FUNCTIONS)
     }
     assert twice == {}
+
+
+def test_code_message_and_hint_are_one_exception() -> None:
+    found = [
+        f"{name(path)}: {node.name}"
+        for path in MODULES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef) and node.name != "CodedError" and _takes_code_and_hint(node)
+    ]
+    assert found == []
+
+
+def _takes_code_and_hint(node: ast.ClassDef) -> bool:
+    """Whether it is an exception whose arguments are those of `CodedError`."""
+    makers = [one for one in node.body if isinstance(one, ast.FunctionDef) and one.name == "__init__"]
+    given = {arg.arg for maker in makers for arg in (*maker.args.args, *maker.args.kwonlyargs)}
+    return bool(node.bases) and {"code", "message", "hint"} <= given

@@ -37,7 +37,6 @@ from scenecc.backends.sapien.engine import (
     capture_engine_log,
     physx,
     render,
-    report_failure,
 )
 from scenecc.backends.sapien.objects import DrawnObjects
 from scenecc.backends.sapien.properties import Column, select_rows
@@ -564,6 +563,6 @@ def report_changed_files(plan: ScenePlan, sink: Sink) -> bool:
     try:
         check_files_unchanged(plan.files)
     except EngineFailure as failure:
-        report_failure(failure, sink, plan.origin)
+        failure.report(sink, plan.origin)
         return False
     return True

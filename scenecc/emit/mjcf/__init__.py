@@ -20,7 +20,6 @@ from scenecc.emit.output import (
 )
 from scenecc.geometry.rotations import compose
 from scenecc.meshes.builder import MeshBuilder
-from scenecc.meshes.surface import report_mesh_error
 from scenecc.plan.rendering import (
     AreaLight,
     DirectionalLight,
@@ -54,7 +53,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
         for entity in model.scene.entities:
             write_entity_bodies(model, entity)
     except AssetError as problem:
-        report_mesh_error(problem, mesh_builder.at, sink)
+        problem.report(sink, mesh_builder.at)
         return None
     write_contact_exclusions(model)
     write_constraints(model)
