@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan
     from scenecc.plan.scene import Physics
 
-__all__ = ["LoadedScene", "ManiSkillScene", "instantiate", "sim_config"]
+__all__ = ["LoadedScene", "ManiSkillScene", "instantiate", "plan_sim_config"]
 
 INSTALL_HINT = install_hint("maniskill", "torch")
 
