@@ -115,7 +115,7 @@ class EntityLowerer:
             bodies: lowers those of the document.
             articulations: makes what lowers its articulations.
         """
-        made = self._made(bodies, articulations)
+        made = self._lower_structures(bodies, articulations)
         for one in made:
             self.frames.structures[one.name] = one.structures, one.pick
             linked = tuple(each for each in one.structures if not isinstance(each, BodyStructure))
@@ -132,7 +132,9 @@ class EntityLowerer:
                 self.linked.append(entities[-1])
         return tuple(entities)
 
-    def _made(self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]) -> list[_UnplacedEntity]:
+    def _lower_structures(
+        self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]
+    ) -> list[_UnplacedEntity]:
         """The structures of the entities, before any is placed: one may be posed relative to a link of another."""
         made: list[_UnplacedEntity] = []
         scopes, of_all = self._names.scopes, self._sampling.fields()
@@ -256,7 +258,7 @@ class BodyLowerer:
         collisions, visuals = self._shapes.shapes(layers, default, fields)
         properties: dict[str, Value] = {}
         for body, origin in layers:
-            self._knobs(body, origin, fields, properties)
+            self._lower_properties(body, origin, fields, properties)
         # Written out: left out, the shapes were forgotten.
         meant = not (collisions or visuals) and any("shapes" in body.model_fields_set for body, _ in layers)
         return BodyStructure(
@@ -284,7 +286,7 @@ class BodyLowerer:
             body = layer[0]
             if body.material is None and body.color is None and body.density is None:
                 continue
-            surface, color, density = self._given(layer, fields)
+            surface, color, density = self._lower_defaults(layer, fields)
             found = ShapeDefaults(
                 found.surface if surface is None else surface,
                 found.color if color is None else color,
@@ -292,7 +294,7 @@ class BodyLowerer:
             )
         return found
 
-    def _given(self, layer: Layer, fields: FieldLowerer) -> LayerDefaults:
+    def _lower_defaults(self, layer: Layer, fields: FieldLowerer) -> LayerDefaults:
         """What a layer gives its shapes. All variants of an entity have one layer in common, which is lowered once."""
         body, origin = layer
         if self._last is None or self._last[0] is not origin:
@@ -308,7 +310,7 @@ class BodyLowerer:
             known = self._by_surface[id(surface)] = ShapeDefaults(surface)
         return known
 
-    def _knobs(self, body: Any, origin: Origin, fields: FieldLowerer, properties: dict[str, Value]) -> None:
+    def _lower_properties(self, body: Any, origin: Origin, fields: FieldLowerer, properties: dict[str, Value]) -> None:
         given = body.model_fields_set
         for name in _BODY_KEYS & given:
             field, kind = BODY_FIELDS[name]

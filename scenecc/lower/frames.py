@@ -247,7 +247,7 @@ class FrameGraph:
         chain = self._chain(name)
         for member, parent in reversed(chain.items()):
             if member not in self._standing:
-                self._standing[member] = self._stand(member, parent)
+                self._standing[member] = self._frame_pose(member, parent)
         return self._standing[name]
 
     def _is_placed(self, name: str) -> bool:
@@ -327,7 +327,7 @@ class FrameGraph:
         variation.computed |= not points.known
         return composed(local, Rows(fields.scenes, tuple(rows))), variation
 
-    def _stand(self, name: str, parent: str | None) -> FramePose:
+    def _frame_pose(self, name: str, parent: str | None) -> FramePose:
         if self._is_placed(name):
             variation = VariationLowerer(self._fields_of(name), self.origin(name))
             variation.drawn = True

@@ -63,7 +63,7 @@ class MountLookup:
         if entity is None:
             if any(name in self._unread for name in name_prefixes(prefix + written, len(prefix))):
                 return None
-            seen = list(self._seen_from(prefix, scope))
+            seen = list(self._names_seen_from(prefix, scope))
             inside = tuple(name[len(prefix) :] for name in self._entities if name.startswith(f"{prefix}{written}/"))
             hint = listed(inside) or suggest_name(written, seen, self._sink, self._links_of(prefix, seen))
             self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint, span=span)
@@ -71,11 +71,11 @@ class MountLookup:
         mount = self._link(entity, rest, place, span)
         missing = None if entity.scene_idxs is scenes else set(scenes).difference(entity.scene_idxs)
         if mount is not None and missing:
-            self._absent(entity, min(missing), place)
+            self._report_absent(entity, min(missing), place)
             return None
         return mount
 
-    def _absent(self, entity: Entity, scene: int, place: Origin) -> None:
+    def _report_absent(self, entity: Entity, scene: int, place: Origin) -> None:
         related: list[RelatedPlace] = []
         if entity.origin is not None:
             related.append((f"where `{cut(entity.name)}` is", entity.origin.child("scene_idxs"), "value"))
@@ -91,7 +91,7 @@ class MountLookup:
                 return entity, name[len(ahead) + 1 :] or None
         return None, None
 
-    def _seen_from(self, prefix: str, scope: str) -> Iterable[str]:
+    def _names_seen_from(self, prefix: str, scope: str) -> Iterable[str]:
         for name in self._entities:
             if name.startswith(prefix) and self._names.scopes.get(name, "") == scope:
                 yield name[len(prefix) :]

@@ -96,7 +96,7 @@ class PlacementLowerer:
         """The placements in the order in which they are made; what was reported is missing."""
         made: dict[str, Placement] = {}
         for name, (section, place) in self._placed.items():
-            one = self._placement(name, place, self._origin.child(section, name))
+            one = self._lower_placement(name, place, self._origin.child(section, name))
             if one is not None:
                 made[name] = one
         if self._sink.failed:
@@ -104,11 +104,11 @@ class PlacementLowerer:
         # An instance counts where the first of what it holds stands.
         number = {name: index for index, name in enumerate(self._built)}
         first = {name: min((number[member] for member in one.entities), default=0) for name, one in made.items()}
-        ordered = self._ordered({name: made[name] for name in sorted(made, key=first.__getitem__)})
+        ordered = self._order({name: made[name] for name in sorted(made, key=first.__getitem__)})
         warn_of_areas(ordered, self._upright, self._built, self._sink)
         return ordered
 
-    def _placement(self, name: str, place: Any, owner: Origin) -> Placement | None:
+    def _lower_placement(self, name: str, place: Any, owner: Origin) -> Placement | None:
         origin, fields = owner.child("place"), self._entities.fields(name)
         if owner.path[0] == "frames" and name not in self._names.anchors.values():
             self._sink.report("SC101", "unknown key `place` of a frame", origin, at="key", hint="write a `pose`")
@@ -120,9 +120,9 @@ class PlacementLowerer:
             return None
         if owner.path[0] == "entities" and self._scene.entities[name].pose is not None:
             report_exclusive_keys("pose", "place", owner, self._sink)
-        kind = self._one_key(place, _KINDS, origin, required=True)
-        where = self._one_key(place, _WHERE, origin)
-        turn = self._one_key(place, _TURNS, origin)
+        kind = self._only_key(place, _KINDS, origin, required=True)
+        where = self._only_key(place, _WHERE, origin)
+        turn = self._only_key(place, _TURNS, origin)
         if turn not in ROTATIONS:
             self._upright.add(name)
         if kind is None:
@@ -131,22 +131,23 @@ class PlacementLowerer:
         if target is None or not self._collides(target, origin.child(kind)):
             return None
         made = Placement(
-            name, fields.scenes, kind, target, self._members(name), near=self._near(place, name, fields, origin),
+            name, fields.scenes, kind, target, self._find_members(name),
+            near=self._lower_nearness(place, name, fields, origin),
             apart=place.apart, gap=place.gap, tries=place.tries, origin=origin,
-            height=self._height(place, kind, fields, origin),
+            height=self._lower_height(place, kind, fields, origin),
         )  # fmt: skip
         if place.at is not None:
             made = replace(made, at=fields.value(place.at, _POINT, owner, "place", "at", reset=True))
         elif where == "region":
-            made = self._region(made, place.region, fields, owner)
+            made = self._with_region(made, place.region, fields, owner)
         elif self._is_endless(target):
             self._sink.report(
                 "SC352", f"`{target}` is a plane without an end", origin.child(kind), hint="write `region` or `at`"
             )
-        made = self._axes(made, place, fields, owner)
-        return self._turned(made, place, turn, fields, owner)
+        made = self._with_axes(made, place, fields, owner)
+        return self._with_rotation(made, place, turn, fields, owner)
 
-    def _one_key(self, place: Any, keys: tuple[str, ...], origin: Origin, *, required: bool = False) -> Any:
+    def _only_key(self, place: Any, keys: tuple[str, ...], origin: Origin, *, required: bool = False) -> Any:
         given = [key for key in keys if getattr(place, key) is not None]
         if len(given) > 1:
             report_exclusive_keys(given[0], given[1], origin, self._sink)
@@ -161,7 +162,7 @@ class PlacementLowerer:
             return Mount(found.entity)
         return found
 
-    def _members(self, name: str) -> tuple[Mount, ...]:
+    def _find_members(self, name: str) -> tuple[Mount, ...]:
         if not self._member_names:
             for entity in self._built:
                 self._member_names.setdefault(self._frames.placed_root(entity), []).append(entity)
@@ -184,7 +185,7 @@ class PlacementLowerer:
                 if target.link in {None, name}:
                     yield from body.collisions
 
-    def _near(self, place: Any, name: str, fields: FieldLowerer, origin: Origin) -> tuple[Nearness, ...]:
+    def _lower_nearness(self, place: Any, name: str, fields: FieldLowerer, origin: Origin) -> tuple[Nearness, ...]:
         found: list[Nearness] = []
         for other, (least, most) in place.near.items():
             where = origin.child("near", other)
@@ -195,7 +196,7 @@ class PlacementLowerer:
                 self._sink.report("SC331", f"`near` names entities, and `{cut(other)}` is a link", where, at="key")
             elif mount is not None and self._has_distances(mount, where):
                 found.append(Nearness(mount.entity, least, most))
-        if found and not any(any(self._shapes(member)) for member in self._members(name)):
+        if found and not any(any(self._shapes(member)) for member in self._find_members(name)):
             message = f"`near` measures between colliding shapes, and `{cut(name)}` has none"
             self._sink.report("SC359", message, origin.child("near"), at="key", hint=_COLLISIONS_HINT)
         return tuple(found)
@@ -213,7 +214,7 @@ class PlacementLowerer:
         self._sink.report("SC359", message, place, at="key", hint=hint)
         return False
 
-    def _height(self, place: Any, kind: str, fields: FieldLowerer, origin: Origin) -> Value | None:
+    def _lower_height(self, place: Any, kind: str, fields: FieldLowerer, origin: Origin) -> Value | None:
         if place.height is None:
             if kind == "above":
                 self._sink.report("SC102", "`above` needs the key `height`", origin, at="key")
@@ -226,7 +227,7 @@ class PlacementLowerer:
             self._sink.report("SC107", "the least height is above the greatest", origin.child("height"))
         return value
 
-    def _region(self, made: Placement, region: Any, fields: FieldLowerer, owner: Origin) -> Placement:
+    def _with_region(self, made: Placement, region: Any, fields: FieldLowerer, owner: Origin) -> Placement:
         at: tuple[str, ...] = ("place", "region")
         if isinstance(region, str):
             frame = self._names.full_name(region, self._names.scopes.get(made.name, ""))
@@ -257,7 +258,7 @@ class PlacementLowerer:
             radius=fields.value(region.radius, _RADIUS, owner, *at, "radius", reset=True),
         )
 
-    def _axes(self, made: Placement, place: Any, fields: FieldLowerer, owner: Origin) -> Placement:
+    def _with_axes(self, made: Placement, place: Any, fields: FieldLowerer, owner: Origin) -> Placement:
         if place.relative_to is None:
             return made
         frame = self._names.parent(made.name, place.relative_to)
@@ -275,7 +276,9 @@ class PlacementLowerer:
             self._roots[made.name] = root
         return replace(made, frame=frame)
 
-    def _turned(self, made: Placement, place: Any, turn: str | None, fields: FieldLowerer, owner: Origin) -> Placement:
+    def _with_rotation(
+        self, made: Placement, place: Any, turn: str | None, fields: FieldLowerer, owner: Origin
+    ) -> Placement:
         if turn is None:
             return made
         at = owner.child("place", turn)
@@ -300,7 +303,7 @@ class PlacementLowerer:
             return replace(made, rotation=literal(item))
         return replace(made, rotation=fields.finish(item, variation, _QUATERNION, at, reset=True))
 
-    def _ordered(self, made: dict[str, Placement]) -> tuple[Placement, ...]:
+    def _order(self, made: dict[str, Placement]) -> tuple[Placement, ...]:
         """Build-time placements first, then the others, each after those that it reads."""
         owner = {member: one.name for one in made.values() for member in one.entities}
         reads: dict[str, dict[str, Origin]] = {}

@@ -275,7 +275,7 @@ class _RenderObjectLowerer:
         shadow = self._shadow(light, fields, origin)
         color = fields.value(light.color, LIGHT_COLOR, origin, "color")
         mount = self._mount(light, fields, origin)
-        mount_pose = self._stand(light, fields, origin)
+        mount_pose = self._read_light_pose(light, fields, origin)
         pose = self._pose(qualified_name("lights", name), light, "a light", mount_pose, fields, origin)
         return made and Light(name, fields.scenes, made, pose, color, mount, shadow, origin)
 
@@ -325,7 +325,7 @@ class _RenderObjectLowerer:
             fields.optional(light.shadow_map_size, _MAP_SIZE, origin, "shadow_map_size"),
         )
 
-    def _stand(self, light: Any, fields: FieldLowerer, origin: Origin) -> MountPose:
+    def _read_light_pose(self, light: Any, fields: FieldLowerer, origin: Origin) -> MountPose:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
             for key in given:

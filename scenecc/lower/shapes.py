@@ -48,7 +48,7 @@ def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, fields: Fi
 _PLAIN = frozenset((float, int, tuple))
 
 
-def _sized(make: Callable[..., Any], **sizes: FieldType) -> GeometryLowerer:
+def _solid_lowerer(make: Callable[..., Any], **sizes: FieldType) -> GeometryLowerer:
     """Lowers a shape that is given by sizes alone, in the order of its dataclass."""
 
     def lower(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Any:
@@ -64,7 +64,7 @@ def _scale(shape: Any, kind: FieldType, tables: PlanTables, fields: FieldLowerer
     return tables.size(scale if scale.__class__ is tuple else (scale, scale, scale))
 
 
-def _of_file(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any], Any]) -> GeometryLowerer:
+def _file_lowerer(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any], Any]) -> GeometryLowerer:
     """Lowers a file and its scale. `others`: of the shape, what its dataclass holds besides these."""
 
     def lower(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Any:
@@ -142,7 +142,7 @@ def coacd_params(keys: Any) -> plan.CoacdParams | None:
 
 
 _SOLIDS = {
-    kind: _sized(solid, **{name: field_type(name) for name in solid.__slots__})
+    kind: _solid_lowerer(solid, **{name: field_type(name) for name in solid.__slots__})
     for kind, solid in (SOLIDS | REVOLVED_SOLIDS).items()
 }
 
@@ -150,18 +150,18 @@ COLLISION_GEOMETRY: dict[str, GeometryLowerer] = {
     **_SOLIDS,
     "plane": _plane,
     "heightfield": _heightfield,
-    "convex_mesh": _of_file(plan.ConvexMesh, SCALE),
-    "convex_parts": _of_file(plan.ConvexParts, SCALE, coacd_params),
-    "triangle_mesh": _of_file(plan.TriangleMesh, SCALE, attrgetter("sdf")),
+    "convex_mesh": _file_lowerer(plan.ConvexMesh, SCALE),
+    "convex_parts": _file_lowerer(plan.ConvexParts, SCALE, coacd_params),
+    "triangle_mesh": _file_lowerer(plan.TriangleMesh, SCALE, attrgetter("sdf")),
 }
 """What collides of a type; None where a file was reported."""
 
 VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
     **_SOLIDS,
-    "plane": _sized(plan.VisualPlane, half_size=_HALF_SIZE_2),
+    "plane": _solid_lowerer(plan.VisualPlane, half_size=_HALF_SIZE_2),
     "heightfield": _heightfield,
-    **dict.fromkeys(("convex_mesh", "convex_parts", "triangle_mesh", "mesh"), _of_file(plan.Mesh, MIRROR_SCALE)),
-    "tiled_plane": _sized(plan.TiledPlane, half_size=_HALF_SIZE_2, texture_repeat=_REPEAT),
+    **dict.fromkeys(("convex_mesh", "convex_parts", "triangle_mesh", "mesh"), _file_lowerer(plan.Mesh, MIRROR_SCALE)),
+    "tiled_plane": _solid_lowerer(plan.TiledPlane, half_size=_HALF_SIZE_2, texture_repeat=_REPEAT),
 }
 """What is seen of a type; likewise."""
 
@@ -217,14 +217,14 @@ class ShapeLowerer:
         for key in _SHAPE_LISTS:
             for body, origin in layers:
                 for i, shape in enumerate(getattr(body, key)):
-                    collides, seen = self._sides(shape, key, default, fields, origin.child(key, i))
+                    collides, seen = self._lower_sides(shape, key, default, fields, origin.child(key, i))
                     if collides is not None:
                         collisions.append(collides)
                     if seen is not None:
                         visuals.append(seen)
         return collisions, visuals
 
-    def _sides(
+    def _lower_sides(
         self, shape: Any, key: str, default: ShapeDefaults, fields: FieldLowerer, origin: Origin
     ) -> tuple[CollisionShape | None, VisualShape | None]:
         """The sides of a shape that the list under a key is of."""
@@ -237,11 +237,11 @@ class ShapeLowerer:
             seen = collides if shared else make(shape, self._tables, fields, origin)
         surface, pose = self._surface(shape, default, fields, origin), shape_pose(shape, origin, fields)
         return (
-            collides and self._colliding(collides, shape, default, surface, pose, fields, origin),
-            seen and self._seen(seen, shape, default, surface, pose, fields, origin),
+            collides and self._make_collision(collides, shape, default, surface, pose, fields, origin),
+            seen and self._make_visual(seen, shape, default, surface, pose, fields, origin),
         )
 
-    def _colliding(
+    def _make_collision(
         self,
         geometry: Any,
         shape: Any,
@@ -255,7 +255,7 @@ class ShapeLowerer:
         if shape.density is not None:
             density = fields.value(shape.density, DENSITY, origin, "density")
         if isinstance(surface, MaterialChoice):
-            physical, otherwise = self._physicals(surface, default, geometry, fields)
+            physical, otherwise = self._choose_physicals(surface, default, geometry, fields)
         else:
             physical, otherwise = surface.physical, default.density if surface.density is None else surface.density
         written = _CONTACT_ITEMS(shape)
@@ -268,7 +268,7 @@ class ShapeLowerer:
         density = otherwise if density is None else density
         return CollisionShape(geometry, pose, physical, density, **values, origin=origin)
 
-    def _physicals(
+    def _choose_physicals(
         self, surfaces: MaterialChoice, default: ShapeDefaults, geometry: Any, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
         """The physical material and the density where the scenes have one of several materials."""
@@ -279,7 +279,7 @@ class ShapeLowerer:
         densities = [default.density if surface.density is None else surface.density for surface in surfaces.each]
         return physical, _select_or_default(densities, left_out, pick, rows)
 
-    def _seen(
+    def _make_visual(
         self,
         geometry: Any,
         shape: Any,

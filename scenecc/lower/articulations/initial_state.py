@@ -84,7 +84,7 @@ class InitialStateLowerer:
         for i in self._order(given):
             if i in given:
                 found[i] = self._position(self._joints[i], given[i])
-                self._doubt(self._joints[i], found[i], given[i].origin)
+                self._warn_probable_degrees(self._joints[i], found[i], given[i].origin)
                 continue
             found[i], elsewhere = self._left_out(self._joints[i], found, told=bool(given))
             moved |= elsewhere
@@ -116,7 +116,7 @@ class InitialStateLowerer:
     def _position(self, joint: DraftJoint, given: JointValue) -> Value:
         if given.item.__class__ not in NODES:
             at = float(given.item)
-            self._judge(joint, [at], given.origin)
+            self._report_outside_limits(joint, [at], given.origin)
             return literal(at)
         assert given.variation is not None
         variation, sampling = given.variation, self._fields.sampling
@@ -128,7 +128,7 @@ class InitialStateLowerer:
         kind = FieldType(within=Bounds(*widest(joint.limits)))
         value = self._fields.finish(item, variation, kind, given.origin, reset=True)
         if value.known and not variation.broken:
-            self._judge(joint, value.data.tolist(), given.origin)
+            self._report_outside_limits(joint, value.data.tolist(), given.origin)
         elif not value.known:
             self._fields.defer(value, kind, given.origin, variation)
         return value
@@ -244,7 +244,7 @@ class InitialStateLowerer:
             resets[id(value)] = ResettableValue(value, reset.node, reset.variation, self._fields, limits, follows)
         return value
 
-    def _doubt(self, joint: DraftJoint, position: Value, place: Origin) -> None:
+    def _warn_probable_degrees(self, joint: DraftJoint, position: Value, place: Origin) -> None:
         """Warns of a position that is probably in degrees, if the joint has no limits."""
         if self._beyond_limits or not joint.type.startswith("revolute"):
             return
@@ -256,7 +256,7 @@ class InitialStateLowerer:
         hint = "positions are radians: `${radians(90)}` is 90 degrees; if it is meant, say `beyond_limits: true`"
         warn_large_angle(angle, place, self._sink, hint=hint)
 
-    def _judge(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
+    def _report_outside_limits(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
         """Reports the first position that is outside of its limits."""
         limits = joint.limits
         if self._beyond_limits or limits is None or not limits.known:
@@ -360,7 +360,7 @@ class JointNumbers:
         if written.__class__ is forms.Vector or written.__class__ not in VARYING:
             items = written.items if written.__class__ is forms.Vector else written
             return {
-                number: self._one(item, FieldPlace(origin.child(number), place.path, number))
+                number: self._read_value(item, FieldPlace(origin.child(number), place.path, number))
                 for number, item in enumerate(items)
             }
         count = len(self.names)
@@ -378,7 +378,7 @@ class JointNumbers:
         node = variation.select(written, place, leaf)
         return {number: JointValue(node, number, shared_by_joint(variation, number), origin) for number in range(count)}
 
-    def _one(self, item: Any, place: FieldPlace) -> JointValue:
+    def _read_value(self, item: Any, place: FieldPlace) -> JointValue:
         if item.__class__ not in VARYING:
             return JointValue(item, -1, None, place.origin)
         variation = VariationLowerer(self.fields, place.origin)
@@ -392,7 +392,7 @@ class JointNumbers:
                 continue
             place = field_place(origin.child(name))
             if name in numbers:
-                found[numbers[name]] = self._one(item, place)
+                found[numbers[name]] = self._read_value(item, place)
             elif name not in self.others:
                 hint = names_hint(self.names, name)
                 self.sink.report("SC325", f"no joint `{cut(name)}` moves here", place.origin, at="key", hint=hint)

@@ -134,7 +134,7 @@ class LinkLowerer:
         if keys.inertial is not None:
             given = lower_inertial(keys.inertial, nearest[1], values.fields)
             if nearest is not link.own:
-                self._is_real(given, link, nearest)
+                self._report_impossible_inertia(given, link, nearest)
             return None, given
         mass = values.of(nearest, "mass", _MASS_TYPE)
         if not dense and link.inertial is None:
@@ -145,7 +145,7 @@ class LinkLowerer:
             self._sink.report("SC510", message, nearest[1].child("mass"), hint=hint)
         return (mass, None) if link.inertial is None else (None, _scaled_inertial(link.inertial, mass, values))
 
-    def _is_real(self, inertial: Inertial, link: DraftLink, layer: Layer) -> None:
+    def _report_impossible_inertia(self, inertial: Inertial, link: DraftLink, layer: Layer) -> None:
         """Reports an impossible inertia of a pattern; a link's own is checked by another rule."""
         moments = inertial.inertia.numbers() if inertial.inertia.is_constant else ()
         if moments and 2 * max(moments) > sum(moments) * (1 + 1e-9):

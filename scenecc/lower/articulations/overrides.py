@@ -96,23 +96,23 @@ class PatternOverrides:
         fixed = _distinct(joint.name for joint in joints if not joint.moves)
         for section, names in (("links", links), ("joints", moving), ("drives", moving)):
             for pattern, (_, origin) in self._maps[section]:
-                if self._any(pattern, names):
+                if self._matches_any(pattern, names):
                     continue
                 what = "link" if section == "links" else "joint that moves"
-                still = section != "links" and self._any(pattern, fixed)
+                still = section != "links" and self._matches_any(pattern, fixed)
                 if self._matching.exhausted:
-                    self._too_many()
+                    self._report_too_many()
                     return
-                self._nothing(pattern, what, names, still=still, origin=origin)
+                self._report_unmatched(pattern, what, names, still=still, origin=origin)
 
-    def _any(self, pattern: str, names: Sequence[str]) -> bool:
+    def _matches_any(self, pattern: str, names: Sequence[str]) -> bool:
         return any(self._matching.matches(pattern, name) for name in names)
 
-    def _too_many(self) -> None:
+    def _report_too_many(self) -> None:
         message = f"matching the patterns with the names of links and joints takes more than {MOST_MATCHING} steps"
         self._sink.report("SC323", message, self._origin, at="key", hint="name several links or joints by one pattern")
 
-    def _nothing(self, pattern: str, what: str, names: Sequence[str], *, still: bool, origin: Origin) -> None:
+    def _report_unmatched(self, pattern: str, what: str, names: Sequence[str], *, still: bool, origin: Origin) -> None:
         message = f"`{cut(pattern)}` matches no {what}"
         if still:
             message += ": what it matches is fixed"

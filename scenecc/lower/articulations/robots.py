@@ -109,12 +109,12 @@ class RobotDrafter:
         density = None if shape.density is None else literal(shape.density)
         surface = contact.default.surface
         if isinstance(surface, MaterialChoice):
-            material, dense = self._several(surface, described, density, fields)
+            material, dense = self._choose_materials(surface, described, density, fields)
         else:
             material, dense = surface.physical, surface.density
         shape_density = contact.default.density if dense is None else dense
         return CollisionShape(
-            geometry=self._colliding(shape.geometry, meshes, place, fields),
+            geometry=self._collision_geometry(shape.geometry, meshes, place, fields),
             pose=_pose(shape.pose),
             material=described if material is None else material,
             density=density if shape_density is None else shape_density,
@@ -124,7 +124,7 @@ class RobotDrafter:
             origin=place,
         )
 
-    def _several(
+    def _choose_materials(
         self, surfaces: MaterialChoice, described: Value | None, density: Value | None, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
         """Material and density where the scenes have one of several materials."""
@@ -138,7 +138,9 @@ class RobotDrafter:
             dense = select_per_scene([surface.density or default for surface in surfaces.each], surfaces.pick, rows)
         return material, dense
 
-    def _colliding(self, geometry: robots.Geometry, meshes: _MeshCollision, place: Origin, fields: FieldLowerer) -> Any:
+    def _collision_geometry(
+        self, geometry: robots.Geometry, meshes: _MeshCollision, place: Origin, fields: FieldLowerer
+    ) -> Any:
         if isinstance(geometry, robots.MeshGeometry):
             file = self._mesh_file(geometry, place)
             scale = self._tables.size(geometry.scale)
@@ -146,7 +148,7 @@ class RobotDrafter:
             return plan.ConvexParts(file, scale, meshes.coacd) if parts else plan.ConvexMesh(file, scale)
         if isinstance(geometry, robots.PlaneGeometry):
             return plan.Plane()
-        return self._other(geometry, place, fields)
+        return self._solid_geometry(geometry, place, fields)
 
     def _visual(
         self, shape: DescribedVisual, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
@@ -157,11 +159,11 @@ class RobotDrafter:
         elif isinstance(geometry, robots.PlaneGeometry):
             made = plan.VisualPlane(literal(geometry.half_size or (10.0, 10.0)))
         else:
-            made = self._other(geometry, place, fields)
-        material = self._seen(shape, contact, origin, fields)
+            made = self._solid_geometry(geometry, place, fields)
+        material = self._visual_material(shape, contact, origin, fields)
         return VisualShape(made, _pose(shape.pose), material, shape.name or None, None, place)
 
-    def _seen(
+    def _visual_material(
         self, shape: DescribedVisual, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
     ) -> Value | None:
         described = None if shape.look is None else self._look(shape.look, shape.location, origin)
@@ -191,7 +193,7 @@ class RobotDrafter:
         self._looks[id(look)] = look, made
         return made
 
-    def _other(
+    def _solid_geometry(
         self, geometry: robots.SolidGeometry | robots.HeightfieldGeometry, place: Origin, fields: FieldLowerer
     ) -> plan.Heightfield | Solid:
         size = self._tables.size
