@@ -155,7 +155,7 @@ def check_assets(
     """
     checker = _AssetChecker(sink, AssetFiles(resolve_named, max_asset_bytes))
     meshes: dict[int, dict[MeshUse, Origin]] = {}
-    for index, use, origin in _meshes(plan):
+    for index, use, origin in _list_meshes(plan):
         meshes.setdefault(index, {}).setdefault(use, origin)
     textures: dict[int, dict[str, Origin]] = {}
     for index, slot, origin in _textures(plan):
@@ -216,7 +216,7 @@ def read_bounds(asset: AssetFile, origin: Origin, sink: Sink, files: AssetFiles)
     return [list(whole.low), list(whole.high)]
 
 
-def _meshes(plan: ScenePlan) -> Iterator[tuple[int, MeshUse, Origin]]:
+def _list_meshes(plan: ScenePlan) -> Iterator[tuple[int, MeshUse, Origin]]:
     """The uses of every mesh, and where it is named."""
     top = plan.origin or Origin(None)
     for structure in (body for entity in plan.entities for body in entity.bodies):
