@@ -89,7 +89,7 @@ def complete_setting() -> list[str]:
     found: list[str] = []
     for name, node in _declared("params").items():
         given = _mapping(node) or {"default": node}
-        plain = [_plain(value) for value in _list(given.get("options")) or [given.get("default")]]
+        plain = [_safe_text(value) for value in _list(given.get("options")) or [given.get("default")]]
         found += [f"{name}={value}" for value in dict.fromkeys(plain)]
     return found
 
@@ -110,7 +110,7 @@ def one_of(names: Iterable[str]) -> Callable[[], list[str]]:
     return lambda: known
 
 
-def _plain(value: Any) -> str:
+def _safe_text(value: Any) -> str:
     """A value as it is written after `name=`; "" for one that a shell would take apart."""
     text = str(value).lower() if isinstance(value, bool) else str(value)
     return text if isinstance(value, str | int | float) and re.fullmatch(_PLAIN, text) else ""
