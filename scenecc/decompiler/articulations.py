@@ -46,14 +46,14 @@ class JointState:
         mode: Any = joint.drive_mode
         return JointState(
             to_numbers(joint.limits[0]),
-            {key: _only(getattr(joint, key)) for key in _JOINT_KEYS},
+            {key: _first_number(getattr(joint, key)) for key in _JOINT_KEYS},
             drive | {"mode": str(mode)},
             to_number(joint.drive_target[0] if hasattr(joint.drive_target, "__len__") else joint.drive_target),
-            _only(joint.drive_velocity_target),
+            _first_number(joint.drive_velocity_target),
         )
 
 
-def _only(value: Any) -> float:
+def _first_number(value: Any) -> float:
     return to_number(value[0] if hasattr(value, "__len__") else value)
 
 
