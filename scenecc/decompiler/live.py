@@ -65,7 +65,7 @@ class LiveSceneReader:
         self._many_robots = _ignoring_articulations(components) > 1
         robots = ArticulationReader(self._recording, self._files, bodies, self.names, physics)
         entities: Node = {}
-        found = [each for each in map(_named, scene.entities) if each is not None]
+        found = [each for each in map(_find_named_object, scene.entities) if each is not None]
         self.names.replace("entity", [each for each, _ in found], [name for _, name in found], self._taken)
         for entity in scene.entities:
             self._entity(entity, bodies, robots, entities)
@@ -75,7 +75,7 @@ class LiveSceneReader:
         document["entities"] = entities
         ties = self._constraints(components)
         document |= {"constraints": ties} if ties else {}
-        document |= self._seen(components)
+        document |= self._read_lights_and_cameras(components)
         self.problems += [*self.names.problems, *bodies.problems]
         return document
 
@@ -136,7 +136,7 @@ class LiveSceneReader:
                 found |= {} if node is None else {name: node}
         return found
 
-    def _seen(self, components: list[Any]) -> Node:
+    def _read_lights_and_cameras(self, components: list[Any]) -> Node:
         """Lights and cameras."""
         found: dict[str, Node] = {"lights": {}, "cameras": {}}
         for component in components:
@@ -162,7 +162,7 @@ class LiveSceneReader:
         return self._taken.new(plain)
 
 
-def _named(entity: Any) -> tuple[Any, str] | None:
+def _find_named_object(entity: Any) -> tuple[Any, str] | None:
     """The object that is named after an entity, and its name if it has none; None: nothing is."""
     bodies: list[Any] = [each for each in entity.components if isinstance(each, physx.PhysxRigidBaseComponent)]
     component: Any = bodies[0] if bodies else None
