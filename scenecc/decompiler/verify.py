@@ -122,12 +122,12 @@ def _describe_change(a: Plain, b: Plain) -> str:
         if unequal.any():
             first = tuple(int(axis[0]) for axis in unequal.nonzero())
             return f"{int(unequal.sum())} of {x.size} numbers, first at {list(first)}: {x[first]} against {y[first]}"
-    return f"{_shown(a)} against {_shown(b)}"
+    return f"{_format_value(a)} against {_format_value(b)}"
 
 
-def _shown(value: Plain) -> str:
+def _format_value(value: Plain) -> str:
     if isinstance(value, tuple):
-        return "[" + ", ".join(_shown(item) for item in value) + "]"
+        return "[" + ", ".join(_format_value(item) for item in value) + "]"
     return str(value) if isinstance(value, Numbers) else repr(value)
 
 
@@ -189,7 +189,7 @@ def tidy(facts: LiveObject) -> LiveObject:
     """
     facts = _one_pose(facts) if _is_seen_only(facts) else _whole_grid(facts)
     if facts.kind.startswith("RenderShape"):
-        facts = _placed(facts)
+        facts = _normalize_pose(facts)
     # An entity without components is nothing: what is only seen leaves one where nothing is rendered.
     parts = tuple(tidy(part) for part in facts.parts if part.kind != "entity" or part.parts)
     if facts.kind == "entity":
@@ -206,7 +206,7 @@ def tidy(facts: LiveObject) -> LiveObject:
     return replace(facts, name=name, values=values, parts=parts)
 
 
-def _placed(facts: LiveObject) -> LiveObject:
+def _normalize_pose(facts: LiveObject) -> LiveObject:
     """A shape that is seen, with a rotation of length 1 and a plain path of its file."""
     pose = _array(facts, "local_pose").astype(np.float64)
     pose[3:] /= np.linalg.norm(pose[3:])
