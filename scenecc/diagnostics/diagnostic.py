@@ -393,7 +393,7 @@ class Sink:
             self.silencings.setdefault(one, set())
 
     @contextmanager
-    def alike(self) -> Generator[None]:
+    def merge_repeats(self) -> Generator[None]:
         """While it lasts, the same code at the same place is one finding, whatever the message: the first is reported,
         the others are counted.
         """
@@ -403,7 +403,7 @@ class Sink:
         finally:
             self._is_alike = False
 
-    def also(self, user: Origin, other: Origin) -> None:
+    def note_user(self, user: Origin, other: Origin) -> None:
         """Notes that what is reported of a text which one node names holds for another node, that names it too."""
         user, other = self._traced(user), self._traced(other)
         if other != user:
