@@ -185,7 +185,7 @@ def _inside_module(
     if param.kind == "file":
         return _relocated(argument.value, argument.document, compiled)
     if param.kind in {"material", "entity"}:
-        return _named(argument.value, param, argument, name)
+        return _map_names(argument.value, param, argument, name)
     return argument.value
 
 
@@ -196,7 +196,7 @@ def _relocated(value: Any, owner: SceneDocument, compiled: CompiledModule) -> An
     return map_alternatives(value, lambda item: owner.absolute(item) if isinstance(item, str) else item)
 
 
-def _named(value: Any, param: Param, argument: ParamArgument, name: Callable[[Param, ParamArgument], Any]) -> Any:
+def _map_names(value: Any, param: Param, argument: ParamArgument, name: Callable[[Param, ParamArgument], Any]) -> Any:
     def named(item: Any) -> Any:
         return name(param, replace(argument, value=item))
 
