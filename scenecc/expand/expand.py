@@ -154,7 +154,7 @@ class ModuleExpander:
 
     def expand(self, scope: ModuleScope, bound: BoundParams) -> None:
         """Writes all that a module has."""
-        self._varying(scope, bound)
+        self._write_varying_params(scope, bound)
         self._shared_draws(scope)
         compiled = scope.compiled
         for section, nodes in (("materials", compiled.materials), ("collision_groups", compiled.groups)):
@@ -164,7 +164,7 @@ class ModuleExpander:
             # Another instance or another value of a parameter may use a material that nothing uses here.
             self.output.names.used_materials.update([scoped_name(scope.name, name) for name in compiled.materials])
         for name, made in compiled.frames.items():
-            self._placed("frames", scope.prefix + name, made, scope)
+            self._write_placed("frames", scope.prefix + name, made, scope)
         if not scope.name:
             for section, nodes in compiled.settings.items():
                 for name, made in nodes.items():
@@ -176,7 +176,7 @@ class ModuleExpander:
         for number, made in enumerate(compiled.expectations):
             self._expectation(scoped_name(scope.name, f"{number}"), made, scope)
 
-    def _varying(self, scope: ModuleScope, bound: BoundParams) -> None:
+    def _write_varying_params(self, scope: ModuleScope, bound: BoundParams) -> None:
         """Parameters that differ from scene to scene become draws."""
         for name, argument in bound.varying.items():
             full = scoped_name(scope.name, name)
@@ -209,7 +209,7 @@ class ModuleExpander:
             node, places = self._merged(node, overrides, section, name)
         return self.output.add(section, name, node, frame.mark(made.path), frame.lists, overrides=places)
 
-    def _placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
+    def _write_placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
         if self._node(section, name, made, scope) and scope.name:
             self.output.names.scopes[name] = scope.name
             if scope.selection is not None:
@@ -225,7 +225,7 @@ class ModuleExpander:
     def _unit(self, unit: UnitTemplate, scope: ModuleScope) -> None:
         frame = scope.frame(unit.body.part, self.objects, self.sink)
         if unit.axes is None:
-            self._one(unit, unit.name, scope, frame)
+            self._write_unit(unit, unit.name, scope, frame)
             return
         loop = unit.axes.loop(frame)
         if loop is None:
@@ -236,9 +236,9 @@ class ModuleExpander:
         if pattern is not None and loop.count > 1:
             unit = replace(unit, body=replace(unit.body, pattern=hoist_invariants(pattern, loop.names)))
         for number in frame.each_copy(loop):
-            self._one(unit, f"{unit.name}_{number}", scope, frame)
+            self._write_unit(unit, f"{unit.name}_{number}", scope, frame)
 
-    def _one(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
+    def _write_unit(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
         """One entity, instance, constraint, light or camera. `name`: what it is called without a `name` of its own."""
         if unit.condition is not None and not self._holds(unit.condition, frame):
             return
@@ -337,7 +337,7 @@ class ModuleExpander:
         chain = (*scope.chain, compiled.module.main.document)
         body, places = unit.body.make(frame), None
         if said:
-            body, places = self._merged(body, [_placing(one, self.sink) for one in said], "frames", called)
+            body, places = self._merged(body, [_placement_override(one, self.sink) for one in said], "frames", called)
         hidden = scope.hidden or body.get("hidden") is True
         own, tables = None, scope.overrides
         if use.overrides:
@@ -444,7 +444,7 @@ def _anchor_name(full: str, prefix: str, compiled: CompiledModule) -> str:
     return f"{full}/instance" if is_taken else full
 
 
-def _placing(override: Override, sink: Sink) -> Override:
+def _placement_override(override: Override, sink: Sink) -> Override:
     """An override of an instance itself, without its arguments; what else is in it is reported."""
     kept: dict[str, Any] = {}
     for key, item in override.value.items():
