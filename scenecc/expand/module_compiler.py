@@ -202,19 +202,19 @@ class _ModuleCompiler:
 
     def _section(self, section: str, structure: str | None = None) -> dict[str, NodeTemplate]:
         return {
-            name: self._made(entry, self._compiler(entry, structure))
+            name: self._make_template(entry, self._compiler(entry, structure))
             for name, entry in self._module.section(section).items()
         }
 
     @staticmethod
-    def _made(entry: SectionEntry, compiler: PatternCompiler) -> NodeTemplate:
+    def _make_template(entry: SectionEntry, compiler: PatternCompiler) -> NodeTemplate:
         return NodeTemplate(entry.node, compiler.pattern(entry.node, entry.path), entry.part, entry.path)
 
     def _expectations(self) -> list[NodeTemplate]:
         """An `expect` of one document adds to those of others, and takes the place of none."""
         nodes = [(part, part.document.document.data.get(EXPECT)) for part in self._module.parts]
         entries = [SectionEntry(node, part, (EXPECT,)) for part, node in nodes if is_mapping(node)]
-        return [self._made(entry, self._compiler(entry)) for entry in entries]
+        return [self._make_template(entry, self._compiler(entry)) for entry in entries]
 
     def _params(self) -> dict[str, Param]:
         draws: dict[str, NameMeaning] = dict.fromkeys(self._module.section("draws"), "draw")
@@ -229,7 +229,7 @@ class _ModuleCompiler:
 
     def _draws(self) -> dict[str, NodeTemplate]:
         return {
-            name: self._made(entry, PatternCompiler(names, self._frame(entry.part)))
+            name: self._make_template(entry, PatternCompiler(names, self._frame(entry.part)))
             for name, entry, names in self._declared("draws", "draw", "later draw")
         }
 
