@@ -118,7 +118,7 @@ def import_scene(
     files, prefabs = _texts(found, source, target, names)
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
     stale = check_output_files(target, files)
-    with _written(target, files) as paths:
+    with _write_files(target, files) as paths:
         _tell(progress, 3)
         certificate = import_module("scenecc.importers.certificate").certificate_of(found, source, target, options)
     for path in stale:
@@ -161,7 +161,7 @@ def _with_paths(node: Any, folder: str) -> Any:
 
 
 @contextmanager
-def _written(target: Path, files: Mapping[str, bytes]) -> Generator[list[Path]]:
+def _write_files(target: Path, files: Mapping[str, bytes]) -> Generator[list[Path]]:
     """Writes the files, and puts everything back as it was where the block fails or is interrupted."""
     targets = [target.parent / name for name in files]
     before = {path: path.read_bytes() for path in targets if path.is_file()}
@@ -300,9 +300,11 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
         try:
             compiled = compile_or_raise(map_assets(found.document, name), inside, sink)
         except SceneError as error:
-            told = [_placed(each, found, source) for each in error.diagnostics]
+            told = [_move_to_source(each, found, source) for each in error.diagnostics]
             raise SceneError([*context.sink.diagnostics(), *told]) from None
-    placed = [_placed(each, found, source) for each in sink.diagnostics() if each.code not in found.codes_of_losses]
+    placed = [
+        _move_to_source(each, found, source) for each in sink.diagnostics() if each.code not in found.codes_of_losses
+    ]
     listed = {loss.message for loss in found.losses}
     repairs = [each for each in placed if each.code == REPAIRED and each.message not in listed]
     _report_losses([Loss("missing-files", each.message, each.location) for each in repairs], context)
@@ -312,7 +314,7 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
     return compiled
 
 
-def _placed(told: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
+def _move_to_source(told: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
     """A finding about the scene, at the place of the imported file that led to it."""
     if told.location.file is not None:
         return replace(told, related=())
