@@ -428,12 +428,16 @@ class CollisionFilters:
             if not others:
                 continue
             own = self._below(str(each.primPath))
-            if any(len(self._bodies[body].colliders) > 1 for body in (*own, *others) if body not in self._named(each)):
+            if any(
+                len(self._bodies[body].colliders) > 1
+                for body in (*own, *others)
+                if body not in self._find_filtered(each)
+            ):
                 prim = self._stage.prim(each.primPath)
                 self._stage.lose("collision-filters", "a filter between single colliders, which holds for bodies", prim)
             self._pairs |= {frozenset((a, b)) for a in own for b in others if a != b}
 
-    def _named(self, parsed: Any) -> set[str]:
+    def _find_filtered(self, parsed: Any) -> set[str]:
         """Bodies that a filter names as a whole."""
         paths = [str(path) for path in (parsed.primPath, *parsed.filteredCollisions)]
         return {body for path in paths for body in self._below(path) if f"{body}/".startswith(f"{path}/")}
