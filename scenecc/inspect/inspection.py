@@ -334,7 +334,7 @@ def inspect_source(source: Source, **given: Unpack[InspectArguments]) -> Inspect
     done = compile_or_raise(source, asked, sink)
     plan = done.plan
     chosen = _chosen(plan, scene, entity, sink)
-    made = _made(plan, chosen, scene, sink, given.get("progress")) if build and chosen else {}
+    made = _measure_entities(plan, chosen, scene, sink, given.get("progress")) if build and chosen else {}
     if entity is not None:
         item = entities_item(chosen, plan, scene=scene, made=made)
     else:
@@ -359,7 +359,7 @@ def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) 
     return chosen
 
 
-def _made(
+def _measure_entities(
     plan: ScenePlan,
     entities: list[Entity],
     scene: int | None,
