@@ -177,7 +177,7 @@ class InitialStateLowerer:
             place = self._origin.child("qpos") if told else self._origin
             hint = f"give it a position: `qpos: {{{joint.name}: …}}`"
             # One entity, and one thing to mend: the other joints are counted.
-            with self._sink.alike():
+            with self._sink.merge_repeats():
                 self._sink.report("SC518", message, place, at="key", hint=hint)
         if limits is None:
             return literal(0.0), False
