@@ -157,9 +157,9 @@ class _Completer:
                 listed = () if one is None else one.links if kind == "link" else one.joints
                 yield from (Offer(name, "link", start) for name in listed)
             case "material" | "group" | "frame" | "variable":
-                yield from (Offer(name, "name", start, what) for name, what in self._named(SECTIONS_OF[kind]))
+                yield from (Offer(name, "name", start, what) for name, what in self._list_names(SECTIONS_OF[kind]))
 
-    def _named(self, sections: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    def _list_names(self, sections: tuple[str, ...]) -> Iterator[tuple[str, str]]:
         """The names of sections, here and in what is included, with where they are from."""
         texts = (self._whole, *(one for one in self._view.namespace(self._text.path) if one.path != self._text.path))
         for text in texts:
@@ -169,7 +169,7 @@ class _Completer:
 
     def _objects(self, start: int, *, with_world: bool) -> Iterator[Offer]:
         known = self._view.objects(self._text.path)
-        found = {name: Offer(name, "name", start, what) for name, what in self._named(SECTIONS_OF["object"])}
+        found = {name: Offer(name, "name", start, what) for name, what in self._list_names(SECTIONS_OF["object"])}
         for name, one in known.items():
             found.setdefault(name, Offer(name, "name", start, one.section))
         found.pop(str(self._cursor.path[1]) if len(self._cursor.path) > 1 else "", None)
