@@ -44,7 +44,7 @@ def renamed_part(view: WorkspaceView, path: Path, line: int, column: int) -> Edi
     Raises:
         RefusedError: there is none.
     """
-    use, place = _named(view, path, line, column)
+    use, place = _find_mention(view, path, line, column)
     return _edit(use.text, place, str(use.definition.path[-1]))
 
 
@@ -55,7 +55,7 @@ def rename(view: WorkspaceView, path: Path, line: int, column: int, new: str) ->
         RefusedError: the name is made by an expression or by repetition, is taken, or is none; or a file that uses it
             is at fault, so that it is not known what its names mean.
     """
-    use, _ = _named(view, path, line, column)
+    use, _ = _find_mention(view, path, line, column)
     wanted = use.definition
     _check_new_name(view, wanted, new)
     for user in view.judges(wanted.file):
@@ -76,7 +76,7 @@ def rename(view: WorkspaceView, path: Path, line: int, column: int, new: str) ->
     return list(edits.values())
 
 
-def _named(view: WorkspaceView, path: Path, line: int, column: int) -> tuple[Use, Location]:
+def _find_mention(view: WorkspaceView, path: Path, line: int, column: int) -> tuple[Use, Location]:
     found = mention_at(view, path, line, column)
     if found is None:
         raise RefusedError("there is no name here")
