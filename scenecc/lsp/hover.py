@@ -70,15 +70,18 @@ def _of_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention)
     if mention.kind in {"file", "scene file"}:
         other = view.text(defined.file) if mention.kind == "scene file" else None
         described = None if other is None else other.scalar(("description",))
-        return f"`{_plain(name)}` — {_plain(str(defined.file))}\n\n{_plain(described or '')}".rstrip(), None
+        return (
+            f"`{_escape_markdown(name)}` — {_escape_markdown(str(defined.file))}\n\n{_escape_markdown(described or '')}".rstrip(),
+            None,
+        )
     section = str(defined.path[0]) if defined.path else "link"
     if defined.path[:1] == ("params",):
         other = view.text(defined.file)
-        return f"parameter `{name}`{where}: " + _plain(describe_param(other, name) if other else ""), None
+        return f"parameter `{name}`{where}: " + _escape_markdown(describe_param(other, name) if other else ""), None
     if defined.path[-2:-1] == ("repeat",):
         return f"loop variable `{name}`", None
     entity = _entity(view, text, defined, name)
-    return f"{_SINGULAR.get(section, section)} `{_plain(name)}`{where}", entity
+    return f"{_SINGULAR.get(section, section)} `{_escape_markdown(name)}`{where}", entity
 
 
 _SINGULAR = {
@@ -101,10 +104,12 @@ def _entity(view: WorkspaceView, text: SceneText, defined: Definition, name: str
 
 def with_facts(told: HoverText, facts: EntityFacts) -> str:
     """The Markdown with what `scenecc inspect` tells of the entity."""
-    listed = (f"- {_plain(label)} {_plain(words)}".replace("  ", " ") for label, words in facts.facts)
+    listed = (
+        f"- {_escape_markdown(label)} {_escape_markdown(words)}".replace("  ", " ") for label, words in facts.facts
+    )
     return f"{told.text} ({facts.kind})\n\n" + "\n".join(listed)
 
 
-def _plain(text: str) -> str:
+def _escape_markdown(text: str) -> str:
     """A scene's text, which no editor takes for a link, an image or a page of its own."""
     return "".join(f"\\{one}" if one in "<>[]()!*`#" else one for one in cut(text, 500))
