@@ -143,7 +143,7 @@ def answer(request: CheckRequest | Describe) -> CheckAnswer | EntityFacts | None
         found = sink.diagnostics()
         # What is empty or missing in a text that is half typed is still to come.
         return CheckAnswer([one for one in found if one.code == _NO_YAML] or found, {}, None)
-    return _checked(document, request.scene.options, memory, sink)
+    return _check_document(document, request.scene.options, memory, sink)
 
 
 def _read(scene: OpenScene, sink: Sink) -> tuple[Document | None, PathCache]:
@@ -154,7 +154,7 @@ def _read(scene: OpenScene, sink: Sink) -> tuple[Document | None, PathCache]:
     return read_text(text, str(scene.path), sink, limits, scene.path), PathCache(scene.texts)
 
 
-def _checked(document: Document, options: Options, memory: PathCache, sink: Sink) -> CheckAnswer:
+def _check_document(document: Document, options: Options, memory: PathCache, sink: Sink) -> CheckAnswer:
     """`sink`: has the comments of the document that silence findings."""
     from scenecc.pipeline import compile_source  # noqa: PLC0415
 
