@@ -376,10 +376,10 @@ class _UrdfReader:
         if findings.errors:
             return None
         check_urdf_schema(self._root, findings)
-        links = self._named("link")
+        links = self._index_by_name("link")
         rows = [
             row
-            for element in self._named("joint").values()
+            for element in self._index_by_name("joint").values()
             if (row := read_joint_element(element, findings)) is not None
         ]
         if not links and not findings.errors:
@@ -405,7 +405,7 @@ class _UrdfReader:
             else RobotDescription(robots, tuple(self._files.found.values()))
         )
 
-    def _named(self, tag: str) -> dict[str, SourceElement]:
+    def _index_by_name(self, tag: str) -> dict[str, SourceElement]:
         """The elements of a kind by name, in the order of the file; two of one name are SC460."""
         named: dict[str, SourceElement] = {}
         for element in self._root.all(tag):
