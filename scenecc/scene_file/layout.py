@@ -138,7 +138,7 @@ class _Writer:
             yield from (f"{indent}  {line}".rstrip() for line in value.splitlines())
         elif _is_scalar(value) or not value or (not section and self._fits(value, path, len(head) + 1)):
             yield f"{head} {_flow(value, path, inside=False)}"
-        elif not section and (lines := self._filled(f"{head} ", value, path, column)):
+        elif not section and (lines := self._fill_lines(f"{head} ", value, path, column)):
             yield from lines
         else:
             yield head
@@ -164,7 +164,7 @@ class _Writer:
         yield from self.comment(path, " " * column)
         if _is_scalar(value) or not value or self._fits(value, path, column + 2):
             yield head + _flow(value, path, inside=False)
-        elif lines := self._filled(head, value, path, column + 2):
+        elif lines := self._fill_lines(head, value, path, column + 2):
             yield from lines
         else:
             lines = list(self.block(value, path, column + 2))
@@ -173,7 +173,7 @@ class _Writer:
             yield head + lines[above][column + 2 :]
             yield from lines[above + 1 :]
 
-    def _filled(self, head: str, value: Any, path: tuple[str | int, ...], column: int) -> list[str]:
+    def _fill_lines(self, head: str, value: Any, path: tuple[str | int, ...], column: int) -> list[str]:
         """A value in brackets over several lines; empty if that would be hard to read."""
         numbers = not _is_mapping(value) and all(map(_is_scalar, value))
         block = path[:-1] == ("entities",) and "use" not in value
