@@ -214,7 +214,7 @@ class Judge:
                 because = f" ({condition.because})" if condition.because else ""
                 # Rounded to four digits, a number that misses `== 0.15` would be shown as 0.15.
                 digits = 9 if "==" in condition.that.text else 4
-                shown = "; ".join(f"`{name}` is {_shown(known[name], digits)}" for name in list(known.read))
+                shown = "; ".join(f"`{name}` is {_format_value(known[name], digits)}" for name in list(known.read))
                 message = f"{when} this does not hold{because}" + (f": {shown}" if shown else "")
                 yield Finding("SC861", (expectation_key(condition.name),), scene, 0.0, message)
 
@@ -261,9 +261,9 @@ def _failure(condition: Condition, scene: int, message: str, span: tuple[int, in
     return Finding("SC862", (expectation_key(condition.name),), scene, 0.0, message, span=span)
 
 
-def _shown(value: Any, digits: int) -> str:
+def _format_value(value: Any, digits: int) -> str:
     if isinstance(value, float):
         return f"{value:.{digits}g}"
     if isinstance(value, list):
-        return f"[{', '.join(_shown(item, digits) for item in value)}]"  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+        return f"[{', '.join(_format_value(item, digits) for item in value)}]"  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
     return show(value)
