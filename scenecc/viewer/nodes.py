@@ -194,7 +194,7 @@ class PageContent:
         for key, pose in zip(keys, poses.tolist(), strict=True):
             path = self.bodies.get(key)
             if path is not None:
-                position, wxyz = _placed(tuple(pose))
+                position, wxyz = _split_pose(tuple(pose))
                 nodes[path] = replace(nodes[path], position=position, wxyz=wxyz)
         return replace(self, nodes=nodes, poses=self.poses.moved(keys, poses))
 
@@ -312,7 +312,7 @@ class _Painter:
                     surfaces += self._shape(f"{role} {number}", fitted, key, see_through=see_through)
 
     def _shape(self, name: str, shape: MeshShape, key: Key, *, see_through: bool) -> Iterator[tuple[str, SurfaceNode]]:
-        place = _placed(shape.pose)
+        place = _split_pose(shape.pose)
         parts = [_seen_through(part) for part in shape.parts] if see_through else shape.parts
         for number, part in enumerate(parts):
             # Parts of one shape: one path each.
@@ -354,7 +354,7 @@ class _Painter:
             path = f"{path}/{step}"
             nodes.setdefault(path, Frame((0.0, 0.0, 0.0), _UNTURNED))
         path = f"{path}/{last}"
-        nodes[path] = Frame(*_placed(self.poses[key]), axes=self._look.frames)
+        nodes[path] = Frame(*_split_pose(self.poses[key]), axes=self._look.frames)
         return path
 
     def _each(self) -> Iterator[tuple[str, SurfaceNode]]:
@@ -422,6 +422,6 @@ def _escaped(name: str) -> str:
     return name.replace("/", _SLASH)
 
 
-def _placed(pose: tuple[float, ...]) -> tuple[Vec3, Quat]:
+def _split_pose(pose: tuple[float, ...]) -> tuple[Vec3, Quat]:
     x, y, z, qw, qx, qy, qz = pose
     return (x, y, z), (qw, qx, qy, qz)
