@@ -186,7 +186,7 @@ class World:
 
     def written(self, key: Key) -> list[Place]:
         """Where the entity of a body is written, innermost first: in a prefab, and where that is used."""
-        return self._written.get(key[1], [])
+        return self._find_places.get(key[1], [])
 
     def written_at(self, places: Collection[Place]) -> list[Key]:
         """The first bodies of the entities that are written at one of some places."""
@@ -194,7 +194,7 @@ class World:
             (scene.index, one.entity.name, 0)
             for scene in self._measured.scenes
             for one in scene.entities
-            if any(place in places for place in self._written[one.entity.name])
+            if any(place in places for place in self._find_places[one.entity.name])
         ]
 
     def box(self, key: Key) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
@@ -220,7 +220,7 @@ class World:
         self._batch.close()
 
     @cached_property
-    def _written(self) -> dict[str, list[Place]]:
+    def _find_places(self) -> dict[str, list[Place]]:
         """Places of each entity, by its name."""
         files = {name: os.path.realpath(path) for name, path in self.loaded.files.items()}
         return {
@@ -234,13 +234,13 @@ class World:
 
     @cached_property
     def _visual(self) -> tuple[SceneMeshes, ...]:
-        return self._drawn("visual")
+        return self._draw_scenes("visual")
 
     @cached_property
     def _colliding(self) -> tuple[SceneMeshes, ...]:
-        return self._drawn("collision")
+        return self._draw_scenes("collision")
 
-    def _drawn(self, show: Literal["visual", "collision"]) -> tuple[SceneMeshes, ...]:
+    def _draw_scenes(self, show: Literal["visual", "collision"]) -> tuple[SceneMeshes, ...]:
         drawer = self.loaded.drawer
         try:
             return tuple(build_scene_meshes(drawer, scene, show) for scene in self._measured.scenes)
