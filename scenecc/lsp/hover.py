@@ -70,10 +70,8 @@ def _of_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention)
     if mention.kind in {"file", "scene file"}:
         other = view.text(defined.file) if mention.kind == "scene file" else None
         described = None if other is None else other.scalar(("description",))
-        return (
-            f"`{_escape_markdown(name)}` — {_escape_markdown(str(defined.file))}\n\n{_escape_markdown(described or '')}".rstrip(),
-            None,
-        )
+        head = f"`{_escape_markdown(name)}` — {_escape_markdown(str(defined.file))}"
+        return f"{head}\n\n{_escape_markdown(described or '')}".rstrip(), None
     section = str(defined.path[0]) if defined.path else "link"
     if defined.path[:1] == ("params",):
         other = view.text(defined.file)
