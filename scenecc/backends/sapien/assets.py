@@ -392,7 +392,7 @@ class Resources:
         """`PhysxMaterial` a row, or one for all; None: the default material. `scene_idxs`: by row of the plan."""
         if material is None:
             return [self.default_material]
-        if not material.varies and (fixed := self._fixed(int(material.as_drawn()[0]))) is not None:
+        if not material.varies and (fixed := self._shared_material(int(material.as_drawn()[0]))) is not None:
             return fixed
         indices = np.broadcast_to(select_rows(material, rows), len(rows))
         numbers = np.empty((len(rows), 3))
@@ -429,7 +429,7 @@ class Resources:
             hint="build fewer scenes in one process, or draw friction and restitution from few values (`choice`)",
         )
 
-    def _fixed(self, index: int) -> Column | None:
+    def _shared_material(self, index: int) -> Column | None:
         """A physical material that is the same in every scene, as the column of all shapes that have it."""
         if index not in self._same:
             values = self._plan.physical_materials[index].values()
