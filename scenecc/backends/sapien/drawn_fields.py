@@ -311,7 +311,7 @@ class _Rule(NamedTuple):
     words: str
 
 
-def _ordered(low: Floats, high: Floats) -> NDArray[np.bool_]:
+def _is_ordered(low: Floats, high: Floats) -> NDArray[np.bool_]:
     return low <= high
 
 
@@ -329,7 +329,7 @@ def _apart(near: Floats, far: Floats) -> NDArray[np.bool_]:
 
 _RULES: dict[type, _Rule] = {
     PhysicalMaterial: _Rule(
-        ("dynamic_friction", "static_friction"), _ordered, "a dynamic friction above the static one"
+        ("dynamic_friction", "static_friction"), _is_ordered, "a dynamic friction above the static one"
     ),
     Joint: _Rule(("limits",), _limits_ordered, "a lower limit above the upper one"),
     Inertial: _Rule(("inertia",), _is_inertia, "a moment of inertia above the sum of the others"),
