@@ -112,7 +112,7 @@ class MovingBatch(ComponentBatch):
 
     def _velocity(self, kind: str) -> NDArray[np.float32]:
         getter = f"get_{self._prefix}{kind}_velocity"
-        return freeze_array(np.array([getattr(each, getter)() for each in self._moving()], dtype=np.float32))
+        return freeze_array(np.array([getattr(each, getter)() for each in self._find_moving()], dtype=np.float32))
 
     def _set_velocity(self, kind: str, velocity: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
         moving, rows = self._find_movable(scene_idxs)
@@ -130,7 +130,7 @@ class MovingBatch(ComponentBatch):
             raise KeyError(f"'{self.name}' is not in scene {missing[0]} of this batch; it is in {there}")
         return [self._row_of[index] for index in chosen]
 
-    def _moving(self) -> list[Any]:
+    def _find_moving(self) -> list[Any]:
         """What has a velocity in each scene."""
         return self.objs
 
@@ -151,7 +151,7 @@ class EntityBatch(MovingBatch):
         """The `sapien.Entity` of each scene. Raises RuntimeError once the batch is closed."""
         return super().objs
 
-    def _moving(self) -> list[Any]:
+    def _find_moving(self) -> list[Any]:
         self._check_open()
         for component in self._components:
             if not isinstance(component, physx.PhysxRigidDynamicComponent):
@@ -160,7 +160,7 @@ class EntityBatch(MovingBatch):
         return self._components
 
     def _find_movable(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
-        components = self._moving()
+        components = self._find_moving()
         if any(component.get_kinematic() for component in components):
             raise TypeError(f"'{self.name}' is kinematic: the engine moves it by its pose, and ignores a velocity")
         return components, self._rows(scene_idxs)
