@@ -104,7 +104,7 @@ def wrong_pair(
         The pair, and whether it is only possible: expressions are not drawn yet, and some draws may give it.
     """
     possible = not drawn and is_deferred([a, b], drawn=False)
-    pairs = _bounded([(highest(a), lowest(b))]) if possible else judged_pairs(a, b, drawn=drawn)
+    pairs = _finite_pairs([(highest(a), lowest(b))]) if possible else judged_pairs(a, b, drawn=drawn)
     found = next((pair for pair in pairs if is_wrong(*pair)), None)
     if found is not None and possible and a.dependence is not None and b.dependence is not None:
         found = next((pair for pair in _joint_pairs(a.dependence, b.dependence) if is_wrong(*pair)), None)
@@ -117,12 +117,12 @@ def _joint_pairs(a: Dependence, b: Dependence) -> list[tuple[float, float]]:
     from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
     try:
-        return _bounded((_as_row(x), _as_row(y)) for x, y in joint_extremes(a, b))
+        return _finite_pairs((_as_row(x), _as_row(y)) for x, y in joint_extremes(a, b))
     except DrawError:  # reported at the expression
         return []
 
 
-def _bounded(pairs: Iterable[tuple[Row, Row]]) -> list[tuple[float, float]]:
+def _finite_pairs(pairs: Iterable[tuple[Row, Row]]) -> list[tuple[float, float]]:
     """The pairs of which both numbers are known and finite."""
     return [(x[0], y[0]) for x, y in pairs if is_bounded((*x, *y))]
 
