@@ -200,10 +200,10 @@ class Parts:
         return without_lacks(found)
 
     def __contains__(self, file: str) -> bool:
-        return Path(file).resolve() in self._used
+        return Path(file).resolve() in self._find_files
 
     @cached_property
-    def _used(self) -> frozenset[Path]:
+    def _find_files(self) -> frozenset[Path]:
         """Every file that a text names. What only an expression gives is not known."""
         used: set[Path] = set()
         for file in self._files:
