@@ -87,7 +87,7 @@ def complete_code(incomplete: str) -> list[tuple[str, str]]:
 def complete_setting() -> list[str]:
     """Parameters of the scene as `name=value`: the options of a choice, or the default."""
     found: list[str] = []
-    for name, node in _declared("params").items():
+    for name, node in _list_declared("params").items():
         given = _mapping(node) or {"default": node}
         plain = [_safe_text(value) for value in _list(given.get("options")) or [given.get("default")]]
         found += [f"{name}={value}" for value in dict.fromkeys(plain)]
@@ -96,12 +96,12 @@ def complete_setting() -> list[str]:
 
 def complete_entity() -> list[str]:
     """The names of entities of the scene, those inside instances included."""
-    return list(_declared("entities"))
+    return list(_list_declared("entities"))
 
 
 def complete_camera() -> list[str]:
     """The names of its cameras."""
-    return list(_declared("cameras"))
+    return list(_list_declared("cameras"))
 
 
 def one_of(names: Iterable[str]) -> Callable[[], list[str]]:
@@ -116,7 +116,7 @@ def _safe_text(value: Any) -> str:
     return text if isinstance(value, str | int | float) and re.fullmatch(_PLAIN, text) else ""
 
 
-def _declared(section: str) -> dict[str, Any]:
+def _list_declared(section: str) -> dict[str, Any]:
     """What the scenes on the command line declare in a section, by name."""
     found: dict[str, Any] = {}
     # Typer's own parser drops all arguments where the last option lacks its value, which is being completed.
@@ -143,7 +143,7 @@ class _Declared:
         self._bytes_left -= size  # each time that a file is used, so that the work has an end
         data = _data(file)
         for reference in _list(data.get("include")):
-            yield from self._used(reference, file, deepest)
+            yield from self._list_prefab_params(reference, file, deepest)
         for name, node in _mapping(data.get(self._section)).items():
             if self._section != "entities" or {"use", "repeat"}.isdisjoint(_mapping(node)):
                 yield name, node
@@ -153,10 +153,10 @@ class _Declared:
             given = _mapping(node)
             if "use" in given and "repeat" not in given:
                 prefix = "" if given.get("prefix") == "" else f"{name}/"
-                for inner, inner_node in self._used(given["use"], file, deepest):
+                for inner, inner_node in self._list_prefab_params(given["use"], file, deepest):
                     yield prefix + inner, inner_node
 
-    def _used(self, reference: Any, file: str, deepest: int) -> Iterator[tuple[str, Any]]:
+    def _list_prefab_params(self, reference: Any, file: str, deepest: int) -> Iterator[tuple[str, Any]]:
         if not isinstance(reference, str) or "\0" in reference or not self._bytes_left:
             return
         name = reference.removeprefix(_SHIPPED)
