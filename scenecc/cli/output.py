@@ -174,10 +174,10 @@ _SET = "--set"
 def status(diagnostics: Iterable[Diagnostic], *, strict: bool = False) -> Status:
     """The exit status. `strict`: warnings count as errors do."""
     counted = ("error", "warning") if strict else ("error",)
-    return max((_blamed(d) for d in diagnostics if d.severity in counted), default=Status.fine)
+    return max((_status_of(d) for d in diagnostics if d.severity in counted), default=Status.fine)
 
 
-def _blamed(diagnostic: Diagnostic) -> Status:
+def _status_of(diagnostic: Diagnostic) -> Status:
     from scenecc.diagnostics.codes import CODES
 
     if diagnostic.file is None and diagnostic.path.startswith(_SET):
