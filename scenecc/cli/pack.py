@@ -64,7 +64,7 @@ def pack(
     import scenecc
 
     _check_usage(scene, output, listed=listed)
-    if faults := [*path_faults(scene, output), *_missing(add or [])]:
+    if faults := [*path_faults(scene, output), *_report_missing(add or [])]:
         end(faults)
     with scene_errors(options):
         if listed:
@@ -99,7 +99,7 @@ def _check_usage(scene: str, output: str | None, *, listed: bool) -> None:
         raise typer.BadParameter(f"a pack is called NAME{PACK_SUFFIX}", param_hint="'-o'")
 
 
-def _missing(paths: list[Path]) -> list[Diagnostic]:
+def _report_missing(paths: list[Path]) -> list[Diagnostic]:
     missing = [str(path) for path in paths if not path.exists()]
     return [usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in missing]
 
