@@ -71,7 +71,9 @@ class ProjectSettings:
 
     def apply(self, diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
         """The diagnostics of a scene that are wanted, with the severities that are. Errors stay what they are."""
-        return [self._graded(one) for one in diagnostics if one.severity == "error" or self._is_wanted(one, scene)]
+        return [
+            self._with_severity(one) for one in diagnostics if one.severity == "error" or self._is_wanted(one, scene)
+        ]
 
     def _is_wanted(self, found: Diagnostic, scene: str) -> bool:
         selected = 0 if self.select is None else _longest(found.code, self.select)
@@ -84,7 +86,7 @@ class ProjectSettings:
     def _relative(self, file: str) -> str:
         return file if "://" in file else Path(relpath(file, self.folder)).as_posix()
 
-    def _graded(self, found: Diagnostic) -> Diagnostic:
+    def _with_severity(self, found: Diagnostic) -> Diagnostic:
         fitting = [code for code in self.severity or {} if found.code.startswith(code)]
         if found.severity == "error" or not fitting or self.severity is None:
             return found
