@@ -72,7 +72,7 @@ def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> s
             str(row.shape_count),
             _size(row),
             index_ranges(row.scene_idxs),
-            _differing(row),
+            _differing_cell(row),
         )
         for name, row in entities
     ]
@@ -167,7 +167,7 @@ def _size(row: SummaryRow) -> str:
     return "~ " * row.size_differs + " × ".join(f"{length:.4g}" for length in row.size)
 
 
-def _differing(row: SummaryRow) -> str:
+def _differing_cell(row: SummaryRow) -> str:
     return f"{len(row.varying)} of {row.field_count}" if row.varying else "–"
 
 
