@@ -41,20 +41,20 @@ def differences(
         without: properties that are not compared, by `PROPERTY` or `KIND.PROPERTY`; `name` is one.
         tolerance: how far apart two numbers of an object may be that are equal.
     """
-    return list(_differing(_label(a), a, b, frozenset(without), tolerance))
+    return list(_list_differences(_label(a), a, b, frozenset(without), tolerance))
 
 
-def _differing(
+def _list_differences(
     where: str, a: LiveObject, b: LiveObject, without: frozenset[str], tolerance: Callable[[LiveObject], float]
 ) -> Iterator[str]:
     if a.kind != b.kind:
         yield f"{where}: {a.kind} against {b.kind}"
         return
-    if a.name != b.name and not _skipped(a.kind, "name", without):
+    if a.name != b.name and not _is_skipped(a.kind, "name", without):
         yield f"{where}.name: {a.name!r} against {b.name!r}"
     left, right = dict(a.values), dict(b.values)
     for name in dict.fromkeys((*left, *right)):
-        if _skipped(a.kind, name, without):
+        if _is_skipped(a.kind, name, without):
             continue
         if name not in left or name not in right:
             yield f"{where}.{name}: only in the {'second' if name not in left else 'first'}"
@@ -75,13 +75,13 @@ def _parts(
         for part in parts:
             by_kind.setdefault(_sort(part), ([], []))[side].append(part)
     for left, right in by_kind.values():
-        for number, (x, y) in enumerate(_paired(left, right)):
+        for number, (x, y) in enumerate(_pair_parts(left, right)):
             if x is None or y is None:
                 extra = x or y
                 assert extra is not None
                 yield f"{where}/{_label(extra, number)}: only in the {'first' if y is None else 'second'}"
             else:
-                yield from _differing(f"{where}/{_label(x, number)}", x, y, without, tolerance)
+                yield from _list_differences(f"{where}/{_label(x, number)}", x, y, without, tolerance)
 
 
 def _is_near(a: Plain, b: Plain, tolerance: float) -> bool:
@@ -95,7 +95,9 @@ def _sort(part: LiveObject) -> str:
     return part.kind if part.kind in {"entity", "articulation", "joint", "material", "part"} else "ordered"
 
 
-def _paired(left: list[LiveObject], right: list[LiveObject]) -> Iterator[tuple[LiveObject | None, LiveObject | None]]:
+def _pair_parts(
+    left: list[LiveObject], right: list[LiveObject]
+) -> Iterator[tuple[LiveObject | None, LiveObject | None]]:
     """By their places; where one side has more, by the names that both have, so that the rest is told alone."""
     sides = [part.name for part in left], [part.name for part in right]
     shared = set(sides[0]) & set(sides[1])
@@ -107,7 +109,7 @@ def _paired(left: list[LiveObject], right: list[LiveObject]) -> Iterator[tuple[L
     yield from ((None, y) for y in right if y.name not in shared)
 
 
-def _skipped(kind: str, name: str, without: frozenset[str]) -> bool:
+def _is_skipped(kind: str, name: str, without: frozenset[str]) -> bool:
     return name in without or f"{kind}.{name}" in without
 
 
