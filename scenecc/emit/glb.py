@@ -55,7 +55,7 @@ def report_unsupported_material(look: SurfaceMaterial, origin: Origin | None, si
     if look.transmission > 0 and look.transmission_roughness != look.roughness:
         sink.report("SC745", "`transmission_roughness` is left out: glTF uses `roughness`", place)
     rough, metal = look.roughness_image, look.metallic_image
-    if rough is not None and metal is not None and _sampling(rough) != _sampling(metal):
+    if rough is not None and metal is not None and _sampler_modes(rough) != _sampler_modes(metal):
         message = (
             f"`metallic_texture` ({metal.name}) has the sampler of `roughness_texture`: glTF stores both in one image"
         )
@@ -66,7 +66,7 @@ def report_unsupported_material(look: SurfaceMaterial, origin: Origin | None, si
             sink.report("SC745", f"`address_mode: border` of {image.name} is written as `edge`", place)
 
 
-def _sampling(image: Image) -> tuple[str, str]:
+def _sampler_modes(image: Image) -> tuple[str, str]:
     return image.filter_mode, image.address_mode
 
 
