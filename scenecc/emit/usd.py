@@ -365,9 +365,9 @@ class UsdBodyWriter:
                 return made, None
             case _:
                 assert shape.mesh is not None  # of every shape that is no primitive
-                return self._cooked(path, shape, shape.mesh), None
+                return self._write_cooked(path, shape, shape.mesh), None
 
-    def _cooked(self, path: str, shape: MeasuredShape, mesh: MeasuredMesh) -> Prim:
+    def _write_cooked(self, path: str, shape: MeasuredShape, mesh: MeasuredMesh) -> Prim:
         made = self._mesh(path, mesh.vertices, mesh.triangles)
         api = self._stage.physics.MeshCollisionAPI.Apply(made.GetPrim())
         convex = shape.kind == "convex_mesh"
