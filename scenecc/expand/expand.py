@@ -206,7 +206,7 @@ class ModuleExpander:
         frame.lists = {}
         node, places = made.make(frame), None
         if overrides:
-            node, places = self._merged(node, overrides, section, name)
+            node, places = self._merge_overrides(node, overrides, section, name)
         return self.output.add(section, name, node, frame.mark(made.path), frame.lists, overrides=places)
 
     def _write_placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
@@ -257,7 +257,7 @@ class ModuleExpander:
         frame.lists = {}
         node, places = unit.body.make(frame), None
         if overrides:
-            node, places = self._merged(node, overrides, unit.section, full)
+            node, places = self._merge_overrides(node, overrides, unit.section, full)
         if selection is not None:
             self.output.selections[qualified_name(unit.section, full)] = selection
             if "scene_idxs" in node:
@@ -280,7 +280,7 @@ class ModuleExpander:
                 found.append(override)
         return found
 
-    def _merged(
+    def _merge_overrides(
         self, node: Any, overrides: list[Override], section: str, full: str
     ) -> tuple[Any, dict[Path, OverridePlace]]:
         """A node with what is said of it, and where that is written."""
@@ -337,7 +337,9 @@ class ModuleExpander:
         chain = (*scope.chain, compiled.module.main.document)
         body, places = unit.body.make(frame), None
         if said:
-            body, places = self._merged(body, [_placement_override(one, self.sink) for one in said], "frames", called)
+            body, places = self._merge_overrides(
+                body, [_placement_override(one, self.sink) for one in said], "frames", called
+            )
         hidden = scope.hidden or body.get("hidden") is True
         own, tables = None, scope.overrides
         if use.overrides:
@@ -389,9 +391,9 @@ class ModuleExpander:
                 arguments[param] = ParamArgument(value, mark, override.document, override.scope)
         if selection is None:
             return arguments
-        return {param: self._by_scene(argument, selection) for param, argument in arguments.items()}
+        return {param: self._map_by_scene(argument, selection) for param, argument in arguments.items()}
 
-    def _by_scene(self, argument: ParamArgument, selection: tuple[int, ...]) -> ParamArgument:
+    def _map_by_scene(self, argument: ParamArgument, selection: tuple[int, ...]) -> ParamArgument:
         """An argument whose `per_scene` lists, one value for each scene of the instance, are mappings."""
         if not has_varying(argument.value):
             return argument
@@ -496,7 +498,7 @@ class SceneSelections:
         """
         key = repr(given)
         if key not in self._known:
-            self._known[key] = self._counted(self._select(given, place) or (), place)
+            self._known[key] = self._count_scenes(self._select(given, place) or (), place)
         chosen = self._known[key]
         if outer is None or not chosen:
             return chosen
@@ -504,11 +506,11 @@ class SceneSelections:
         found = self._narrowed.get((key, id(outer)))
         if found is None:
             among = frozenset(outer)
-            narrowed = self._counted(tuple(scene for scene in chosen if scene in among), place)
+            narrowed = self._count_scenes(tuple(scene for scene in chosen if scene in among), place)
             found = self._narrowed[key, id(outer)] = (outer, narrowed)
         return found[1]
 
-    def _counted(self, selection: tuple[int, ...], place: Origin) -> tuple[int, ...]:
+    def _count_scenes(self, selection: tuple[int, ...], place: Origin) -> tuple[int, ...]:
         self._left -= len(selection)
         if self._left < 0:
             message = f"the selections of all instances exceed {self._most} scenes in all"
