@@ -219,7 +219,7 @@ class _ModuleCompiler:
     def _params(self) -> dict[str, Param]:
         draws: dict[str, NameMeaning] = dict.fromkeys(self._module.section("draws"), "draw")
         params: dict[str, Param] = {}
-        for name, entry, names in self._declared("params", "parameter", "later parameter"):
+        for name, entry, names in self._list_entries("params", "parameter", "later parameter"):
             frame = self._frame(entry.part)
             compiler = PatternCompiler({**draws, **names}, frame, PARAM_DEFAULT)
             found = read_param(name, entry.node, entry.part, compiler, frame)
@@ -230,10 +230,10 @@ class _ModuleCompiler:
     def _draws(self) -> dict[str, NodeTemplate]:
         return {
             name: self._make_template(entry, PatternCompiler(names, self._frame(entry.part)))
-            for name, entry, names in self._declared("draws", "draw", "later draw")
+            for name, entry, names in self._list_entries("draws", "draw", "later draw")
         }
 
-    def _declared(
+    def _list_entries(
         self, section: str, meaning: NameMeaning, later: NameMeaning
     ) -> Iterator[tuple[str, SectionEntry, dict[str, NameMeaning]]]:
         """The entries of a section with the names that each may read: what is above it, and not itself.
@@ -272,7 +272,9 @@ class _ModuleCompiler:
         body = NodeTemplate(
             node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
         )
-        condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
+        condition, namer, selection = (
+            self._compile_fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs")
+        )
         return UnitTemplate(section, name, body, axes, condition, namer, selection, use, count_node_objects(node))
 
     def _needs_repeat(self, node: dict[str, Any], entry: SectionEntry) -> None:
@@ -283,7 +285,9 @@ class _ModuleCompiler:
             )
 
     @staticmethod
-    def _fixed(node: dict[str, Any], key: str, entry: SectionEntry, compiler: PatternCompiler) -> NodeTemplate | None:
+    def _compile_fixed(
+        node: dict[str, Any], key: str, entry: SectionEntry, compiler: PatternCompiler
+    ) -> NodeTemplate | None:
         """A key that decides about structure; None where it is not there."""
         if key not in node:
             return None
@@ -292,7 +296,7 @@ class _ModuleCompiler:
         return NodeTemplate(node[key], fixed.pattern(node[key], path), entry.part, path)
 
     def _use_of(self, node: dict[str, Any], entry: SectionEntry, compiler: PatternCompiler) -> InstanceTemplate:
-        reference = self._fixed(node, "use", entry, compiler)
+        reference = self._compile_fixed(node, "use", entry, compiler)
         assert reference is not None
         for name, item in node.get("override", {}).items():
             for key in item if is_mapping(item) and not name.startswith(NOTE_PREFIX) else ():
@@ -304,7 +308,7 @@ class _ModuleCompiler:
         return InstanceTemplate(
             reference,
             self._parts(node, "with", entry, compiler),
-            self._fixed(node, "prefix", entry, compiler),
+            self._compile_fixed(node, "prefix", entry, compiler),
             self._parts(node, "override", entry, replace(compiler, depth=_OVERRIDE_DEPTH)),
         )
 
