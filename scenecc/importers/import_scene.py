@@ -404,7 +404,7 @@ def find_prefabs(document: Node, taken: Iterable[str], path: Callable[[str], str
     found = Prefabs({**document, "entities": {**entities, **made}}, files, inner)
     for section in ("constraints", "lights", "cameras"):
         if section in document:
-            found.document[section] = {key: _renamed(node, found) for key, node in document[section].items()}
+            found.document[section] = {key: _rename_prefabs(node, found) for key, node in document[section].items()}
     kept = {*_materials(found.document["entities"])}
     named = {key: node for key, node in document.get("materials", {}).items() if key in kept}
     found.document.pop("materials", None)
@@ -426,5 +426,5 @@ def _materials(node: Any) -> Iterator[str]:
             yield from _materials(value)
 
 
-def _renamed(node: Node, prefabs: Prefabs) -> Node:
+def _rename_prefabs(node: Node, prefabs: Prefabs) -> Node:
     return {key: prefabs.name(value) if key in _REFERENCES else value for key, value in node.items()}
