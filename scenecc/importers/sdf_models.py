@@ -413,7 +413,7 @@ class _Tree:
             top, place = self._node(root, name, None), self._links[root].pose
         else:
             is_fixed, place = True, IDENTITY_POSE
-            hangs = self._attached(anchor, "", anchor.child or anchor.parent, name)
+            hangs = self._attach_link(anchor, "", anchor.child or anchor.parent, name)
             top = {"name": self._link_names.new("base"), "children": [hangs]}
         entity: Node = pose_key(compose(reader.pose, place))
         if is_fixed:
@@ -444,10 +444,10 @@ class _Tree:
         for each in self._joints:
             other = each.child if each.parent == path else each.parent if each.child == path else ""
             if other and each.path not in self._used and f"link {other}" not in self._used:
-                children.append(self._attached(each, path, other, entity))
+                children.append(self._attach_link(each, path, other, entity))
         return {**node, "children": children} if children else node
 
-    def _attached(self, joint: SdfJoint, parent: str, child: str, entity: str) -> Node:
+    def _attach_link(self, joint: SdfJoint, parent: str, child: str, entity: str) -> Node:
         """A link below another by a joint; the hinges of the joint have links of their own between them."""
         self._used.add(joint.path)
         hinges: list[Hinge | None] = [*hinges_of(joint)] or [None]
