@@ -77,7 +77,7 @@ def read_shapes(link: SourceElement, place: LinkPlace) -> dict[str, list[Shape]]
         form = _form(collision)
         numbers = twins.get(repr(form), []) if _is_shared(collision) else []
         if numbers and _form(seen[numbers[0]]) == form:
-            shapes.append(_merged(collision, seen[numbers[0]]))
+            shapes.append(_merge_sides(collision, seen[numbers[0]]))
             seen[numbers.pop(0)] = {}
         else:
             collisions.append(collision)
@@ -114,7 +114,7 @@ def _is_shared(shape: Shape) -> bool:
     return shape["type"] in {"box", "sphere", "capsule", "cylinder", "cone", "convex_mesh", "plane"}
 
 
-def _merged(collision: Shape, visual: Shape) -> Shape:
+def _merge_sides(collision: Shape, visual: Shape) -> Shape:
     """One shape that collides as the first and looks as the second."""
     material = {**visual.get("material", {}), **collision.get("material", {})}
     merged = {**{key: value for key, value in visual.items() if key != "material"}, **collision}
