@@ -151,7 +151,7 @@ class UsdBodyReader:
         for prim, _, shape in shapes:
             if shape.mass is not None:
                 solids.setdefault(prim.GetPath(), []).append(shape.mass)
-        computed = self._computed(body, solids)
+        computed = self._compute_mass(body, solids)
         said = {
             name: self._said(body.prim, name) for name in ("mass", "centerOfMass", "diagonalInertia", "principalAxes")
         }
@@ -167,7 +167,7 @@ class UsdBodyReader:
             return {"mass": plain_number(float(said["mass"]) * stage.frames.kilograms)} if said["mass"] else {}
         return {"inertial": self._inertial(body, solids, computed)}
 
-    def _computed(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
+    def _compute_mass(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
         """Mass, moments, centre and principal axes, as UsdPhysics computes them, in the stage's units.
 
         `solids`: what each collider encloses, by its path.
@@ -265,7 +265,7 @@ class UsdBodyReader:
                 )
                 if not (is_link and key in _NOT_OF_LINKS):
                     keys[key] = int(found) if factor == "count" else number
-        locked = self._locked(body.prim)
+        locked = self._locked_axes(body.prim)
         if locked and not is_link:
             keys["locked_axes"] = locked
         return keys
@@ -285,7 +285,7 @@ class UsdBodyReader:
                 keys[key] = plain_numbers([each * factor for each in found], 1e-9)
         return keys
 
-    def _locked(self, prim: Prim) -> list[str]:
+    def _locked_axes(self, prim: Prim) -> list[str]:
         """The axes of PhysX's bits, which count x, y, z from the lowest; turned with the stage's up axis."""
         names: list[str] = []
         for attribute, prefix in (("lockedPosAxis", ""), ("lockedRotAxis", "r")):
