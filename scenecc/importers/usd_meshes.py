@@ -75,12 +75,14 @@ class UsdMesh:
 
     def to_obj(self) -> bytes:
         """The OBJ file. Points, normals and coordinates that no triangle uses are left out."""
-        uvs = None if self.uvs is None or self.uv_faces is None else _used(self.uvs, self.uv_faces)
-        normals = None if self.normals is None or self.normal_faces is None else _used(self.normals, self.normal_faces)
-        return encode_obj(*_used(self.points, self.faces), uvs, normals)
+        uvs = None if self.uvs is None or self.uv_faces is None else _select_used(self.uvs, self.uv_faces)
+        normals = (
+            None if self.normals is None or self.normal_faces is None else _select_used(self.normals, self.normal_faces)
+        )
+        return encode_obj(*_select_used(self.points, self.faces), uvs, normals)
 
 
-def _used(values: NDArray[Any], indices: NDArray[np.int64]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+def _select_used(values: NDArray[Any], indices: NDArray[np.int64]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """The values that are used, each once, in their order, without negative zeros."""
     used, inverse = np.unique(indices, return_inverse=True)
     return values[used].astype(np.float32) + np.float32(0), inverse.reshape(indices.shape)
