@@ -215,7 +215,7 @@ class UsdSceneReader:
         shapes = any(key in keys for key in ("shapes", "collisions", "visuals"))
         if not shapes and body.body_type != "dynamic":
             return {}
-        name = self._new(self._names, self._wish(body.prim), body.prim)
+        name = self._find_free_name(self._names, self._wish(body.prim), body.prim)
         self._where[path] = name
         placed = pose_key(body.pose)
         if not shapes:
@@ -234,7 +234,7 @@ class UsdSceneReader:
         links: dict[str, str] = {}
         for path in tree.bodies:
             prim = self._bodies[path].prim
-            links[path] = self._new(link_names, self._wish(prim), prim)
+            links[path] = self._find_free_name(link_names, self._wish(prim), prim)
             self._where[path] = f"{name}/{links[path]}"
         joints = {id(joint): joint_names.new(joint.name) for joint in tree.joints}
         writer = ArticulationWriter(self._stage, self._reader, self._bodies)
@@ -289,7 +289,7 @@ class UsdSceneReader:
             }
         return found
 
-    def _new(self, names: Names, wish: str, prim: Prim) -> str:
+    def _find_free_name(self, names: Names, wish: str, prim: Prim) -> str:
         """A free name. One that the language does not take as it is is told."""
         if plain_name(wish) != wish:
             self._stage.lose("names", f"`{cut(wish)}` is called `{plain_name(wish)}`", prim)
@@ -379,18 +379,18 @@ def check_attribute_types(stage: UsdStage, sink: Sink) -> None:
             name = str(attribute.GetName())
             declared = definition.GetSchemaAttributeSpec(name)
             if declared is not None:
-                wanted = _family(declared.typeName.type)
+                wanted = _type_family(declared.typeName.type)
             elif READ_OF_PHYSX.fullmatch(name):
                 wanted = "number"
             else:
                 wanted = _OF_LOOKS.get(name.removeprefix("inputs:")) if is_shader else None
-            found = {_family(each.typeName.type) for each in attribute.GetPropertyStack(stage.time)}
+            found = {_type_family(each.typeName.type) for each in attribute.GetPropertyStack(stage.time)}
             if wanted is not None and (wrong := found - {wanted}):
                 message = f"`{name}` of {prim.GetPath()} is of the type `{wrong.pop()}`, not `{wanted}`"
                 sink.report("SC430", message, Location(str(stage.path)))
 
 
-def _family(kind: Any) -> str:
+def _type_family(kind: Any) -> str:
     """A type of usd-core without the precision of its numbers."""
     return _TEXT.sub("text", _PRECISION.sub("", _NUMBER.sub("number", str(kind.typeName))))
 
@@ -424,10 +424,10 @@ class CollisionFilters:
     def add_filtered(self, parsed: Iterable[Any]) -> None:
         """Adds the pairs of `FilteredPairsAPI`s. `parsed`: bodies, shapes and articulations of UsdPhysics."""
         for each in parsed:
-            others = [other for path in each.filteredCollisions for other in self._below(str(path))]
+            others = [other for path in each.filteredCollisions for other in self._list_bodies(str(path))]
             if not others:
                 continue
-            own = self._below(str(each.primPath))
+            own = self._list_bodies(str(each.primPath))
             if any(
                 len(self._bodies[body].colliders) > 1
                 for body in (*own, *others)
@@ -440,9 +440,9 @@ class CollisionFilters:
     def _find_filtered(self, parsed: Any) -> set[str]:
         """Bodies that a filter names as a whole."""
         paths = [str(path) for path in (parsed.primPath, *parsed.filteredCollisions)]
-        return {body for path in paths for body in self._below(path) if f"{body}/".startswith(f"{path}/")}
+        return {body for path in paths for body in self._list_bodies(path) if f"{body}/".startswith(f"{path}/")}
 
-    def _below(self, path: str) -> list[str]:
+    def _list_bodies(self, path: str) -> list[str]:
         """The bodies at a path and below it; of a collider, its body."""
         found = [body for body in self._bodies if f"{body}/".startswith(f"{path}/")]
         if found:
@@ -456,7 +456,7 @@ class CollisionFilters:
     def add_groups(self) -> None:
         """Adds the pairs of collision groups. Pairs of which only some colliders are kept apart are told."""
         apart = {
-            frozenset((name, str(other))) for name, group in self._groups.items() for other in self._ignored(group)
+            frozenset((name, str(other))) for name, group in self._groups.items() for other in self._list_ignored(group)
         }
         if not apart:
             return
@@ -474,7 +474,7 @@ class CollisionFilters:
                 elif found == {True}:
                     self._pairs |= {frozenset((a, b)) for a in ones for b in others if a != b}
 
-    def _ignored(self, group: Any) -> list[str]:
+    def _list_ignored(self, group: Any) -> list[str]:
         named = [str(path) for path in group.filteredGroups]
         # Of what UsdPhysics has parsed this one flag may be uninitialised memory.
         inverted = self._stage.value(self._stage.prim(group.primPath), "physics:invertFilteredGroups", default=False)
