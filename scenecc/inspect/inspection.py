@@ -194,12 +194,12 @@ def file_items(
         if not role:
             # What nothing of the plan has is part of what names it: a material file, a texture, an SRDF.
             owner = used.get(next((by_uri[name] for name in by if name in by_uri), path), ("other", ()))[0]
-            role = owner if path.suffix.lower() not in _IMAGES else "heights" if _by_scenes(by) else "texture"
+            role = owner if path.suffix.lower() not in _IMAGES else "heights" if _is_of_scene_files(by) else "texture"
         found.append(_item(uri, path, role, by, names))
     return tuple(found)
 
 
-def _by_scenes(names: Sequence[str]) -> bool:
+def _is_of_scene_files(names: Sequence[str]) -> bool:
     """Whether only scene files name a file, as they do the heights of terrain, which the plan holds itself."""
     return bool(names) and all(name == DICT or name.lower().endswith((".yaml", ".yml")) for name in names)
 
@@ -216,7 +216,7 @@ def _uses(plan: ScenePlan) -> dict[int, tuple[str, tuple[str, ...]]]:
 def _values(plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
     """Every value that names files: what these are for, the value, and what has it."""
     for entity in plan.entities:
-        yield from _of_entity(entity, plan)
+        yield from _list_values(entity, plan)
     for light in plan.lights:
         texture = getattr(light.light, "texture", None)
         if isinstance(texture, Texture):
@@ -228,7 +228,7 @@ def _values(plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
             yield "environment", value, "environment"
 
 
-def _of_entity(entity: Entity, plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
+def _list_values(entity: Entity, plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
     for structure in entity.structures:
         if isinstance(structure, ArticulationStructure):
             yield from (("robot", file, entity.name) for file in structure.description_files)
