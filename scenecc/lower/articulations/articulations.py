@@ -251,7 +251,7 @@ class ArticulationLowerer:
         if found is None:
             return []
         if entity.attach:
-            return self._assembled(entity, origin, found, fields)
+            return self._lower_assembly(entity, origin, found, fields)
         if "root" in entity.model_fields_set:
             draft = self._trees.draft(entity.root, origin.child("root"), fields)
             work = self._make_context(entity, origin, fields, [draft], one_id=True)
@@ -286,7 +286,7 @@ class ArticulationLowerer:
         constraints = files[0][1].constraints if files[0] is not None else ()
         return [replace(made[0], constraints=constraints), *made[1:]]
 
-    def _assembled(
+    def _lower_assembly(
         self, entity: Any, origin: Origin, found: Alternatives, fields: FieldLowerer
     ) -> list[LoweredArticulation]:
         """The articulation of an entity with parts."""
@@ -588,7 +588,7 @@ def _warn_ignored_pairs_collide(
         return
     found: dict[Origin, list[tuple[int, int]]] = {}
     for link, place in written.items():
-        pairs = list(_colliding(link, draft, bodies, all_of_them=whole is not None))
+        pairs = list(_colliding_pairs(link, draft, bodies, all_of_them=whole is not None))
         if pairs:
             found.setdefault(place, []).extend(pairs)
     for place, pairs in found.items():
@@ -601,7 +601,7 @@ def _warn_ignored_pairs_collide(
         sink.report("SC524", message, place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _colliding(
+def _colliding_pairs(
     number: int, draft: ArticulationDraft, bodies: Sequence[BodyStructure], *, all_of_them: bool
 ) -> Iterator[tuple[int, int]]:
     link = draft.links[number]
