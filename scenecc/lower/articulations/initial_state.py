@@ -123,7 +123,7 @@ class InitialStateLowerer:
         if self._beyond_limits:
             return self._fields.finish(joint_value_node(given), variation, _POSITION, given.origin, reset=True)
         if variation.drawn or any(name in sampling.random for name in variation.reads):
-            return self._clamped(joint, given, variation)
+            return self._clamp_to_limits(joint, given, variation)
         item = joint_value_node(given)
         kind = FieldType(within=Bounds(*widest(joint.limits)))
         value = self._fields.finish(item, variation, kind, given.origin, reset=True)
@@ -133,7 +133,7 @@ class InitialStateLowerer:
             self._fields.defer(value, kind, given.origin, variation)
         return value
 
-    def _clamped(self, joint: DraftJoint, given: JointValue, variation: VariationLowerer) -> Value:
+    def _clamp_to_limits(self, joint: DraftJoint, given: JointValue, variation: VariationLowerer) -> Value:
         """A position that is drawn, held within the limits, as each later one is."""
         fields, limits = self._fields, joint.limits
         plain = limits is None or limits.is_constant
@@ -162,7 +162,7 @@ class InitialStateLowerer:
         mimic = joint.mimic
         source = None if mimic is None else self._numbers.get(mimic.source)
         if mimic is not None and source is not None and source in found:
-            followed = self._following(mimic, joint.limits, found[source])
+            followed = self._follow_source(mimic, joint.limits, found[source])
             return followed, followed.numbers() != (0.0,)
         if joint.qpos is not None:
             low, high = widest(joint.limits)
@@ -206,7 +206,7 @@ class InitialStateLowerer:
             resets[id(value)] = ResettableValue(value, node, variation, self._fields, limits)
         return value
 
-    def _following(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
+    def _follow_source(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
         """Where a joint starts that follows another one, within its limits.
 
         Args:
@@ -407,11 +407,11 @@ class JointNumbers:
                 self.sink.report("SC321", message, origin.child(*place), hint=hint)
                 return True
             if len(found) != len(self.names):
-                self._miscounted(len(found), origin.child(*place))
+                self._report_wrong_count(len(found), origin.child(*place))
                 return True
         return False
 
-    def _miscounted(self, count: int, place: Origin) -> None:
+    def _report_wrong_count(self, count: int, place: Origin) -> None:
         joints = len(self.names)
         are = "joint moves" if joints == 1 else "joints move"
         values = "1 number" if count == 1 else f"{count} numbers"
