@@ -36,13 +36,13 @@ def assign_group_bits(groups: dict[str, CollisionGroup], origin: Origin, sink: S
             "SC312", f"{len(groups)} collision groups are more than the {GROUPS} bits", origin.child(extra), at="key"
         )
         return dict.fromkeys(groups, DEFAULT_BITS)
-    ignored = _ignored(groups, origin, sink)
+    ignored = _find_ignored(groups, origin, sink)
     bit = {name: 1 << (i + 1) for i, name in enumerate(groups)}
     everything = 1 | sum(bit.values())
     return {name: (bit[name], everything & ~sum(bit[other] for other in ignored[name]), 0, 0) for name in groups}
 
 
-def _ignored(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict[str, set[str]]:
+def _find_ignored(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict[str, set[str]]:
     ignored: dict[str, set[str]] = {name: set() for name in groups}
     for name, group in groups.items():
         scope = scope_of(name)
