@@ -266,9 +266,9 @@ class ConstraintLowerer:
 
     def describe(self) -> tuple[Constraint, ...]:
         """The constraints of robots' files."""
-        return tuple(self._described(name, *found) for name, found in self._entities.constraints.items())
+        return tuple(self._lower_constraint(name, *found) for name, found in self._entities.constraints.items())
 
-    def _described(
+    def _lower_constraint(
         self, name: str, constraint: DescribedConstraint, entities: Mapping[str, str], place: Origin
     ) -> Constraint:
         ends = [
@@ -317,7 +317,7 @@ class ConstraintLowerer:
             joint=lower_constraint_joint(written, fields, origin),
             child=child,
             parent=parent,
-            pose_in_parent=self._in_parent(written, (child, parent), in_child, fields, origin),
+            pose_in_parent=self._pose_in_parent(written, (child, parent), in_child, fields, origin),
             pose_in_child=in_child,
             enabled=fields.optional(written.enabled, _ENABLED, origin, "enabled"),
             origin=origin,
@@ -350,7 +350,7 @@ class ConstraintLowerer:
             self._sink.report("SC341", message, origin, at="key")
         return scenes
 
-    def _in_parent(
+    def _pose_in_parent(
         self,
         written: Any,
         mounts: tuple[Mount, Mount | None],
