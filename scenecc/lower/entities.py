@@ -148,7 +148,7 @@ class EntityLowerer:
                 structures = (bodies.lower(entity, place, fields),)
             elif "variants" not in entity.__class__.model_fields:
                 linked = linked or articulations()
-                made += self._linked(name, linked.lower(entity, place, fields), place, hidden=entity.hidden)
+                made += self._lower_linked(name, linked.lower(entity, place, fields), place, hidden=entity.hidden)
                 continue
             else:
                 # An expanded document has no others.
@@ -157,7 +157,7 @@ class EntityLowerer:
             made.append(_UnplacedEntity(name, place, structures, pick, fixed=fixed, hidden=entity.hidden))
         return made
 
-    def _linked(
+    def _lower_linked(
         self, name: str, built: list[LoweredArticulation], place: Origin, *, hidden: bool
     ) -> list[_UnplacedEntity]:
         """What a robot's file or a tree of links makes."""
@@ -281,7 +281,7 @@ class BodyLowerer:
         if len(layers) == 1 and layers[0][0].color is None and layers[0][0].density is None:
             # Many bodies name a material and nothing else.
             surface = self._materials.surface(layers[0][0].material, layers[0][1], fields)
-            return found if surface is None else self._of_surface(surface)
+            return found if surface is None else self._surface_defaults(surface)
         for layer in layers:
             body = layer[0]
             if body.material is None and body.color is None and body.density is None:
@@ -304,7 +304,7 @@ class BodyLowerer:
             self._last = origin, (surface, color, density)
         return self._last[1]
 
-    def _of_surface(self, surface: LoweredMaterial | MaterialChoice) -> ShapeDefaults:
+    def _surface_defaults(self, surface: LoweredMaterial | MaterialChoice) -> ShapeDefaults:
         known = self._by_surface.get(id(surface))
         if known is None:
             known = self._by_surface[id(surface)] = ShapeDefaults(surface)
