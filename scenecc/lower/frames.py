@@ -291,9 +291,9 @@ class FrameGraph:
             local = lower_pose(pose, origin, ("pose",), self._sink)
         if pose.__class__ is not PoseMapping or pose.anchor is None:
             return local, variation
-        return self._anchored(name, local, pose.anchor, variation)
+        return self._pose_of_origin(name, local, pose.anchor, variation)
 
-    def _anchored(
+    def _pose_of_origin(
         self, name: str, local: Any, anchor: str, variation: VariationLowerer | None
     ) -> tuple[Any, VariationLowerer | None]:
         """The pose of an origin, where that of a point of the bounds is given."""
@@ -345,10 +345,10 @@ class FrameGraph:
             return FramePose(local, variation, None, local, around, 1, read)
         if outer.depth < MAX_COMPOSED_POSES:
             return FramePose(local, variation, parent, composed(outer.world, local), around, outer.depth + 1, read)
-        world = composed(self._shared(parent, outer.world), local)
+        world = composed(self._share_pose(parent, outer.world), local)
         return FramePose(local, variation, parent, world, around, 2, read)
 
-    def _shared(self, name: str, world: Any) -> Any:
+    def _share_pose(self, name: str, world: Any) -> Any:
         """A pose by its name: of a chain that varies and has no end, the rest would nest in it without end."""
         if world.__class__ not in NODE_TYPES:
             return world
