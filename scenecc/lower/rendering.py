@@ -271,7 +271,7 @@ class _RenderObjectLowerer:
             fields: over its scenes.
             origin: of it.
         """
-        made = self._typed(light, fields, origin)
+        made = self._make_light(light, fields, origin)
         shadow = self._shadow(light, fields, origin)
         color = fields.value(light.color, LIGHT_COLOR, origin, "color")
         mount = self._mount(light, fields, origin)
@@ -279,7 +279,7 @@ class _RenderObjectLowerer:
         pose = self._pose(qualified_name("lights", name), light, "a light", mount_pose, fields, origin)
         return made and Light(name, fields.scenes, made, pose, color, mount, shadow, origin)
 
-    def _typed(self, light: Any, fields: FieldLowerer, origin: Origin) -> Any:
+    def _make_light(self, light: Any, fields: FieldLowerer, origin: Origin) -> Any:
         match light.type:
             case "directional":
                 return DirectionalLight()
@@ -297,10 +297,10 @@ class _RenderObjectLowerer:
                 return texture and TexturedLight(*self._cone(light, fields, origin), texture)
 
     def _cone(self, light: Any, fields: FieldLowerer, origin: Origin) -> tuple[Value, Value]:
-        inner, outer = (self._opening(light, name, fields, origin) for name in ("inner_fov", "outer_fov"))
+        inner, outer = (self._read_opening(light, name, fields, origin) for name in ("inner_fov", "outer_fov"))
         return inner, outer
 
-    def _opening(self, light: Any, name: str, fields: FieldLowerer, origin: Origin) -> Value:
+    def _read_opening(self, light: Any, name: str, fields: FieldLowerer, origin: Origin) -> Value:
         found = lower_angle(light, name, origin, fields)
         if found is None:
             message = f"a light of type {light.type} needs `{name}` [rad] or `{name}_deg`"
