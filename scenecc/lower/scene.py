@@ -359,7 +359,7 @@ class _SectionLowerer:
 
     def plan(self, name: str, physics: Physics) -> ScenePlan:
         """The plan without files and materials, of which unused ones come last. `name`: if the document has none."""
-        seen = self._rendering()
+        seen = self._lower_rendering()
         return ScenePlan(
             name=self.scene.name or name,
             description=self.scene.description,
@@ -376,7 +376,7 @@ class _SectionLowerer:
             origin=self.origin,
         )
 
-    def _rendering(self) -> RenderObjects | None:
+    def _lower_rendering(self) -> RenderObjects | None:
         scene = self.scene
         if scene.environment is None and not scene.lights and not scene.cameras:
             return None
