@@ -190,14 +190,14 @@ class _Completer:
                 described = None if prefab is None else prefab.scalar(("description",))
                 yield Offer(SHIPPED_PREFIX + name, "file", start, (described or "").partition("\n")[0])
         suffixes = SUFFIXES.get(plain_keys(path)[-1], IMAGE_SUFFIXES)
-        for name, is_folder in self._listed(folder):
+        for name, is_folder in self._list_folder(folder):
             shown = f"{folder}/{name}" if slash else name
             if is_folder:
                 yield Offer(f"{shown}/", "folder", start)
             elif name.lower().endswith(suffixes) and (kind == "file" or self._is_part(folder, name)):
                 yield Offer(shown, "file", start)
 
-    def _listed(self, folder: str) -> list[tuple[str, bool]]:
+    def _list_folder(self, folder: str) -> list[tuple[str, bool]]:
         """The names in a folder that the scene may read, each with whether it is a folder."""
         if "://" in folder or folder.startswith(("/", "~")) or "\0" in folder:
             return []
