@@ -33,12 +33,12 @@ def findings_in(view: WorkspaceView, path: Path) -> list[Diagnostic]:
     found: list[Diagnostic] = []
     for user in view.judges(path):
         project = view.projects[user]
-        here = (_moved(one, path, project) if user == path else one for one in project.diagnostics)
+        here = (_move_to_line(one, path, project) if user == path else one for one in project.diagnostics)
         found += [one for one in here if project.files.get(one.file or "") == path or one.file == str(path)]
     return list(dict.fromkeys(found))
 
 
-def _moved(found: Diagnostic, path: Path, project: Project) -> Diagnostic:
+def _move_to_line(found: Diagnostic, path: Path, project: Project) -> Diagnostic:
     """A finding of a scene, at the line of that which leads to it, where it is in another file."""
     if found.file is None or found.file == str(path) or project.files.get(found.file) == path:
         return replace(found, location=replace(found.location, file=str(path)))
@@ -63,11 +63,13 @@ def to_client(view: WorkspaceView, text: SceneText, found: Diagnostic, columns: 
         severity=_SEVERITIES[found.severity],
         code=found.code,
         source="scenecc",
-        related_information=list(_related(view, found, columns)),
+        related_information=list(_list_related(view, found, columns)),
     )
 
 
-def _related(view: WorkspaceView, found: Diagnostic, columns: Columns) -> Iterator[types.DiagnosticRelatedInformation]:
+def _list_related(
+    view: WorkspaceView, found: Diagnostic, columns: Columns
+) -> Iterator[types.DiagnosticRelatedInformation]:
     names: Mapping[str, Path] = {name: path for one in view.projects.values() for name, path in one.files.items()}
     for related in found.related:
         path = names.get(related.location.file or "")
