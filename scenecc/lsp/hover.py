@@ -43,13 +43,13 @@ def hover_at(view: WorkspaceView, path: Path, line: int, column: int) -> HoverTe
     if text is None or leaf is None:
         return None
     found = mention_at(view, path, line, column)
-    told = None if found is None else _of_name(view, *found)
+    told = None if found is None else _describe_name(view, *found)
     if told is None:
-        told = _of_key(text, leaf.path), None
+        told = _describe_key(text, leaf.path), None
     return None if not told[0] else HoverText(told[0], leaf.line, leaf.start, leaf.end, told[1])
 
 
-def _of_key(text: SceneText, path: KeyPath) -> str | None:
+def _describe_key(text: SceneText, path: KeyPath) -> str | None:
     """What the innermost key of a path means."""
     while path and not isinstance(path[-1], str):
         path = path[:-1]
@@ -60,7 +60,7 @@ def _of_key(text: SceneText, path: KeyPath) -> str | None:
     return describe_key(inside, lambda below: text.scalars(path[: start + len(below)]))
 
 
-def _of_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
+def _describe_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
     """The Markdown, and the entity that is meant."""
     defined = definition_of(view, text, leaf, mention)
     if defined is None:
