@@ -132,10 +132,10 @@ class _Resolver:
             link = None if one is None else one.links.get(name[end + 1 :])
             if link is not None:
                 return self._at_place(link, name, start=end + 1)
-            return here and self._in_instance(here.path, name, end)
+            return here and self._find_in_instance(here.path, name, end)
         return None
 
-    def _in_instance(self, path: KeyPath, name: str, end: int) -> Definition | None:
+    def _find_in_instance(self, path: KeyPath, name: str, end: int) -> Definition | None:
         """What is inside an instance, of a scene that has no plan yet. `end`: of the instance's name."""
         if "prefix" in self._text.scalars(path):
             return None
