@@ -55,7 +55,7 @@ class AnalysisProcess:
         return answer
 
     async def _answer(self, request: Any) -> Any:
-        process = await self._started()
+        process = await self._start()
         self._since = time.monotonic()
         try:
             return await _exchange(process, worker.encode_message(request))
@@ -81,7 +81,7 @@ class AnalysisProcess:
             with suppress(ProcessLookupError):
                 self._process.kill()
 
-    async def _started(self) -> asyncio.subprocess.Process:
+    async def _start(self) -> asyncio.subprocess.Process:
         if self._process is None or self._process.returncode is not None:
             pipe = asyncio.subprocess.PIPE
             # With this process's path: nothing of the current folder is imported that this one would not import.
