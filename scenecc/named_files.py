@@ -158,7 +158,7 @@ class RobotReads:
         # All that decides what is read, with the files that are meant.
         key = (replace(request, uri="", srdf=None, package_dir=None), file.path, srdf, folder)
         if key not in self._known:
-            described = self._described(request, file, srdf, folder, places)
+            described = self._describe_robot(request, file, srdf, folder, places)
             self._known[key] = described, origin, pairing
         found, first, first_pairing = self._known[key]
         # A fault of the file is reported once, with the entity that uses it.
@@ -166,7 +166,7 @@ class RobotReads:
         self._sink.note_user(first_pairing, pairing)
         return None if found is None else (AssetFile(file.uri, file.path, read_by=found.read_by), found)
 
-    def _described(
+    def _describe_robot(
         self,
         request: RobotRequest,
         file: ResolvedFile,
