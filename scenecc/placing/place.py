@@ -270,13 +270,13 @@ class _Trial:
                 # One scene alone says why.
                 self._why.clear()
                 few = min(_TRIES_TOGETHER, done)
-                self._tried(np.repeat(left[:1], few), np.arange(done - few, done))
+                self._try_poses(np.repeat(left[:1], few), np.arange(done - few, done))
                 reasons = [f"{count} of {few} are {reason}" for reason, count in self._why.most_common(3) if count]
                 why = f"of the last tries in scene {scenes[0]}, " + ", ".join(reasons)
                 raise PlacingError(name, scenes, f"`{name}` fits nowhere in {done} tries", why)
             rows = np.repeat(left, count)
             tries = done + np.tile(np.arange(count), len(left))
-            pose, fits = self._tried(rows, tries)
+            pose, fits = self._try_poses(rows, tries)
             fits, pose = fits.reshape(-1, count), pose.reshape(-1, count, 7)
             first, settled = fits.argmax(axis=1), fits.any(axis=1)
             found[left[settled]] = pose[np.flatnonzero(settled), first[settled]]
@@ -312,7 +312,7 @@ class _Trial:
         tops = [(one.corners, one.there) for one in self._surfaces if one.corners is not None]
         return rectangle_of(tops, self._origin, self._heading)
 
-    def _tried(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
+    def _try_poses(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
         """The poses (M, 7) of some tries, and which of them fit."""
         batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
         pose = self._upright(rows, batch)
@@ -399,7 +399,7 @@ class _Trial:
                 # Where hulls are apart, triangles are: of these there may be millions of pairs.
                 least_ = np.full(len(close), wanted)
                 close = close[~are_apart(own.cores(close), part.cores(rows[close]), least_)]
-                self._refuse(free, self._meeting(own, close, part, rows[close], wanted), name)
+                self._refuse(free, self._find_meeting(own, close, part, rows[close], wanted), name)
             elif close.size:
                 mine.append(own.cores(close))
                 others.append(part.cores(rows[close]))
@@ -434,7 +434,7 @@ class _Trial:
             found += [one for one, is_near in zip(some, near, strict=True) if is_near or one.part.is_plane]
         return found
 
-    def _meeting(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
+    def _find_meeting(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
         """Those of `close`, rows of a part, in which its triangles or those of another meet or are too near."""
         meet = np.zeros(len(close), np.bool_)
         for pair, first, second in core_pair_lots(own, close, part, rows, wanted):
