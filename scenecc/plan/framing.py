@@ -137,7 +137,7 @@ def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
     np.maximum.at(highs, solids.bodies, solids.boxes[:, 1])
     boxes = np.stack([lows, highs], axis=1)
     real = np.asarray(np.isfinite(boxes).all(axis=(1, 2)))
-    chosen = real & np.isin(np.arange(count), list(focus)) if focus else _moving(boxes, real, solids.motions)
+    chosen = real & np.isin(np.arange(count), list(focus)) if focus else _find_moving(boxes, real, solids.motions)
     if not chosen.any():
         return Subject(np.array([[[-0.5] * 3, [0.5] * 3]]), np.zeros((0, 2, 3)), -0.5)
     others = solids.boxes[~chosen[solids.bodies] & np.isfinite(solids.boxes).all(axis=(1, 2))]
@@ -145,7 +145,7 @@ def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
     return Subject(subject.boxes, others, _support(subject))
 
 
-def _moving(boxes: NDArray[np.float64], real: NDArray[np.bool_], motions: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _find_moving(boxes: NDArray[np.float64], real: NDArray[np.bool_], motions: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which bodies move, or could, and which of their size stand beside them."""
     standing = real & ~_are_floors(boxes, real)
     levels = (real & (motions == Motion.DYNAMIC), standing & (motions == Motion.KINEMATIC), standing)
