@@ -230,7 +230,7 @@ class MjcfModelReader:
             for link, body in zip(robot.links, bodies, strict=True):
                 if link.collisions and body >= 0:
                     parent = None if link.parent is None else starts[-1] + link.parent
-                    colliding.append(self._colliding(link, body, key, parent))
+                    colliding.append(self._colliding_link(link, body, key, parent))
                 key += 1
         bits = find_ignore_bits(colliding, self._model, self._report)
         return [
@@ -244,7 +244,7 @@ class MjcfModelReader:
         ]
 
     @staticmethod
-    def _colliding(link: DescribedLink, body: int, key: int, parent: int | None) -> CollidingLink:
+    def _colliding_link(link: DescribedLink, body: int, key: int, parent: int | None) -> CollidingLink:
         contype = conaffinity = 0
         for shape in link.collisions:
             first, second = shape.bits or (0, 0)
