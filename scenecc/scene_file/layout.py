@@ -106,7 +106,7 @@ def scene_text(document: Mapping[str, Any], *, comments: Comments | None = None)
     writer = _Writer(comments or {})
     lines = list(writer.comment((), ""))
     blank = False
-    for name, value in _ordered(document, ""):
+    for name, value in _order_entries(document, ""):
         entry = list(writer.entry(name, value, (name,), 0))
         # One blank line around each section of several lines.
         long = name in _SECTIONS or len(entry) > _SHORT
@@ -151,7 +151,7 @@ class _Writer:
                 yield from self._item(inner, (*path, index), column)
             return
         before = 0
-        for name, inner in _ordered(value, path[-1]):
+        for name, inner in _order_entries(value, path[-1]):
             lines = list(self.entry(name, inner, (*path, name), column))
             if path == ("entities",) and before and max(before, len(lines)) > _SHORT:
                 yield ""
@@ -204,7 +204,7 @@ def _fill(head: str, value: Any, path: tuple[str | int, ...], column: int) -> It
     yield line
 
 
-def _ordered(value: Mapping[str, Any], owner: str | int) -> list[tuple[str, Any]]:
+def _order_entries(value: Mapping[str, Any], owner: str | int) -> list[tuple[str, Any]]:
     """The entries of a mapping in the order in which they are written."""
     entries = list(value.items())
     if owner in NAMED:
@@ -239,7 +239,7 @@ def _flow(value: Any, path: tuple[str | int, ...], *, inside: bool) -> str:
 
 def _flow_items(value: Any, path: tuple[str | int, ...]) -> list[str]:
     if _is_mapping(value):
-        entries = [(name, inner, (*path, name)) for name, inner in _ordered(value, path[-1] if path else "")]
+        entries = [(name, inner, (*path, name)) for name, inner in _order_entries(value, path[-1] if path else "")]
         return [f"{_key_text(name, here)}: {_flow(inner, here, inside=True)}" for name, inner, here in entries]
     items = cast("Sequence[Any]", value)
     if not isinstance(items, list | tuple):
