@@ -30,7 +30,7 @@ def simplify(document: Mapping[str, Any]) -> Node:
     found: Node = json.loads(json.dumps(document))
     _name_materials(found)
     for shapes in _shape_lists(found.get("entities", {})):
-        shapes[:] = _repeated(shapes)
+        shapes[:] = _fold_repeats(shapes)
     if "entities" in found:
         found["entities"] = _repeated_entities(found["entities"], _referred_to(found))
     return found
@@ -94,7 +94,7 @@ def _material_name(material: Node, owner: str, taken: Node) -> str:
 # ---- repetition
 
 
-def _repeated(items: list[Node]) -> list[Node]:
+def _fold_repeats(items: list[Node]) -> list[Node]:
     """Shapes of which runs of equal ones are one with `repeat`."""
     found: list[Node] = []
     start = 0
@@ -117,7 +117,7 @@ def _run_end(items: Sequence[Node], start: int) -> int:
     """The end of a run of items with the same keys and at most one value that differs from the first's."""
     end = start + 1
     while end < len(items) and items[end].keys() == items[start].keys():
-        differing = list(_differing(items[start], items[end], ()))
+        differing = list(_differing_paths(items[start], items[end], ()))
         if len(differing) > 1:
             break
         end += 1
@@ -126,7 +126,7 @@ def _run_end(items: Sequence[Node], start: int) -> int:
 
 def _copies(items: Sequence[Node]) -> Node | None:
     """One item with `repeat` for several; None where more than one value differs between them."""
-    paths = {path for other in items[1:] for path in _differing(items[0], other, ())}
+    paths = {path for other in items[1:] for path in _differing_paths(items[0], other, ())}
     if "repeat" in items[0] or len(paths) > 1:
         return None
     if not paths:
@@ -153,11 +153,11 @@ def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
     return {key: values}, f"${{{key}}}"
 
 
-def _differing(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator[tuple[str | int, ...]]:
+def _differing_paths(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator[tuple[str | int, ...]]:
     """The paths of values that differ; lists of numbers are one value."""
     if is_mapping_node(first) and is_mapping_node(second) and first.keys() == second.keys():
         for key in first:
-            yield from _differing(first[key], second[key], (*path, key))
+            yield from _differing_paths(first[key], second[key], (*path, key))
     elif (
         is_list_node(first)
         and is_list_node(second)
@@ -165,7 +165,7 @@ def _differing(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator
         and any(isinstance(item, dict | list) for item in first)
     ):
         for index, pair in enumerate(zip(first, second, strict=True)):
-            yield from _differing(*pair, (*path, index))
+            yield from _differing_paths(*pair, (*path, index))
     elif first != second:
         yield path
 
@@ -217,10 +217,10 @@ def _entity_run(
     last = _run_end(nodes, start)
     last = next((index for index in range(start, last) if names[index] in referred), last)
     for end in range(last, start + _LEAST_COPIES - 1, -1):
-        paths = {path for other in nodes[start + 1 : end] for path in _differing(nodes[start], other, ())}
+        paths = {path for other in nodes[start + 1 : end] for path in _differing_paths(nodes[start], other, ())}
         if len(paths) > 1 or any(path[0] in _FIXED_KEYS for path in paths):
             continue
-        node, stem = _copies(nodes[start:end]), _numbered(names[start:end])
+        node, stem = _copies(nodes[start:end]), _numbered_prefix(names[start:end])
         if node is None:
             continue
         if stem is not None:
@@ -231,7 +231,7 @@ def _entity_run(
     return start + 1, None, names[start]
 
 
-def _numbered(names: list[str]) -> str | None:
+def _numbered_prefix(names: list[str]) -> str | None:
     """NAME of NAME_0, NAME_1, …; None: the names are others."""
     stem, _, first = names[0].rpartition("_")
     return stem if stem and first == "0" and names == [f"{stem}_{i}" for i in range(len(names))] else None
