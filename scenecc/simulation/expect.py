@@ -145,9 +145,9 @@ class Judge:
             self._observe(step)
         for one in self._due.get(step, ()):
             if isinstance(one, Settled):
-                yield from self._unsettled(one)
+                yield from self._find_unsettled(one)
             else:
-                yield from self._unmet(one, self._of_contacts(one) | self._values)
+                yield from self._unmet(one, self._observe_contacts(one) | self._values)
 
     def _observe(self, step: int) -> None:
         for one in self._due.get(step, ()):
@@ -159,11 +159,11 @@ class Judge:
                         self._values[reading] = {}
                         self._faults[reading.name] = f"distances from {error} cannot be measured"
 
-    def _of_contacts(self, condition: Condition) -> dict[Reading, Mapping[int, Any]]:
+    def _observe_contacts(self, condition: Condition) -> dict[Reading, Mapping[int, Any]]:
         touching = [reading for reading in condition.readings if reading.kind == "touching"]
         return {reading: self._observer.touching(*reading.of) for reading in touching}
 
-    def _unsettled(self, settled: Settled) -> Iterator[Finding]:
+    def _find_unsettled(self, settled: Settled) -> Iterator[Finding]:
         end = poses(self._moving)
         away = np.linalg.norm(end[:, :3] - self._start[:, :3], axis=1)
         cosine = np.abs(np.einsum("ij,ij->i", end[:, 3:], self._start[:, 3:]))
