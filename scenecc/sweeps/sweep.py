@@ -252,7 +252,7 @@ def _collect(
                     folder.log(unit, died=outcome, attempt=deaths[unit])
                     if deaths[unit] < ATTEMPTS:
                         continue
-                    outcome = _died(work, unit)
+                    outcome = _record_death(work, unit)
                 elif outcome.fault is not None:
                     host = outcome.worker.rpartition(":")[0]
                     hint = "while a sweep runs, its files stay as they are, at the same path on each machine"
@@ -266,7 +266,7 @@ def _collect(
                 progress(before, total)
 
 
-def _died(work: Work, unit: Unit) -> Outcome:
+def _record_death(work: Work, unit: Unit) -> Outcome:
     """In place of what a unit would have given: a finding at its file."""
     entry, sink = work.entries[unit.entry], Sink()
     scenes = f"scenes {unit.first} to {unit.end - 1}" if unit.end - unit.first > 1 else f"scene {unit.first}"
