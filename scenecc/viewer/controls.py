@@ -51,7 +51,7 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
     handle: Any
     read: Callable[[Any], Any]
     if row.type in {"boolean", "choice"}:
-        handle, read = _listed(gui, row, value, hint)
+        handle, read = _add_choices(gui, row, value, hint)
     elif row.type in {"number", "integer"} and _is_number(value):
         handle, read = _number(gui, row, value, hint), partial(_read_number, whole=row.type == "integer")
     else:
@@ -68,7 +68,7 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
     return handle
 
 
-def _listed(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[Any, Callable[[Any], Any]]:
+def _add_choices(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[Any, Callable[[Any], Any]]:
     """A list to choose from. What the file draws or computes is none of it, and stands first."""
     values = row.options or (True, False)
     words = [_format_value(option) for option in values]
