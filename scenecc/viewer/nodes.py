@@ -211,7 +211,7 @@ class SurfaceFiles:
         """The digest of a part's file, which is in `contents`."""
         key = (self._surface(part.surface), part.look, turned)
         if key not in self._digests:
-            content = part_to_glb(_shaded(part), turned=turned)
+            content = part_to_glb(_shade_part(part), turned=turned)
             digest = sha256(content).hexdigest()
             self._digests[key] = digest
             self.contents[digest] = content
@@ -397,7 +397,7 @@ def _tiles_cut(shape: MeshShape, half: float | None) -> MeshShape:
     return replace(shape, parts=tuple(parts), scale=(*small, 1.0))
 
 
-def _shaded(part: MeshPart) -> MeshPart:
+def _shade_part(part: MeshPart) -> MeshPart:
     """A part as viser shades it as SAPIEN does.
 
     viser computes normals itself, by all triangles that have a vertex; where the file gives normals, it writes over
