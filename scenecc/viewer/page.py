@@ -258,7 +258,7 @@ class Page:
                 self._remove(path)
             self._bodies, self._poses, self._origins = picture.bodies, picture.poses, picture.origins
             for path, node in picture.nodes.items():
-                self._put(path, node, contents)
+                self._put_node(path, node, contents)
             self._follow()
         self._overview, self._radius = overview(picture.corners), bounds(picture.corners)[1]
         self._views = {view.name: view for view in picture.views}
@@ -379,7 +379,7 @@ class Page:
         if self._server.scene.get_handle_by_name(path) is handle:
             handle.remove()
 
-    def _put(self, path: str, node: Node, contents: Mapping[str, bytes]) -> None:
+    def _put_node(self, path: str, node: Node, contents: Mapping[str, bytes]) -> None:
         before = self._nodes.get(path)
         handle: Any = self._handles.get(path)
         if isinstance(node, Frame) and isinstance(before, Frame):
@@ -393,7 +393,7 @@ class Page:
         elif isinstance(node, SurfaceNode) and isinstance(before, SurfaceNode) and node.is_moved(before):
             handle.position, handle.wxyz, handle.scale = node.position, node.wxyz, node.scale
         else:
-            handle = self._added(path, node, contents)
+            handle = self._add_node(path, node, contents)
         self._nodes[path], self._handles[path] = node, handle
 
     def _place(self, handle: Any, node: Instances) -> None:
@@ -401,7 +401,7 @@ class Page:
         poses = node.poses(self._poses)
         handle.batched_positions, handle.batched_wxyzs = poses[:, :3], poses[:, 3:]
 
-    def _added(self, path: str, node: Node, contents: Mapping[str, bytes]) -> Any:
+    def _add_node(self, path: str, node: Node, contents: Mapping[str, bytes]) -> Any:
         scene = self._server.scene
         if isinstance(node, Frame):
             return scene.add_frame(
