@@ -82,11 +82,11 @@ def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: 
         _changed_rotation(normalized(wanted[3:]), old[3:]),
     )
     if pose is None:
-        q = "" if rotation is None else f", q: {_listed(_digits(rotation, 6))}"
-        edits.add_key(path[:2], "pose", f"{{p: {_listed(position)}{q}}}" if q else _listed(position))
+        q = "" if rotation is None else f", q: {_format_list(_digits(rotation, 6))}"
+        edits.add_key(path[:2], "pose", f"{{p: {_format_list(position)}{q}}}" if q else _format_list(position))
     elif isinstance(pose, list):
         if rotation is not None:
-            edits.wrap(path, "{p: ", f", q: {_listed(_digits(rotation, 6))}}}")
+            edits.wrap(path, "{p: ", f", q: {_format_list(_digits(rotation, 6))}}}")
         _set_numbers(edits, path, old[:3], position)
     else:
         if rotation is not None:
@@ -94,7 +94,7 @@ def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: 
         if "p" in mapping:
             _set_numbers(edits, (*path, "p"), old[:3], position)
         elif any(position):
-            edits.add_key(path, "p", _listed(position))
+            edits.add_key(path, "p", _format_list(position))
     return edits.result()
 
 
@@ -154,7 +154,7 @@ def _turn(edits: TextEdits, path: Path, mapping: Mapping[str, Any], rotation: Qu
     elif "q" in mapping:
         _set_numbers(edits, (*path, "q"), mapping["q"], _digits(rotation, 6))
     else:
-        edits.add_key(path, "q", _listed(_digits(rotation, 6)))
+        edits.add_key(path, "q", _format_list(_digits(rotation, 6)))
 
 
 def _set_numbers(edits: TextEdits, path: Path, old: Sequence[float], new: Sequence[float]) -> None:
@@ -190,7 +190,7 @@ def _digits(numbers: Any, digits: int) -> list[float]:
     return [round(one, digits) for one in numbers]
 
 
-def _listed(numbers: Sequence[float]) -> str:
+def _format_list(numbers: Sequence[float]) -> str:
     return f"[{', '.join(map(_number, numbers))}]"
 
 
