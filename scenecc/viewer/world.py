@@ -121,7 +121,7 @@ class World:
         Raises:
             SceneError: a file cannot be shown, or a package for it is missing.
         """
-        found = page_content(self._visual, self._colliding if look.collision else None, look, files)
+        found = page_content(self._visual, self._colliding_meshes if look.collision else None, look, files)
         views = camera_views(self.loaded.plan, self._measured.scenes, found.origins, bounds(found.corners)[0])
         return replace(found, views=tuple(views))
 
@@ -199,7 +199,7 @@ class World:
 
     def box(self, key: Key) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """The lowest and highest corner of a body in its own frame, planes left out [m]; None where it has none."""
-        for scenes in (self._visual, self._colliding):
+        for scenes in (self._visual, self._colliding_meshes):
             for body in _bodies_of(scenes, key):
                 if len(body.corners):
                     turn, place = body.place[:3, :3], body.place[:3, 3]
@@ -237,7 +237,7 @@ class World:
         return self._draw_scenes("visual")
 
     @cached_property
-    def _colliding(self) -> tuple[SceneMeshes, ...]:
+    def _colliding_meshes(self) -> tuple[SceneMeshes, ...]:
         return self._draw_scenes("collision")
 
     def _draw_scenes(self, show: Literal["visual", "collision"]) -> tuple[SceneMeshes, ...]:
