@@ -141,7 +141,7 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
     check_choice(target, [word for word, on in asked.items() if on])
     sink = Sink()
     if target in EXPORTS:
-        _need(target, sink)
+        _require_packages(target, sink)
     plan = compile_or_raise(source, options, sink).plan
     if plan.expectations and target != "json":
         place = plan.expectations[0].origin or Location(None)
@@ -155,7 +155,7 @@ def emit_source(source: Source, target: str, *, base: Path | None = None, **give
     else:
         chosen = None if flags["grid"] else _one_scene(scene or 0, plan, sink)
         choice = ExportOptions(stem, show, entity=entity, **flags)
-        files = export(plan, _measured(plan, chosen, sink, given.get("progress")), target, choice, sink)
+        files = export(plan, _measure_snapshot(plan, chosen, sink, given.get("progress")), target, choice, sink)
     if files is None or sink.failed:
         raise SceneError(sink.diagnostics())
     return Emitted(files, sink.diagnostics())
@@ -190,7 +190,7 @@ def check_target(target: object, known: Collection[str]) -> None:
         raise ValueError(f"unknown target {target!r}{hint}; the targets are {', '.join(known)}")
 
 
-def _need(target: str, sink: Sink) -> None:
+def _require_packages(target: str, sink: Sink) -> None:
     """Raises SceneError where what every file of a target takes cannot be loaded: before the work, and not after it."""
     needs = EXPORTS[target].needs
     if needs is None:
@@ -231,11 +231,11 @@ def _one_scene(scene: int, plan: ScenePlan, sink: Sink) -> list[int]:
     return list(chosen)
 
 
-def _measured(
+def _measure_snapshot(
     plan: ScenePlan, scene_idxs: list[int] | None, sink: Sink, progress: Callable[[int, int], None] | None
 ) -> EngineSnapshot:
     batch = build_batch(plan, sink, scene_idxs=scene_idxs, render=False, audit=True, progress=progress)
-    from scenecc.backends.sapien.measure import measure  # with the engine, which is known to be there now
+    from scenecc.backends.sapien.measure import measure_bodies  # with the engine, which is known to be there now
 
     with batch:
-        return measure(batch)
+        return measure_bodies(batch)

@@ -142,12 +142,12 @@ class RobotReads:
             # Which was reported.
             return None
         origin = places[request.format]
-        file = self._found(request.uri, origin)
+        file = self._resolve(request.uri, origin)
         srdf: Srdf = "sibling"
         pairing = origin
         if request.srdf is not None:
             pairing = places["srdf"]
-            srdf = None if request.srdf == "none" else self._found(request.srdf, pairing)
+            srdf = None if request.srdf == "none" else self._resolve(request.srdf, pairing)
         folder = None
         if request.package_dir is not None:
             folder = self._folder(request.package_dir, places["package_dir"])
@@ -158,15 +158,15 @@ class RobotReads:
         # All that decides what is read, with the files that are meant.
         key = (replace(request, uri="", srdf=None, package_dir=None), file.path, srdf, folder)
         if key not in self._known:
-            described = self._described(request, file, srdf, folder, places)
+            described = self._describe_robot(request, file, srdf, folder, places)
             self._known[key] = described, origin, pairing
         found, first, first_pairing = self._known[key]
         # A fault of the file is reported once, with the entity that uses it.
-        self._sink.also(first, origin)
-        self._sink.also(first_pairing, pairing)
+        self._sink.note_user(first, origin)
+        self._sink.note_user(first_pairing, pairing)
         return None if found is None else (AssetFile(file.uri, file.path, read_by=found.read_by), found)
 
-    def _described(
+    def _describe_robot(
         self,
         request: RobotRequest,
         file: ResolvedFile,
@@ -208,7 +208,7 @@ class RobotReads:
 
         return find
 
-    def _found(self, uri: str, origin: Origin) -> ResolvedFile | None:
+    def _resolve(self, uri: str, origin: Origin) -> ResolvedFile | None:
         uri, base = self._reference(uri, origin)
         found = resolve_path(uri, base=base, scope=self._scope)
         if isinstance(found, Refusal):

@@ -288,7 +288,7 @@ def _is_flag(value: object) -> bool:
     return type(value).__name__ in {"bool", "bool_"}
 
 
-def indices(values: Iterable[Any], name: str) -> list[int]:
+def read_indices(values: Iterable[Any], name: str) -> list[int]:
     """An argument that names several things by their indices.
 
     Raises:

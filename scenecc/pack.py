@@ -228,7 +228,7 @@ class _Packer:
                 folders=layout.folders,
             )
         except InvalidPackError as error:
-            return self._refuse(f"the scene cannot be packed: {error.args[0]}", error.args[1])
+            return self._refuse(f"the scene cannot be packed: {error.message}", error.hint)
 
     def _is_enough(self, content: bytes) -> bool:
         """Whether the pack gives the same plans as the scene; reported where it does not."""
@@ -318,7 +318,7 @@ class _Layout:
         used = {root: path for root, path in real.items() if any(one.is_relative_to(path) for one in shared)}
         top = _top_folder(Path(os.path.realpath(entry.parent)), shared, {*used.values()})
         # The longest folder that holds a file says where it is.
-        self._places = {top: "", entry.parent: _joined("", Path(os.path.realpath(entry.parent)), top)}
+        self._places = {top: "", entry.parent: _join_inside("", Path(os.path.realpath(entry.parent)), top)}
         for path in sorted({*used.values()}, key=lambda path: len(path.parts)):
             if not path.is_relative_to(top):
                 number = [*used.values()].index(path)
@@ -346,15 +346,15 @@ class _Layout:
     def member(self, path: Path, package: Path | None) -> str:
         """The path in the pack; "" of what it has no place for, and of its own folder."""
         if package is not None and path.is_relative_to(package):
-            return _joined(self.packages[self._packages[package]], path, package)
+            return _join_inside(self.packages[self._packages[package]], path, package)
         above = [folder for folder in self._places if path.is_relative_to(folder)]
         if not above:
             return ""
         folder = max(above, key=lambda folder: len(folder.parts))
-        return _joined(self._places[folder], path, folder)
+        return _join_inside(self._places[folder], path, folder)
 
 
-def _joined(prefix: str, path: Path, folder: Path) -> str:
+def _join_inside(prefix: str, path: Path, folder: Path) -> str:
     inner = path.relative_to(folder).as_posix()
     return "/".join(part for part in (prefix, inner) if part not in {"", "."})
 

@@ -281,14 +281,14 @@ def _compare(known: PassportContent, found: CompileResult, sink: Sink, *, any_ve
     for name in sorted({*known.defaults, *now.defaults}):
         was, here = (name in each and show(each[name]) for each in (known.defaults, now.defaults))
         if json.dumps([was, known.defaults.get(name)]) != json.dumps([here, now.defaults.get(name)]):
-            message = f"the default of the parameter `{cut(name)}` {_changed(was, here)}"
+            message = f"the default of the parameter `{cut(name)}` {_format_change(was, here)}"
             sink.report("SC932", message, place, hint=_FILE_HINT)
     versions = build_versions(found.plan)
     for name in {**versions, **known.versions}:
         was, here = known.versions.get(name), versions.get(name)
         if was != here:
             hint = "install that version, or build all the same with --any-version (any_version=True)"
-            message = f"the version of {cut(name)} {_changed(was and cut(was), here)}"
+            message = f"the version of {cut(name)} {_format_change(was and cut(was), here)}"
             severity = "warning" if any_version else "error"
             sink.report("SC933", message, Location(PASSPORT), hint=None if any_version else hint, severity=severity)
 
@@ -296,10 +296,10 @@ def _compare(known: PassportContent, found: CompileResult, sink: Sink, *, any_ve
 def _compare_digest(what: str, was: str | None, now: str | None, place: Location, sink: Sink) -> None:
     now = now and now[:32]
     if was != now:
-        sink.report("SC931", f"{what} differs: its SHA-256 {_changed(was, now)}", place, hint=_FILE_HINT)
+        sink.report("SC931", f"{what} differs: its SHA-256 {_format_change(was, now)}", place, hint=_FILE_HINT)
 
 
-def _changed(was: object, now: object) -> str:
+def _format_change(was: object, now: object) -> str:
     """What something was and is; what is false was not there."""
     if not was:
         return f"is {now}, and there was none"

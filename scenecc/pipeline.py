@@ -389,7 +389,7 @@ def _parse_and_expand(
     from scenecc.expand.arguments import find_argument_origins
     from scenecc.expand.documents import scene_loader
     from scenecc.expand.expand import expand
-    from scenecc.expand.params import report_unused
+    from scenecc.expand.params import report_unread_names
 
     limits = options.limits
     documents: dict[str | None, Document] = {document.name: document}
@@ -424,7 +424,7 @@ def _parse_and_expand(
     clock.lap("expand")
     if expansion is None or sink.failed:
         return None
-    report_unused([*sharing.values()], expansion.data.get("draws", {}), sink)
+    report_unread_names([*sharing.values()], expansion.data.get("draws", {}), sink)
     sink.trace, sink.overridden = expansion.trace, expansion.overridden
     scene = parse(expansion.data, Origin(document.name), sink, expanded=True)
     clock.lap("validate again")

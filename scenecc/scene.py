@@ -23,8 +23,8 @@ from scenecc.options import (
     Options,
     check_keywords,
     check_types,
-    indices,
     path_argument,
+    read_indices,
 )
 from scenecc.pipeline import (
     BUILD_TYPES,
@@ -171,7 +171,7 @@ def load_scene(
             raise ValueError("num_scenes, scene_idxs and render are not taken with scene")
         return build_into(scene, source, asked, audit=audit)
     sink = Sink()
-    scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
+    scene_idxs = None if scene_idxs is None else read_indices(scene_idxs, "scene_idxs")
     found = compile_or_raise(source, asked, sink)
     batch = build_batch(found.plan, sink, scene_idxs=scene_idxs, render=render, audit=audit)
     batch.attach_provenance(found.provenance)
@@ -467,18 +467,18 @@ class Scene:
         self._options = Options.of(**self._given)
 
     @cached_property
-    def _compiled(self) -> CompiledSource:
+    def _compile(self) -> CompiledSource:
         return CompiledSource(self._source, self._options)
 
     def _result(self) -> CompileResult:
-        if self._compiled.result is None:
+        if self._compile.result is None:
             raise SceneError(self.diagnostics)
-        return self._compiled.result
+        return self._compile.result
 
     @property
     def diagnostics(self) -> list[Diagnostic]:
         """Everything that is found without an engine: errors, warnings and notes."""
-        return self._compiled.sink.diagnostics()
+        return self._compile.sink.diagnostics()
 
     @property
     def plan(self) -> ScenePlan:
@@ -493,7 +493,7 @@ class Scene:
     def build(self, **choices: Unpack[BuildChoices]) -> SceneBatch:
         """The live scenes. Arguments are those of `BuildChoices`, and errors those of `load_scene`."""
         check_keywords(Scene.build, choices, BuildChoices)
-        return load_scene(self._compiled, **choices, **self._given)
+        return load_scene(self._compile, **choices, **self._given)
 
     def emit(self, target: str, *, base: Path | None = None, **choices: Unpack[EmitChoices]) -> Emitted:
         """The scene in another program's form, in memory.
@@ -515,7 +515,7 @@ class Scene:
 
         check_keywords(Scene.emit, choices, EmitChoices)
         base = None if base is None else path_argument(Scene.emit, "base", base)
-        return emit_source(self._compiled, target, base=base, **choices, **self._given)
+        return emit_source(self._compile, target, base=base, **choices, **self._given)
 
     def export(
         self, path: str | PathLike[str], *, target: str | None = None, **choices: Unpack[FileChoices]
@@ -568,7 +568,7 @@ class Scene:
         wanted = None if file is None else written_film(file, choices.get("film"))
         if wanted is not None:
             choices["film"] = wanted
-        made = render_scene(self._compiled, **choices, **self._given)
+        made = render_scene(self._compile, **choices, **self._given)
         if file is not None:
             replace_all({file: made.png() if wanted is None or made.film is None else made.film})
         return made
@@ -612,7 +612,7 @@ class Scene:
         from scenecc.viewer.options import ARGUMENT_TYPES
 
         check_types(Scene.page, {"look": look, "steps": steps, "progress": progress}, ARGUMENT_TYPES)
-        return page_of_source(self._compiled, look=look, steps=steps, progress=progress, **self._given)
+        return page_of_source(self._compile, look=look, steps=steps, progress=progress, **self._given)
 
     def inspect(self, **choices: Unpack[InspectChoices]) -> Inspection:
         """Everything that is said of the scene, as a tree.
@@ -628,7 +628,7 @@ class Scene:
         from scenecc.inspect.inspection import InspectChoices, inspect_source
 
         check_keywords(Scene.inspect, choices, InspectChoices)
-        return inspect_source(self._compiled, **choices, **self._given)
+        return inspect_source(self._compile, **choices, **self._given)
 
     def diff(self, other: Scene) -> Comparison:
         """Everything in which another scene differs from this one, by their plans.
@@ -646,7 +646,7 @@ class Scene:
             )
         both = (self, other)
         diagnostics = [one for each in both for one in each.diagnostics]
-        if any(each._compiled.result is None for each in both):  # noqa: SLF001 - of this class
+        if any(each._compile.result is None for each in both):  # noqa: SLF001 - of this class
             raise SceneError(diagnostics)
         unnamed = all(_is_unnamed(each._compiled) for each in both)  # noqa: SLF001 - of this class
         found = diff_plans(self.plan, other.plan)

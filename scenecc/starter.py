@@ -19,7 +19,7 @@ _ROBOT: Final = "\n  robot: {use: robot.yaml}\n"
 
 
 @frozen
-class Template:
+class StarterTemplate:
     """A scene to begin with.
 
     Attributes:
@@ -33,11 +33,11 @@ class Template:
     needs_robot: bool = True
 
 
-TEMPLATES: Final[dict[str, Template]] = {
-    "pick_place": Template("a cube on a table, and where to bring it", ("arm", "panda")),
-    "kitchen": Template("a counter with drawers, a shelf and crockery", ("arm", "panda")),
-    "locomotion": Template("ground with stones, for a robot that walks", ("quadruped",)),
-    "empty": Template("a ground and a cube", tuple(ROBOTS), needs_robot=False),
+TEMPLATES: Final[dict[str, StarterTemplate]] = {
+    "pick_place": StarterTemplate("a cube on a table, and where to bring it", ("arm", "panda")),
+    "kitchen": StarterTemplate("a counter with drawers, a shelf and crockery", ("arm", "panda")),
+    "locomotion": StarterTemplate("ground with stones, for a robot that walks", ("quadruped",)),
+    "empty": StarterTemplate("a ground and a cube", tuple(ROBOTS), needs_robot=False),
 }
 """By name; each is a file in `templates/scenes`, and each robot one in `templates/robots`."""
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from scenecc.diagnostics.coded_error import CodedError
 
-class AssetError(Exception):
+
+class AssetError(CodedError):
     """Why an asset cannot be used: a code of band 4 or 6, a message and what to do."""
-
-    def __init__(self, code: str, message: str, hint: str | None = None) -> None:
-        super().__init__(message)
-        self.code, self.message, self.hint = code, message, hint
 
 
 @dataclass(frozen=True, slots=True)

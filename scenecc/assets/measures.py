@@ -58,7 +58,7 @@ class Measures:
         return PLANE_TOLERANCE * max(1.0, float(np.subtract(self.high, self.low).sum()) / 2)
 
 
-def measure(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:
+def measure_triangles(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:
     """Measures of triangles. Vertices that no face uses count as well."""
     with np.errstate(over="ignore"):
         measurable = np.isfinite(vertices.astype(np.float32)).all()
@@ -70,7 +70,7 @@ def measure(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measu
 
 def measure_hull(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:
     """`measure`, with the volume of the convex hull if it has one."""
-    found = measure(vertices, faces)
+    found = measure_triangles(vertices, faces)
     return replace(found, hull_volume=hull_volume(vertices) if found.thickness > 0 and len(vertices) > 3 else 0.0)
 
 

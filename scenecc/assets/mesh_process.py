@@ -19,7 +19,7 @@ import numpy as np
 
 from scenecc.assets.errors import AssetError
 from scenecc.assets.images import check_image
-from scenecc.assets.measures import hull_parts, measure, measure_hull
+from scenecc.assets.measures import hull_parts, measure_hull, measure_triangles
 from scenecc.assets.names import MeshNames, scan_names
 from scenecc.geometry.triangles import join_parts
 
@@ -45,7 +45,7 @@ _UNUSED = ("networkx", "scipy", "shapely")
 """Packages that trimesh imports if they are there, which takes longer than all else. Nothing here needs them."""
 
 
-_HULLS = {"hull": (False, measure_hull), "hulls": (True, measure_hull), "parts": (True, measure)}
+_HULLS = {"hull": (False, measure_hull), "hulls": (True, measure_hull), "parts": (True, measure_triangles)}
 """What is wanted of hulls: whether of all convex parts, and what is measured."""
 
 
@@ -89,7 +89,9 @@ def prepare() -> Answer:
             faults, unpacked = _check_images(names, most)
             found |= {"visual_faults": [[one.code, one.message, one.hint] for one in faults]}
             found |= {"bytes": max(unpacked, _triangle_bytes(read) // TRIANGLES_RATIO)}
-            return found | {"parts": [asdict(measure(*part)) for part in read]} | _total_measures(read, unused), []
+            return found | {"parts": [asdict(measure_triangles(*part)) for part in read]} | _total_measures(
+                read, unused
+            ), []
         except AssetError as error:
             return {"error": [error.code, error.message, error.hint]}, []
 
@@ -268,7 +270,7 @@ def _total_measures(read: list[Triangles], unused: list[Vertices]) -> dict[str, 
     """Measures of all parts together, and of the vertices that no triangle uses."""
     if not read:
         return {"whole": None, "unused": 0, "beyond": 0.0}
-    whole = measure(*join_parts(read))
+    whole = measure_triangles(*join_parts(read))
     points = np.concatenate(unused)
     beyond = float(np.maximum(whole.low - points, points - whole.high).max(initial=0.0))
     return {"whole": asdict(whole), "unused": len(points), "beyond": beyond}

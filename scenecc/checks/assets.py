@@ -21,7 +21,7 @@ from scenecc.assets.mesh_uses import MeshUse, mesh_use
 from scenecc.assets.names import check_count, material_images
 from scenecc.assets.obj_materials import fallback_materials
 from scenecc.checks.mesh_rules import check_mesh_use
-from scenecc.checks.value_queries import indices, rows
+from scenecc.checks.value_queries import list_indices, rows
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import MeshGeometry
 from scenecc.plan.body import NamedFile
@@ -81,7 +81,7 @@ def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, files: AssetFiles, o
     faces = [getattr(surroundings, item.name) for item in fields(surroundings)]
     found = rows(faces)
     # Drawn values may occur in any combination.
-    sides = [[index for face in faces for index in indices(face)]] if found is None else found
+    sides = [[index for face in faces for index in list_indices(face)]] if found is None else found
     for side in sides:
         numbers = [int(index[0]) if isinstance(index, tuple) else index for index in side]
         sizes = {index: files.image(plan.files[index].path) for index in dict.fromkeys(numbers)}
@@ -100,7 +100,7 @@ def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, files: AssetFiles, o
 
 def _check_sky_map(plan: ScenePlan, surroundings: SkyMap, files: AssetFiles, origin: Origin, sink: Sink) -> None:
     """Checks that an image can be an equirectangular map: twice as wide as high."""
-    for index in indices(surroundings.file):
+    for index in list_indices(surroundings.file):
         size = files.image(plan.files[index].path)
         if size.levels and not (size.sides == 6 and size.columns == size.rows and size.has_all_levels):
             what = "a KTX of all directions has six square sides, and levels down to one pixel"
@@ -155,7 +155,7 @@ def check_assets(
     """
     checker = _AssetChecker(sink, AssetFiles(resolve_named, max_asset_bytes))
     meshes: dict[int, dict[MeshUse, Origin]] = {}
-    for index, use, origin in _meshes(plan):
+    for index, use, origin in _list_meshes(plan):
         meshes.setdefault(index, {}).setdefault(use, origin)
     textures: dict[int, dict[str, Origin]] = {}
     for index, slot, origin in _textures(plan):
@@ -216,13 +216,13 @@ def read_bounds(asset: AssetFile, origin: Origin, sink: Sink, files: AssetFiles)
     return [list(whole.low), list(whole.high)]
 
 
-def _meshes(plan: ScenePlan) -> Iterator[tuple[int, MeshUse, Origin]]:
+def _list_meshes(plan: ScenePlan) -> Iterator[tuple[int, MeshUse, Origin]]:
     """The uses of every mesh, and where it is named."""
     top = plan.origin or Origin(None)
     for structure in (body for entity in plan.entities for body in entity.bodies):
         for shape in (*structure.collisions, *structure.visuals):
             if isinstance(geometry := shape.geometry, MeshGeometry):
-                for index in indices(geometry.file):
+                for index in list_indices(geometry.file):
                     yield index, mesh_use(geometry), (shape.origin or structure.origin or top).child("file")
 
 
@@ -233,10 +233,10 @@ def _textures(plan: ScenePlan) -> Iterator[tuple[int, str, Origin]]:
         yield file, "", top
     for structure in (body for entity in plan.entities for body in entity.bodies):
         for shape in structure.visuals:
-            for index in indices(shape.material) if shape.material is not None else ():
+            for index in list_indices(shape.material) if shape.material is not None else ():
                 place = (shape.origin or structure.origin or top).child("material")
                 for name, texture in plan.visual_materials[index].textures().items():
-                    for file in indices(texture.file):
+                    for file in list_indices(texture.file):
                         yield file, name, place
 
 
@@ -245,10 +245,10 @@ def _light_and_environment_files(plan: ScenePlan) -> Iterator[int]:
     surroundings = plan.environment and plan.environment.map
     if surroundings is not None:
         for item in fields(surroundings):
-            yield from indices(getattr(surroundings, item.name))
+            yield from list_indices(getattr(surroundings, item.name))
     for light in plan.lights:
         if isinstance(light.light, TexturedLight):
-            yield from indices(light.light.texture.file)
+            yield from list_indices(light.light.texture.file)
 
 
 def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[MeshUse, Origin]) -> dict[str, Path]:

@@ -15,7 +15,7 @@ from scenecc.checks.physics import (
     structure_origin,
 )
 from scenecc.checks.plausibility import scene_bodies
-from scenecc.checks.value_queries import alternatives
+from scenecc.checks.value_queries import list_alternatives
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, index_ranges
 from scenecc.geometry.rotations import IDENTITY_POSE
@@ -126,17 +126,17 @@ _DRIVE_HINT: Final = "give it a stiffness or a damping, and a force limit above 
 
 def _is_driven(joint: Joint) -> bool:
     """Whether the drive of a joint is meant to pull: a stiffness and damping of 0 alone say that it is passive."""
-    return any(map(_any, (joint.stiffness, joint.damping, joint.drive_velocity_target)))
+    return any(map(_is_nonzero, (joint.stiffness, joint.damping, joint.drive_velocity_target)))
 
 
 def _why_no_pull(drive: Joint | AxisDrive) -> str | None:
     """Why a drive has no force in any scene; None where it has one."""
-    if not _any(drive.stiffness) and not _any(drive.damping):
+    if not _is_nonzero(drive.stiffness) and not _is_nonzero(drive.damping):
         return "its stiffness and its damping are 0"
-    return "its force limit is 0" if drive.force_limit is not None and not _any(drive.force_limit) else None
+    return "its force limit is 0" if drive.force_limit is not None and not _is_nonzero(drive.force_limit) else None
 
 
-def _any(value: Value | None) -> bool:
+def _is_nonzero(value: Value | None) -> bool:
     return value is not None and bool(value.data.any())
 
 
@@ -267,7 +267,7 @@ def _check_variants(plan: ScenePlan, sink: Sink) -> None:
     used: set[object] = set()
     unused: dict[object, tuple[str, Origin]] = {}
     for entity in plan.entities:
-        possible = None if entity.pick is None else alternatives(entity.pick)
+        possible = None if entity.pick is None else list_alternatives(entity.pick)
         if possible is None:
             continue
         picked = {int(number) for (number,) in possible}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.checks.value_queries import alternatives, highest, is_deferred, judged_limits, lowest
+from scenecc.checks.value_queries import highest, is_deferred, judged_limits, list_alternatives, lowest
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
@@ -24,7 +24,7 @@ _MAX_JOINT_DISTANCE = 1e6
 """Maximum distance of a joint from its links [m]: beyond, a simulation counts as diverged (SC820)."""
 
 
-def check_articulation(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def apply_joint_rules(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """Applies every rule to an articulation.
 
     Args:
@@ -46,7 +46,7 @@ def check_articulation(structure: ArticulationStructure, name: str, origin: Orig
     _check_masses(structure, name, origin, sink)
 
 
-def _called(joint: Joint) -> str:
+def _format_joint(joint: Joint) -> str:
     return f"the joint `{cut(joint.name)}`" if joint.name else "the joint"
 
 
@@ -55,7 +55,7 @@ def _check_joint_limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool
     wrong = next(((low, high) for low, high in pairs if low > high), None)
     if wrong is not None:
         low, high = wrong
-        message = f"the lowest position of {_called(joint)}, {low:g}, is above the highest, {high:g}"
+        message = f"the lowest position of {_format_joint(joint)}, {low:g}, is above the highest, {high:g}"
         place = joint.limits_origin or joint.origin or origin
         at: Literal["key", "value"] = "key" if joint.limits_origin is None else "value"
         sink.report("SC520", message, place, at=at, hint="limits are [lowest, highest]")
@@ -67,7 +67,7 @@ def _check_joint_distance(joint: Joint, origin: Origin, sink: Sink, *, drawn: bo
         return
     far = max(abs(number) for place in places for number in (*lowest(place)[:3], *highest(place)[:3]))
     if far > _MAX_JOINT_DISTANCE:
-        message = f"{_called(joint)} is {far:.3g} m from a link of it, and {_MAX_JOINT_DISTANCE:g} m is the most"
+        message = f"{_format_joint(joint)} is {far:.3g} m from a link of it, and {_MAX_JOINT_DISTANCE:g} m is the most"
         sink.report("SC512", message, joint.origin or origin, hint="mend the coordinates: they are in metres")
 
 
@@ -203,7 +203,7 @@ def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool
 
 
 def _check_ratio(ratio: Value, place: Origin, sink: Sink, *, drawn: bool) -> None:
-    if not is_deferred([ratio], drawn=drawn) and (0.0,) in (alternatives(ratio) or ()):
+    if not is_deferred([ratio], drawn=drawn) and (0.0,) in (list_alternatives(ratio) or ()):
         sink.report("SC104", "`ratio` must not be 0", place, hint="a gear of ratio 0 turns nothing")
 
 

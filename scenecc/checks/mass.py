@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from scenecc.checks.value_queries import (
     Row,
-    alternatives,
     alternatives_or_extremes,
     highest,
     is_bounded,
     is_deferred,
+    list_alternatives,
     lowest,
     report_fault,
     rows,
@@ -210,7 +210,7 @@ def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *,
     inertia = body.inertial.inertia
     if is_deferred([inertia], drawn=drawn):
         return
-    found = alternatives(inertia)
+    found = list_alternatives(inertia)
     if any(map(_is_impossible, found if found is not None else _extreme_moments(inertia))):
         sink.report(
             "SC506",

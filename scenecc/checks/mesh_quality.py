@@ -195,7 +195,7 @@ def _check_overlap(body: Body, plan: ScenePlan, sink: Sink) -> None:
         if any(box is None for group in boxes for box in group):
             return  # terrain and planes reach far
         solid, seen = ([box for box in group if box is not None] for group in boxes)
-        gap = _gap(_around(solid), _around(seen))
+        gap = _gap(_bounding_box(solid), _bounding_box(seen))
         if gap > 0:
             message = f"what is seen of `{cut(body.name)}` is {gap:.3g} m away from what collides"
             hint = "see whether both have the same `scale` and `pose`"
@@ -203,7 +203,7 @@ def _check_overlap(body: Body, plan: ScenePlan, sink: Sink) -> None:
             return
         if not has_mesh:
             continue  # what is put together of boxes and balls is decorated by some
-        size = np.linalg.norm(np.ptp(_around([*solid, *seen]), axis=0))
+        size = np.linalg.norm(np.ptp(_bounding_box([*solid, *seen]), axis=0))
         for shape, box in zip(structure.visuals, seen, strict=True):
             apart = min(_gap(one, box) for one in solid)
             if apart > BARE * size and np.linalg.norm(np.ptp(box, axis=0)) > BARE * size:
@@ -230,7 +230,7 @@ def _check_least_moment(body: Body, plan: ScenePlan, sink: Sink) -> None:
         (volume or 0.0) * (DEFAULT_DENSITY if shape.density is None else float(shape.density.row(0)))
         for shape, volume in zip(structure.collisions, volumes, strict=True)
     ]
-    mass, half = sum(weights), np.ptp(_around(solid), axis=0) / 2
+    mass, half = sum(weights), np.ptp(_bounding_box(solid), axis=0) / 2
     # At most all mass is at the corners of the box around it.
     least = mass * float((half @ half - half**2).min())
     if 0 < least < LEAST_MOMENT / 10:
@@ -282,5 +282,5 @@ def _box(shape: CollisionShape | VisualShape, row: int, plan: ScenePlan) -> Box 
     return low + matrix[:3, 3], high + matrix[:3, 3]
 
 
-def _around(boxes: list[Box]) -> Box:
+def _bounding_box(boxes: list[Box]) -> Box:
     return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)

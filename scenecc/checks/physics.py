@@ -209,9 +209,9 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
     for entity in plan.entities:
         for structure in entity.structures:
             if not isinstance(structure, BodyStructure):
-                from scenecc.checks.joints import check_articulation  # noqa: PLC0415 - loaded where there is one
+                from scenecc.checks.joints import apply_joint_rules  # noqa: PLC0415 - loaded where there is one
 
-                check_articulation(structure, entity.name, structure_origin(structure, entity, plan), sink, drawn=drawn)
+                apply_joint_rules(structure, entity.name, structure_origin(structure, entity, plan), sink, drawn=drawn)
             for name, body, described in named_bodies(structure, entity.name):
                 # Of a robot's file its reader warns, since such inertias are common there and SAPIEN takes them.
                 rules = _ROBOT_FILE_RULES if described else NUMBER_RULES

@@ -48,7 +48,7 @@ def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
     return zip(*(map(tuple, column[first].tolist()) for column in columns), strict=True)
 
 
-def alternatives(value: Value) -> list[Row] | None:
+def list_alternatives(value: Value) -> list[Row] | None:
     """Every row that one value can have; None where they lie between bounds."""
     found = rows([value])
     if found is not None:
@@ -59,11 +59,11 @@ def alternatives(value: Value) -> list[Row] | None:
 
 def alternatives_or_extremes(value: Value) -> list[Row]:
     """Every row that a value can have, or else the least and the most that each of its numbers can be."""
-    found = alternatives(value)
+    found = list_alternatives(value)
     return [lowest(value), highest(value)] if found is None else found
 
 
-def indices(value: Value) -> list[int]:
+def list_indices(value: Value) -> list[int]:
     """Every alternative of a table index, by first use."""
     return list(dict.fromkeys(map(int, value.numbers())))
 
@@ -104,7 +104,7 @@ def wrong_pair(
         The pair, and whether it is only possible: expressions are not drawn yet, and some draws may give it.
     """
     possible = not drawn and is_deferred([a, b], drawn=False)
-    pairs = _bounded([(highest(a), lowest(b))]) if possible else judged_pairs(a, b, drawn=drawn)
+    pairs = _finite_pairs([(highest(a), lowest(b))]) if possible else judged_pairs(a, b, drawn=drawn)
     found = next((pair for pair in pairs if is_wrong(*pair)), None)
     if found is not None and possible and a.dependence is not None and b.dependence is not None:
         found = next((pair for pair in _joint_pairs(a.dependence, b.dependence) if is_wrong(*pair)), None)
@@ -117,12 +117,12 @@ def _joint_pairs(a: Dependence, b: Dependence) -> list[tuple[float, float]]:
     from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
     try:
-        return _bounded((_as_row(x), _as_row(y)) for x, y in joint_extremes(a, b))
+        return _finite_pairs((_as_row(x), _as_row(y)) for x, y in joint_extremes(a, b))
     except DrawError:  # reported at the expression
         return []
 
 
-def _bounded(pairs: Iterable[tuple[Row, Row]]) -> list[tuple[float, float]]:
+def _finite_pairs(pairs: Iterable[tuple[Row, Row]]) -> list[tuple[float, float]]:
     """The pairs of which both numbers are known and finite."""
     return [(x[0], y[0]) for x, y in pairs if is_bounded((*x, *y))]
 
@@ -145,7 +145,7 @@ def judged_limits(value: Value, *, drawn: bool) -> Sequence[Row]:
     """Rows of two numbers by which a rule judges that the first is not above the second; none if `is_deferred`."""
     if is_deferred([value], drawn=drawn):
         return ()
-    found = alternatives(value)
+    found = list_alternatives(value)
     return [(highest(value)[0], lowest(value)[1])] if found is None else found
 
 

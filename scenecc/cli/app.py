@@ -15,7 +15,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.completion import words
+from scenecc.cli.completion import command_words
 from scenecc.cli.output import Status, print_err
 
 COMMANDS: Final = (
@@ -113,7 +113,7 @@ def application() -> typer.Typer:
     app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.callback(epilog=_EPILOG)(_scenecc)
     # Who names a command pays for no other; nor does a shell that completes what is behind it.
-    completed = words()
+    completed = command_words()
     asked = completed[1:2] if "_SCENECC_COMPLETE" in os.environ and len(completed) > 2 else sys.argv[1:2]
     for name in asked if asked and asked[0] in COMMANDS else COMMANDS:
         # `import` is a word of Python: its module and function end in `_`.

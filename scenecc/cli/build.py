@@ -24,10 +24,10 @@ from scenecc.cli.output import (
     progress,
     scene_errors,
     usage_error,
-    write,
+    write_output,
 )
 from scenecc.cli.paths import checked_source
-from scenecc.cli.tables import built, plain, planned, stage_times
+from scenecc.cli.tables import built, escape_text, planned, stage_times
 
 if TYPE_CHECKING:
     from scenecc import Build, SceneBatch
@@ -116,7 +116,7 @@ def _conclude(result: Build, steps: int, output: str | None, form: Format, *, wh
         except scenecc.SceneError as error:
             end([*diagnostics, *error.diagnostics], form)
     if output is not None:
-        reason = write(output, scenecc.plan_text(result.plan, base=base_folder(output)))
+        reason = write_output(output, scenecc.plan_text(result.plan, base=base_folder(output)))
         if reason is not None:
             diagnostics.append(usage_error(*reason, file=output))
     if form is Format.text:
@@ -142,7 +142,7 @@ def _summary(result: Build, timings: dict[str, float], *, whole: bool) -> str:
 
     show, done = (planned, "planned") if result.batch is None else (built, "built")
     rows = show(result.summary, color=wants_color(sys.stdout), whole=whole)
-    return f"{rows}\n{plain(result.plan.name)}: {done} {_totals(result)}\n{stage_times(timings)}\n"
+    return f"{rows}\n{escape_text(result.plan.name)}: {done} {_totals(result)}\n{stage_times(timings)}\n"
 
 
 def _totals(result: Build) -> str:

@@ -11,9 +11,9 @@ import typer
 
 from scenecc.cli.checking import CHECK_OPTIONS, run_checks
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.options import Format, FormatOption, shown, takes_compile_options
+from scenecc.cli.options import Format, FormatOption, quote_text, takes_compile_options
 from scenecc.cli.output import of_settings, progress
-from scenecc.cli.paths import find, source_of
+from scenecc.cli.paths import find_files, source_of
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
@@ -28,14 +28,14 @@ def parse_seeds(text: str | range) -> range:
     """`0:20`. Raises typer.BadParameter for anything else."""
     found = _SEEDS.fullmatch(str(text))
     if found is None or int(found[1]) >= int(found[2]):
-        raise typer.BadParameter(f"{shown(str(text))} is not FIRST:END with FIRST below END, as in 0:20")
+        raise typer.BadParameter(f"{quote_text(str(text))} is not FIRST:END with FIRST below END, as in 0:20")
     return range(int(found[1]), int(found[2]))
 
 
 def parse_seconds(text: str | float) -> float:
     """`2.5`. Raises typer.BadParameter for anything else."""
     if not _SECONDS.fullmatch(str(text)):
-        raise typer.BadParameter(f"{shown(str(text))} is not a time in seconds below 10 000, as in 2.5")
+        raise typer.BadParameter(f"{quote_text(str(text))} is not a time in seconds below 10 000, as in 2.5")
     return float(text)
 
 
@@ -84,7 +84,7 @@ def check(
     if seeds is not None and options["seed"] is not None:
         raise typer.BadParameter("it cannot be given together with --seed", param_hint="'--seeds'")
     asked = Options.of(**options)
-    found = find(paths)
+    found = find_files(paths)
     # A process of its own for many files: SAPIEN keeps some memory of every scene, and can end the process it is in.
     others["jobs"] = others["jobs"] or int(len(found.files) > 1)
 

@@ -14,7 +14,7 @@ import typer
 
 from scenecc.cli.completion import complete_code
 from scenecc.cli.many_files import Jobs, choose_files, find_in_each
-from scenecc.cli.options import Format, shown
+from scenecc.cli.options import Format, quote_text
 from scenecc.cli.output import Status, print_err, print_findings, print_json, print_out, status
 from scenecc.cli.paths import STDIN, Found
 from scenecc.cli.settings import RULE_PREFIX, SettingsFinder, code_fault
@@ -35,7 +35,7 @@ def parse_shard(text: str | tuple[int, int]) -> tuple[int, int]:
     """`2/5` as (2, 5): the second of five parts."""
     found = _SHARD.fullmatch(str(text))
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise typer.BadParameter(f"{shown(str(text))} is not I/N with I from 1 to N, as in 2/5")
+        raise typer.BadParameter(f"{quote_text(str(text))} is not I/N with I from 1 to N, as in 2/5")
     return int(found[1]), int(found[2])
 
 
@@ -200,10 +200,10 @@ class Parts:
         return without_lacks(found)
 
     def __contains__(self, file: str) -> bool:
-        return Path(file).resolve() in self._used
+        return Path(file).resolve() in self._find_files
 
     @cached_property
-    def _used(self) -> frozenset[Path]:
+    def _find_files(self) -> frozenset[Path]:
         """Every file that a text names. What only an expression gives is not known."""
         used: set[Path] = set()
         for file in self._files:

@@ -38,7 +38,7 @@ _PLAIN_NAME: Final = r"[\w.+,@%-]+"
 _CODE: Final = r"(?m)^(SC\d+):\n(?:  (?!title:).*\n)*  title: '?(.*?)'?$"
 
 
-def words() -> list[str]:
+def command_words() -> list[str]:
     """Of the command line that a shell completes; none where it does not."""
     return (os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS") or "").split()
 
@@ -87,21 +87,21 @@ def complete_code(incomplete: str) -> list[tuple[str, str]]:
 def complete_setting() -> list[str]:
     """Parameters of the scene as `name=value`: the options of a choice, or the default."""
     found: list[str] = []
-    for name, node in _declared("params").items():
+    for name, node in _list_declared("params").items():
         given = _mapping(node) or {"default": node}
-        plain = [_plain(value) for value in _list(given.get("options")) or [given.get("default")]]
+        plain = [_safe_text(value) for value in _list(given.get("options")) or [given.get("default")]]
         found += [f"{name}={value}" for value in dict.fromkeys(plain)]
     return found
 
 
 def complete_entity() -> list[str]:
     """The names of entities of the scene, those inside instances included."""
-    return list(_declared("entities"))
+    return list(_list_declared("entities"))
 
 
 def complete_camera() -> list[str]:
     """The names of its cameras."""
-    return list(_declared("cameras"))
+    return list(_list_declared("cameras"))
 
 
 def one_of(names: Iterable[str]) -> Callable[[], list[str]]:
@@ -110,17 +110,17 @@ def one_of(names: Iterable[str]) -> Callable[[], list[str]]:
     return lambda: known
 
 
-def _plain(value: Any) -> str:
+def _safe_text(value: Any) -> str:
     """A value as it is written after `name=`; "" for one that a shell would take apart."""
     text = str(value).lower() if isinstance(value, bool) else str(value)
     return text if isinstance(value, str | int | float) and re.fullmatch(_PLAIN, text) else ""
 
 
-def _declared(section: str) -> dict[str, Any]:
+def _list_declared(section: str) -> dict[str, Any]:
     """What the scenes on the command line declare in a section, by name."""
     found: dict[str, Any] = {}
     # Typer's own parser drops all arguments where the last option lacks its value, which is being completed.
-    for word in words()[2:]:
+    for word in command_words()[2:]:
         if word.lower().endswith(_SUFFIXES):
             declared = _Declared(section, os.path.realpath(os.path.dirname(word)))
             found.update(declared.of(word, _DEEPEST))
@@ -143,7 +143,7 @@ class _Declared:
         self._bytes_left -= size  # each time that a file is used, so that the work has an end
         data = _data(file)
         for reference in _list(data.get("include")):
-            yield from self._used(reference, file, deepest)
+            yield from self._list_prefab_params(reference, file, deepest)
         for name, node in _mapping(data.get(self._section)).items():
             if self._section != "entities" or {"use", "repeat"}.isdisjoint(_mapping(node)):
                 yield name, node
@@ -153,10 +153,10 @@ class _Declared:
             given = _mapping(node)
             if "use" in given and "repeat" not in given:
                 prefix = "" if given.get("prefix") == "" else f"{name}/"
-                for inner, inner_node in self._used(given["use"], file, deepest):
+                for inner, inner_node in self._list_prefab_params(given["use"], file, deepest):
                     yield prefix + inner, inner_node
 
-    def _used(self, reference: Any, file: str, deepest: int) -> Iterator[tuple[str, Any]]:
+    def _list_prefab_params(self, reference: Any, file: str, deepest: int) -> Iterator[tuple[str, Any]]:
         if not isinstance(reference, str) or "\0" in reference or not self._bytes_left:
             return
         name = reference.removeprefix(_SHIPPED)

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenecc.cli.output import refusal, usage_error, write
+from scenecc.cli.output import refusal, usage_error, write_output
 from scenecc.diagnostics.fixing import is_better, with_fix
 from scenecc.diagnostics.messages import cut
 from scenecc.files import open_regular
@@ -47,7 +47,7 @@ class Corrected:
         fault = (
             ("SC904", refused)
             if refused
-            else write(str(Path(self.file)), self.after.encode("utf-8", errors="surrogateescape"))
+            else write_output(str(Path(self.file)), self.after.encode("utf-8", errors="surrogateescape"))
         )
         return None if fault is None else usage_error(*fault, file=self.file)
 

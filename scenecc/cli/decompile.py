@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenecc.cli.options import at_least
-from scenecc.cli.output import STDOUT, Status, base_folder, end, print_err, refusal, usage_error, write
+from scenecc.cli.output import STDOUT, Status, base_folder, end, print_err, refusal, usage_error, write_output
 
 if TYPE_CHECKING:
     from scenecc.decompiler.decompile import Decompiled
@@ -63,7 +63,7 @@ def decompile(
         raise typer.Exit(Status.machine) from None
     finally:
         sys.stdout = shown
-    if (unwritten := write(output, found.text)) is not None:
+    if (unwritten := write_output(output, found.text)) is not None:
         end([usage_error(*unwritten, file=output)])
     print_err(_summary(found))
     unequal = bool(found.problems or found.differences)

@@ -13,7 +13,7 @@ from scenecc.cli.completion import complete_scene
 from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
 from scenecc.cli.output import Status, end, print_asides, print_json, print_out, scene_errors
 from scenecc.cli.paths import STDIN, path_faults, source_of
-from scenecc.cli.tables import plain
+from scenecc.cli.tables import escape_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -52,20 +52,20 @@ def _lines(group: Sequence[Difference]) -> Iterator[tuple[str, str]]:
     for one in fields:
         where = "" if one.scene_count is None else f" (in {one.scene_count} scene{'s' * (one.scene_count != 1)})"
         indent = "    " if name else ""
-        yield _SIGNS[one.kind], f"{indent}{plain(one.path)}: {_values(one)}{where}"
+        yield _SIGNS[one.kind], f"{indent}{escape_text(one.path)}: {_values(one)}{where}"
 
 
 def _name(one: Difference) -> str:
     if one.section == "plan":
         return ""
-    return f"{one.section}.{plain(one.name)}" if one.name else one.section
+    return f"{one.section}.{escape_text(one.name)}" if one.name else one.section
 
 
 def _values(one: Difference) -> str:
     """What the two have; of a field that only one of them sets, `unset` for the other."""
     if one.kind == "changed":
-        return " → ".join("unset" if text is None else plain(text) for text in (one.a, one.b))
-    return " → ".join(plain(text) for text in (one.a, one.b) if text is not None)
+        return " → ".join("unset" if text is None else escape_text(text) for text in (one.a, one.b))
+    return " → ".join(escape_text(text) for text in (one.a, one.b) if text is not None)
 
 
 @takes_compile_options

@@ -42,7 +42,7 @@ _NEXT: Final = "\nScenes are checked and built without what is missing. To begin
 
 
 @dataclass(frozen=True)
-class Check:
+class DoctorCheck:
     """One line: what was looked at, whether it is there, what it is, and how to get what is missing."""
 
     name: str
@@ -75,13 +75,13 @@ def doctor(*, form: TableFormatOption = TableFormat.text) -> None:
     print_out(_NEXT)
 
 
-def _versions() -> list[Check]:
+def _versions() -> list[DoctorCheck]:
     packages = [f"{name} {_version(name)}" for name in _PACKAGES]
     return [
-        Check(
+        DoctorCheck(
             "scenecc", "ok", f"{VERSION}, Python {platform.python_version()}, {platform.system()} {platform.machine()}"
         ),
-        Check("packages", "ok", ", ".join(packages)),
+        DoctorCheck("packages", "ok", ", ".join(packages)),
     ]
 
 
@@ -92,7 +92,7 @@ def _version(name: str) -> str:
         return "?"
 
 
-def _devices() -> list[Check]:
+def _devices() -> list[DoctorCheck]:
     try:
         command = [sys.executable, "-c", _ASK_ENGINE]
         with child(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
@@ -106,23 +106,23 @@ def _devices() -> list[Check]:
     ]
 
 
-def _device(name: str, device: str | None, lacking: str, hint: str) -> Check:
-    return Check(name, "missing", lacking, hint) if device is None else Check(name, "ok", device)
+def _device(name: str, device: str | None, lacking: str, hint: str) -> DoctorCheck:
+    return DoctorCheck(name, "missing", lacking, hint) if device is None else DoctorCheck(name, "ok", device)
 
 
-def _extras() -> list[Check]:
-    checks: list[Check] = []
+def _extras() -> list[DoctorCheck]:
+    checks: list[DoctorCheck] = []
     for name, extra in EXTRAS.items():
         lacking = extra.missing
         if lacking:
             found = f"{extra.purpose}: needs {', '.join(lacking)}"
-            checks.append(Check(f"[{name}]", "missing", found, install_hint(name)))
+            checks.append(DoctorCheck(f"[{name}]", "missing", found, install_hint(name)))
         else:
-            checks.append(Check(f"[{name}]", "ok", extra.purpose))
+            checks.append(DoctorCheck(f"[{name}]", "ok", extra.purpose))
     return checks
 
 
-def _assets() -> list[Check]:
+def _assets() -> list[DoctorCheck]:
     """What ManiSkill has downloaded, where it looks for it."""
     if find_spec("mani_skill") is None:
         return []
@@ -133,5 +133,5 @@ def _assets() -> list[Check]:
     except OSError:
         names = []
     if not names:
-        return [Check("ManiSkill's assets", "missing", f"nothing in {folder}", hint)]
-    return [Check("ManiSkill's assets", "ok", f"{folder}: {', '.join(names)}")]
+        return [DoctorCheck("ManiSkill's assets", "missing", f"nothing in {folder}", hint)]
+    return [DoctorCheck("ManiSkill's assets", "ok", f"{folder}: {', '.join(names)}")]

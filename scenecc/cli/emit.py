@@ -15,7 +15,7 @@ from scenecc.cli.options import (
     SceneArgument,
     Show,
     at_least,
-    shown,
+    quote_text,
     takes_compile_options,
 )
 from scenecc.cli.output import (
@@ -126,5 +126,5 @@ def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
         return False
     several = target is Target.urdf and "entity" not in given
     if not several or suffix in chain(*(SUFFIXES[one.value] for one in Target if one not in _TEXTS)):
-        raise typer.BadParameter(f"{shown(output)} does not end in {' or '.join(suffixes)}", param_hint="'-o'")
+        raise typer.BadParameter(f"{quote_text(output)} does not end in {' or '.join(suffixes)}", param_hint="'-o'")
     return True

@@ -24,7 +24,7 @@ def explain(
       scenecc explain SC101
       scenecc explain
     """
-    from scenecc.diagnostics.reference import explain as explanation
+    from scenecc.diagnostics.reference import explain_code as explanation
     from scenecc.diagnostics.reference import nearest_codes
 
     if code is None:

@@ -44,7 +44,7 @@ class FindingsCache:
     def findings(self, file: str, find: Callable[[PathCache], list[Diagnostic]]) -> list[Diagnostic]:
         """What is kept of a file, or what `find` gives, which is then kept; it notes in its argument what it reads."""
         entry = self._entry(file)
-        kept = self._kept(entry)
+        kept = self._read_kept(entry)
         if kept is not None:
             return kept
         started = time.time_ns()
@@ -73,7 +73,7 @@ class FindingsCache:
         installed = [(path, state_now(path)) for path in sys.path if path.endswith("-packages")]
         return sha256(repr((VERSION, sys.version, own, installed, self.command, self.options)).encode()).hexdigest()
 
-    def _kept(self, entry: Path) -> list[Diagnostic] | None:
+    def _read_kept(self, entry: Path) -> list[Diagnostic] | None:
         kept = read_result(entry)
         if kept is None:
             return None

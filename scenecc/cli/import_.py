@@ -11,7 +11,7 @@ import typer
 from scenecc.cli.many_files import Jobs, are_many, write_each
 from scenecc.cli.options import takes_compile_options
 from scenecc.cli.output import end, print_asides, print_out, progress, status, unwritten, usage_error
-from scenecc.cli.paths import STDIN, Kind, find, path_faults
+from scenecc.cli.paths import STDIN, Kind, find_files, path_faults
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -75,7 +75,7 @@ def import_(
             diagnostics, lines = _import(file, scene, accepted)
             return diagnostics, "".join(f"{scene}: {line}\n" for line in lines)
 
-        write_each("import", find(paths, kind=kind), output, ".yaml", jobs, make)
+        write_each("import", find_files(paths, kind=kind), output, ".yaml", jobs, make)
     if faults := path_faults(paths[0], output, source="source"):
         end(faults)
     with progress("import") as show:

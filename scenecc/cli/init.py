@@ -75,10 +75,10 @@ def _robot(template: str, robot: str | None) -> str | None:
 
 
 def _refuse(option: str, word: str, known: Iterable[str]) -> NoReturn:
-    from scenecc.cli.options import shown
+    from scenecc.cli.options import quote_text
     from scenecc.diagnostics.messages import suggest
 
-    _end(option, f"there is no {option} {shown(word)}; {suggest(word, known)}")
+    _end(option, f"there is no {option} {quote_text(word)}; {suggest(word, known)}")
 
 
 def _end(option: str, message: str) -> NoReturn:

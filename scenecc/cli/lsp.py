@@ -36,10 +36,10 @@ def lsp(*, options: dict[str, Any]) -> None:
     from scenecc.lsp.features import serve
     from scenecc.options import Options
 
-    serve(Options.of(**options), _wanted)
+    serve(Options.of(**options), _select_wanted)
 
 
-def _wanted(diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
+def _select_wanted(diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
     """The findings of a scene that its settings want, as they are now."""
     finder = SettingsFinder(None, (), strict=False)
     return finder.of(scene).apply(diagnostics, scene)

@@ -50,13 +50,15 @@ def at_least(least: int, *, digits: int = 18) -> Callable[[str | int], int]:
     def parse(text: str | int) -> int:
         written = str(text)
         if not (written.isascii() and written.isdecimal() and len(written) <= digits) or int(written) < least:
-            raise typer.BadParameter(f"{shown(written)} is not an integer from {least} on, of at most {digits} digits")
+            raise typer.BadParameter(
+                f"{quote_text(written)} is not an integer from {least} on, of at most {digits} digits"
+            )
         return int(written)
 
     return parse
 
 
-def shown(text: str) -> str:
+def quote_text(text: str) -> str:
     """A user's text for a message: quoted, shortened, control characters escaped."""
     from scenecc.diagnostics.formats.style import visible
 
@@ -75,7 +77,7 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
     for item in given or ():
         name, _, value = (part.strip() for part in item.partition("="))
         if not _INTEGER.fullmatch(value):
-            message = f"{shown(item)} is not name=integer, as in depth=200"
+            message = f"{quote_text(item)} is not name=integer, as in depth=200"
             raise typer.BadParameter(message, param_hint="'--limit'")
         limits[name] = int(value)
     try:
@@ -106,9 +108,9 @@ def parse_params(given: list[str] | None) -> dict[str, Any]:
     for item in given or ():
         name, value, fault = _read_setting(item)
         if fault is not None:
-            raise typer.BadParameter(f"{shown(item)}: {visible(fault)}", param_hint="'--set'")
+            raise typer.BadParameter(f"{quote_text(item)}: {visible(fault)}", param_hint="'--set'")
         if name in params:
-            raise typer.BadParameter(f"{shown(name)} is set twice", param_hint="'--set'")
+            raise typer.BadParameter(f"{quote_text(name)} is set twice", param_hint="'--set'")
         params[name] = value
     return params
 

@@ -108,7 +108,7 @@ def base_folder(target: str) -> Path | None:
     return None if target == STDOUT else Path(target).parent
 
 
-def write(target: str, content: str | bytes) -> Unwritten | None:
+def write_output(target: str, content: str | bytes) -> Unwritten | None:
     """Writes a file, or standard output for `-`. Returns why that failed; None if it did not.
 
     A file appears whole or stays as it was: the content goes to a file beside it that then takes its place.
@@ -138,7 +138,7 @@ def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> Unw
     """
     names = list(files)
     if len(names) == 1 and not folder:
-        return write(target, files[names[0]])
+        return write_output(target, files[names[0]])
     if target == STDOUT:
         return "SC904", f"standard output takes one file, but there are {len(names)}"
     try:
@@ -174,10 +174,10 @@ _SET = "--set"
 def status(diagnostics: Iterable[Diagnostic], *, strict: bool = False) -> Status:
     """The exit status. `strict`: warnings count as errors do."""
     counted = ("error", "warning") if strict else ("error",)
-    return max((_blamed(d) for d in diagnostics if d.severity in counted), default=Status.fine)
+    return max((_status_of(d) for d in diagnostics if d.severity in counted), default=Status.fine)
 
 
-def _blamed(diagnostic: Diagnostic) -> Status:
+def _status_of(diagnostic: Diagnostic) -> Status:
     from scenecc.diagnostics.codes import CODES
 
     if diagnostic.file is None and diagnostic.path.startswith(_SET):

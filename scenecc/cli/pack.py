@@ -20,7 +20,7 @@ from scenecc.cli.output import (
     scene_errors,
     unwritten,
     usage_error,
-    write,
+    write_output,
 )
 from scenecc.cli.paths import STDIN, path_faults
 
@@ -64,7 +64,7 @@ def pack(
     import scenecc
 
     _check_usage(scene, output, listed=listed)
-    if faults := [*path_faults(scene, output), *_missing(add or [])]:
+    if faults := [*path_faults(scene, output), *_report_missing(add or [])]:
         end(faults)
     with scene_errors(options):
         if listed:
@@ -79,7 +79,7 @@ def pack(
             manifest, content = packed.manifest, packed.content
             print_asides(packed.diagnostics)
     if content is not None and output is not None:
-        if (fault := write(output, content)) is not None:
+        if (fault := write_output(output, content)) is not None:
             end([usage_error(*fault, file=output)])
         print_err(f"{output}: {len(manifest.files)} file{'s' * (len(manifest.files) != 1)}, {len(content)} bytes\n")
     elif form is TableFormat.json:
@@ -99,7 +99,7 @@ def _check_usage(scene: str, output: str | None, *, listed: bool) -> None:
         raise typer.BadParameter(f"a pack is called NAME{PACK_SUFFIX}", param_hint="'-o'")
 
 
-def _missing(paths: list[Path]) -> list[Diagnostic]:
+def _report_missing(paths: list[Path]) -> list[Diagnostic]:
     missing = [str(path) for path in paths if not path.exists()]
     return [usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in missing]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.cli.options import SceneArgument, TableFormat, TableFormatOption, takes_compile_options
 from scenecc.cli.output import print_json, print_out, scene_errors
 from scenecc.cli.paths import checked_source
-from scenecc.cli.tables import plain, table
+from scenecc.cli.tables import escape_text, table
 
 if TYPE_CHECKING:
     from scenecc import ParamRow
@@ -50,7 +50,12 @@ def params_table(rows: Sequence[ParamRow]) -> str:
     if not rows:
         return "no parameters\n"
     cells = [
-        tuple(map(plain, (row.name, row.type, "–" if row.default is None else row.default, row.range, row.description)))
+        tuple(
+            map(
+                escape_text,
+                (row.name, row.type, "–" if row.default is None else row.default, row.range, row.description),
+            )
+        )
         for row in rows
     ]
     return table(_HEAD, cells, color=wants_color(sys.stdout))

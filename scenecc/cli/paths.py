@@ -105,7 +105,7 @@ class Found:
         return ", ".join([f"{_files(len(self.files), 'file')} checked", *self.left_out, *others]) + "\n"
 
 
-def find(paths: list[str], *, scenes_only: bool = False, kind: Kind | None = None) -> Found:
+def find_files(paths: list[str], *, scenes_only: bool = False, kind: Kind | None = None) -> Found:
     """A file is taken as it is; a folder is searched for files of a kind, which is scenes by default.
 
     Folders and files whose names start with a dot are passed over, and links to folders are not followed.

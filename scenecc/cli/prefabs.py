@@ -12,7 +12,7 @@ from scenecc.cli.completion import complete_prefab
 from scenecc.cli.options import TableFormat, TableFormatOption
 from scenecc.cli.output import end, print_json, print_out, usage_error
 from scenecc.cli.params import params_data, params_table
-from scenecc.cli.tables import plain, table
+from scenecc.cli.tables import escape_text, table
 
 if TYPE_CHECKING:
     from scenecc import PrefabRow
@@ -68,7 +68,7 @@ def _refuse(name: str, known: list[str]) -> NoReturn:
 def _table(rows: Sequence[PrefabRow]) -> str:
     from scenecc.diagnostics.formats import wants_color
 
-    cells = [(row.name, plain(row.description), ", ".join(param.name for param in row.params)) for row in rows]
+    cells = [(row.name, escape_text(row.description), ", ".join(param.name for param in row.params)) for row in rows]
     return table(_HEAD, cells, color=wants_color(sys.stdout))
 
 

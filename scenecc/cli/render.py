@@ -16,7 +16,7 @@ from scenecc.cli.options import (
     Show,
     Steps,
     at_least,
-    shown,
+    quote_text,
     takes_compile_options,
 )
 from scenecc.cli.output import (
@@ -28,11 +28,11 @@ from scenecc.cli.output import (
     print_out,
     progress,
     usage_error,
-    write,
+    write_output,
 )
-from scenecc.cli.paths import find, path_faults, source_of
+from scenecc.cli.paths import find_files, path_faults, source_of
 from scenecc.cli.render_options import PICTURE_OPTIONS, picture_choices
-from scenecc.cli.tables import plain, stage_times, table
+from scenecc.cli.tables import escape_text, stage_times, table
 from scenecc.diagnostics.messages import index_ranges
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def render(
         return _write(result, output, video, form)
 
     if many:
-        write_each("render", find(paths), str(output), ".png", jobs, picture, form)
+        write_each("render", find_files(paths), str(output), ".png", jobs, picture, form)
     if faults := _path_faults(paths[0], output, video, form):
         end(faults, form)
     if film is not None:
@@ -139,7 +139,7 @@ def _film(
     if many and (output is None or video is not None):
         raise typer.BadParameter("of many scenes, pictures are written to a folder: -o FOLDER", param_hint="'-o'")
     if not many and output not in {None, STDOUT} and not str(output).lower().endswith(".png"):
-        raise typer.BadParameter(f"{shown(str(output))} does not end in .png", param_hint="'-o'")
+        raise typer.BadParameter(f"{quote_text(str(output))} does not end in .png", param_hint="'-o'")
     if every is not None and (video is None or every > steps):
         raise typer.BadParameter("it needs --video and at least as many --steps", param_hint="'--every'")
     if video is None:
@@ -150,7 +150,7 @@ def _film(
         return "mp4"
     if video.lower().endswith(".gif"):
         return "gif"
-    raise typer.BadParameter(f"{shown(video)} does not end in .mp4 or .gif", param_hint="'--video'")
+    raise typer.BadParameter(f"{quote_text(video)} does not end in .mp4 or .gif", param_hint="'--video'")
 
 
 _WORTH_TELLING: Final = 5.0
@@ -175,9 +175,9 @@ def _write(result: Rendering, output: str | None, video: str | None, form: Forma
     grid = [] if result.cell is None else [f"ground grid: cells of {result.cell:.10g} m"]
     written: list[str] = []
     for target, content, words in _files(result, output, video):
-        reason = write(target, content)
+        reason = write_output(target, content)
         if reason is None:
-            written.append(f"{plain(target)}: {words}")
+            written.append(f"{escape_text(target)}: {words}")
         else:
             diagnostics.append(usage_error(*reason, file=target))
     if form is not Format.text or not written:
@@ -201,7 +201,7 @@ def _legend(result: Rendering) -> list[str]:
     """What the ids of a segmentation stand for."""
     from scenecc.diagnostics.formats import wants_color
 
-    rows = [[str(row.id), row.color, plain(row.name), index_ranges(row.scene_idxs)] for row in result.legend()]
+    rows = [[str(row.id), row.color, escape_text(row.name), index_ranges(row.scene_idxs)] for row in result.legend()]
     if not rows:
         return []
     return [table(["id", "color", "name", "scenes"], rows, color=wants_color(sys.stdout))]

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from scenecc.cli.completion import complete_entity
-from scenecc.cli.options import Camera, at_least, shown
+from scenecc.cli.options import Camera, at_least, quote_text
 
 _SIZE: Final = re.compile(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")
 
@@ -48,7 +48,7 @@ def point(text: str | tuple[float, float, float]) -> tuple[float, float, float]:
     try:
         x, y, z = map(float, text.split(","))
     except ValueError:
-        raise typer.BadParameter(f"{shown(text)} is not X,Y,Z in metres, such as 1,0.5,2") from None
+        raise typer.BadParameter(f"{quote_text(text)} is not X,Y,Z in metres, such as 1,0.5,2") from None
     return x, y, z
 
 
@@ -60,7 +60,7 @@ def parse_size(text: str) -> tuple[int, int]:
     size = (int(found[1]), int(found[2])) if found else (0, 0)
     if not found or max(size) > most:
         raise typer.BadParameter(
-            f"{shown(text)} is not a size from 1 to {most}, such as 640x480", param_hint="'--size'"
+            f"{quote_text(text)} is not a size from 1 to {most}, such as 640x480", param_hint="'--size'"
         )
     return size
 

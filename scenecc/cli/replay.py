@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.options import Format, FormatOption, shown, takes_compile_options
+from scenecc.cli.options import Format, FormatOption, quote_text, takes_compile_options
 from scenecc.cli.output import (
     STDOUT,
     end,
@@ -20,10 +20,10 @@ from scenecc.cli.output import (
     refusal,
     scene_errors,
     usage_error,
-    write,
+    write_output,
 )
 from scenecc.cli.paths import STDIN, source_of
-from scenecc.cli.tables import plain
+from scenecc.cli.tables import escape_text
 
 if TYPE_CHECKING:
     from scenecc.passports import PassportContent
@@ -80,7 +80,7 @@ def replay(
     if render is not None and (reason := refusal(render)) is not None:
         end([usage_error("SC904", reason, file=render)], form)
     if render not in {None, STDOUT} and not str(render).lower().endswith(".png"):
-        raise typer.BadParameter(f"{shown(str(render))} does not end in .png", param_hint="'--render'")
+        raise typer.BadParameter(f"{quote_text(str(render))} does not end in .png", param_hint="'--render'")
     is_text = passport.lstrip()[:1] == "{"
     if not is_text and passport != STDIN and not os.path.lexists(passport):
         end([usage_error("SC901", f"there is no file `{passport}`", file=passport)], form)
@@ -107,9 +107,9 @@ def _picture(known: PassportContent, compiled: CompiledSource, target: str) -> l
     import scenecc
 
     made = scenecc.render_scene(compiled, scenes=str(known.scene))
-    reason = write(target, made.png())
+    reason = write_output(target, made.png())
     if reason is None and target != STDOUT:
-        print_out(f"{plain(target)}: scene {known.scene}\n")
+        print_out(f"{escape_text(target)}: scene {known.scene}\n")
     return [] if reason is None else [usage_error(*reason, file=target)]
 
 

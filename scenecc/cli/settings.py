@@ -46,7 +46,7 @@ class SettingsError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class ProjectSettings:
     """What one pyproject.toml says, with the options of the command line. Codes are whole or begin as given.
 
     Its `repr` is the same on every machine.
@@ -71,7 +71,9 @@ class Settings:
 
     def apply(self, diagnostics: list[Diagnostic], scene: str) -> list[Diagnostic]:
         """The diagnostics of a scene that are wanted, with the severities that are. Errors stay what they are."""
-        return [self._graded(one) for one in diagnostics if one.severity == "error" or self._is_wanted(one, scene)]
+        return [
+            self._with_severity(one) for one in diagnostics if one.severity == "error" or self._is_wanted(one, scene)
+        ]
 
     def _is_wanted(self, found: Diagnostic, scene: str) -> bool:
         selected = 0 if self.select is None else _longest(found.code, self.select)
@@ -84,7 +86,7 @@ class Settings:
     def _relative(self, file: str) -> str:
         return file if "://" in file else Path(relpath(file, self.folder)).as_posix()
 
-    def _graded(self, found: Diagnostic) -> Diagnostic:
+    def _with_severity(self, found: Diagnostic) -> Diagnostic:
         fitting = [code for code in self.severity or {} if found.code.startswith(code)]
         if found.severity == "error" or not fitting or self.severity is None:
             return found
@@ -111,23 +113,23 @@ class SettingsFinder:
     def __init__(self, select: tuple[str, ...] | None, ignore: tuple[str, ...], *, strict: bool) -> None:
         self.faults: list[Diagnostic] = []
         self._select, self._ignore, self._strict = select, ignore, strict
-        self._by_folder: dict[Path, Settings | None] = {}
-        self._merged: dict[Path, Settings] = {}
+        self._by_folder: dict[Path, ProjectSettings | None] = {}
+        self._merged: dict[Path, ProjectSettings] = {}
 
-    def of(self, scene: str) -> Settings:
+    def of(self, scene: str) -> ProjectSettings:
         """The settings of a scene's path; those of the current folder for standard input."""
         folder = Path.cwd() if scene == STDIN else Path(scene).absolute().parent
         if folder not in self._merged:  # one for all files of a folder, of which there may be very many
             self._merged[folder] = self._with_command_line(folder)
         return self._merged[folder]
 
-    def _with_command_line(self, folder: Path) -> Settings:
-        found = self._nearest(folder) or Settings(Path.cwd())
+    def _with_command_line(self, folder: Path) -> ProjectSettings:
+        found = self._nearest(folder) or ProjectSettings(Path.cwd())
         if self._select is not None:
             found = replace(found, select=self._select, ignore=())
         return replace(found, ignore=(*found.ignore, *self._ignore), strict=found.strict or self._strict)
 
-    def _nearest(self, folder: Path) -> Settings | None:
+    def _nearest(self, folder: Path) -> ProjectSettings | None:
         for above in (folder, *folder.parents):
             if above not in self._by_folder:
                 self._by_folder[above] = self._read(above / "pyproject.toml")
@@ -135,7 +137,7 @@ class SettingsFinder:
                 return found
         return None
 
-    def _read(self, file: Path) -> Settings | None:
+    def _read(self, file: Path) -> ProjectSettings | None:
         try:
             with open_regular(file) as stream:
                 text = stream.read(_MAX_BYTES).decode(errors="replace")
@@ -148,7 +150,7 @@ class SettingsFinder:
             return None if table is None else _settings(table, file.parent)
         except SettingsError as error:
             self.faults.append(_fault(file, text, error))
-            return Settings(file.parent)
+            return ProjectSettings(file.parent)
 
 
 def _table(text: str) -> dict[str, Any] | None:
@@ -166,7 +168,7 @@ def _table(text: str) -> dict[str, Any] | None:
     return _mapping(tool["scenecc"], "scenecc") if "scenecc" in tool else None
 
 
-def _settings(table: dict[str, Any], folder: Path) -> Settings:
+def _settings(table: dict[str, Any], folder: Path) -> ProjectSettings:
     from scenecc.diagnostics.messages import suggest
 
     keys: dict[str, Callable[[Any], Any]] = {
@@ -184,7 +186,7 @@ def _settings(table: dict[str, Any], folder: Path) -> Settings:
     for key in table:
         if key not in keys:
             raise SettingsError(f"unknown key `{key}` of [tool.scenecc]", key, hint=suggest(key, keys))
-    return Settings(folder, **{key.replace("-", "_"): keys[key](given) for key, given in table.items()})
+    return ProjectSettings(folder, **{key.replace("-", "_"): keys[key](given) for key, given in table.items()})
 
 
 def _flag(given: object) -> bool:

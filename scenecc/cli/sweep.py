@@ -11,11 +11,19 @@ import typer
 from scenecc.cli.check import parse_seconds, parse_seeds
 from scenecc.cli.checking import Parts, parse_shard, print_statistics, statistics, without_lacks
 from scenecc.cli.completion import complete_scene
-from scenecc.cli.options import Camera, Format, TableFormat, TableFormatOption, at_least, shown, takes_compile_options
+from scenecc.cli.options import (
+    Camera,
+    Format,
+    TableFormat,
+    TableFormatOption,
+    at_least,
+    quote_text,
+    takes_compile_options,
+)
 from scenecc.cli.output import end, print_err, print_json, progress, scene_errors, status, usage_error
-from scenecc.cli.paths import STDIN, find
+from scenecc.cli.paths import STDIN, find_files
 from scenecc.cli.render_options import parse_size
-from scenecc.cli.settings import Settings, SettingsFinder
+from scenecc.cli.settings import ProjectSettings, SettingsFinder
 from scenecc.diagnostics import Diagnostic, Severity
 from scenecc.diagnostics.diagnostic import Location
 
@@ -35,7 +43,7 @@ _OPTIONS: Final = ("num_scenes", "params", "asset_roots", "allow_outside_assets"
 class _Wanted:
     """What `check` would report of a file among those of the same command."""
 
-    settings: Settings
+    settings: ProjectSettings
     is_part: bool
 
     @property
@@ -50,7 +58,7 @@ class _Wanted:
 
 def _find_scenes(paths: list[str]) -> dict[str, _Wanted]:
     """The files to sweep, and what is wanted of each. Ends the command where a path or a setting has a fault."""
-    found = find(paths)
+    found = find_files(paths)
     faults = found.faults()
     if STDIN in found.files:
         faults.append(usage_error("SC901", "a sweep reads files, not standard input", file=STDIN, hint="name a file"))
@@ -67,7 +75,7 @@ def _parse_do(text: str | tuple[str, ...]) -> tuple[str, ...]:
     asked = [one.strip() for one in text.split(",")]
     for one in asked:
         if one not in _DONE:
-            raise typer.BadParameter(f"{shown(one)} is none of {', '.join(_DONE)}")
+            raise typer.BadParameter(f"{quote_text(one)} is none of {', '.join(_DONE)}")
     return tuple(asked)
 
 

@@ -39,7 +39,7 @@ _COMMAND: Final = re.compile(r"^(?=\s*::)|(?<=##)(?=\[)")
 """Where GitHub's runner, which reads what a job prints, sees a command of its own."""
 
 
-def plain(text: str) -> str:
+def escape_text(text: str) -> str:
     """A scene's text as part of one line, which neither a terminal nor a CI runner acts upon."""
     return _COMMAND.sub(r"\\", visible(text))
 
@@ -53,7 +53,7 @@ def built(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> str
     entities = [row for row in rows if row.section == "entities"]
     named = [(row.name, row) for row in entities]
     cells = [
-        (plain(name), _body(row), str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
+        (escape_text(name), _body(row), str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
         for name, row in (named if whole or len(named) <= _MOST else _merge_copies(entities))
     ]
     return _cut(_BUILT, cells, color=color, whole=whole) + _others(rows, color=color, whole=whole)
@@ -67,21 +67,21 @@ def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> s
     others = [(f"{row.section}.{row.name}", row) for row in rows if row.section != "entities"]
     cells = [
         (
-            plain(name),
+            escape_text(name),
             _body(row),
             str(row.shape_count),
             _size(row),
             index_ranges(row.scene_idxs),
-            _differing(row),
+            _differing_cell(row),
         )
         for name, row in entities
     ]
     fields = [
         (
-            plain(name if first else ""),
-            plain(field.field),
+            escape_text(name if first else ""),
+            escape_text(field.field),
             "at reset" if field.at_reset else "",
-            plain(field.values),
+            escape_text(field.values),
         )
         for name, row in [*entities, *others]
         for first, field in zip((True, *[False] * len(row.varying)), row.varying, strict=False)
@@ -93,7 +93,13 @@ def planned(rows: Sequence[SummaryRow], *, color: bool, whole: bool = True) -> s
 def _others(rows: Sequence[SummaryRow], *, color: bool, whole: bool) -> str:
     """One line a constraint, light and camera; nothing where there are none."""
     cells = [
-        (plain(row.name), row.section, row.body_type, plain(" – ".join(row.mounts)), index_ranges(row.scene_idxs))
+        (
+            escape_text(row.name),
+            row.section,
+            row.body_type,
+            escape_text(" – ".join(row.mounts)),
+            index_ranges(row.scene_idxs),
+        )
         for row in rows
         if row.section != "entities"
     ]
@@ -161,7 +167,7 @@ def _size(row: SummaryRow) -> str:
     return "~ " * row.size_differs + " × ".join(f"{length:.4g}" for length in row.size)
 
 
-def _differing(row: SummaryRow) -> str:
+def _differing_cell(row: SummaryRow) -> str:
     return f"{len(row.varying)} of {row.field_count}" if row.varying else "–"
 
 
@@ -234,15 +240,15 @@ def _line(item: Item, name: str = "") -> Text:
     from rich.text import Text
 
     line = Text(overflow="fold")
-    parts = [(plain(item.name or name), "bold"), (plain(item.type), "cyan")]
+    parts = [(escape_text(item.name or name), "bold"), (escape_text(item.type), "cyan")]
     for text, style in parts:
         if text:
             line.append(f"{'  ' * bool(line)}{text}", style)
     told = [fact for fact in item.facts if fact.words]
     for number, fact in enumerate(told):
         line.append("  " if number == 0 else " · ", "dim")
-        line.append(f"{plain(fact.label)} " if fact.label else "", "dim")
-        line.append(plain(fact.words))
+        line.append(f"{escape_text(fact.label)} " if fact.label else "", "dim")
+        line.append(escape_text(fact.words))
     if item.hidden:
         line.append(f"  … {item.hidden} more below", "dim")
     return line

@@ -13,7 +13,7 @@ from scenecc.cli.completion import complete_scene
 from scenecc.cli.corrections import corrected, summary
 from scenecc.cli.options import Format, FormatOption, takes_compile_options
 from scenecc.cli.output import of_settings, print_err
-from scenecc.cli.paths import STDIN, find, source_of
+from scenecc.cli.paths import STDIN, find_files, source_of
 
 if TYPE_CHECKING:
     from scenecc.checks.house_rules import Rule
@@ -66,7 +66,7 @@ def validate(
     from scenecc.scene import validate_source
 
     asked = Options.of(**options)
-    found = find(paths, scenes_only=scenes_only)
+    found = find_files(paths, scenes_only=scenes_only)
 
     def check(file: str, rules: Mapping[str, Rule], memory: PathCache | None) -> list[Diagnostic]:
         return of_settings(validate_source(source_of(file), asked, rules, memory), asked.params)

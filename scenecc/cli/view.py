@@ -10,7 +10,7 @@ from scenecc.cli.options import (
     SceneArgument,
     Show,
     at_least,
-    shown,
+    quote_text,
     takes_compile_options,
 )
 from scenecc.cli.output import (
@@ -26,10 +26,10 @@ from scenecc.cli.output import (
     scene_errors,
     status,
     usage_error,
-    write,
+    write_output,
 )
 from scenecc.cli.paths import checked_source
-from scenecc.cli.tables import plain
+from scenecc.cli.tables import escape_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -134,7 +134,7 @@ def _check(export: str | None, steps: int, *, served: bool) -> None:
         message = "it cannot be combined with --open, --host, --port or --token, because no page is served"
         raise typer.BadParameter(message, param_hint="'--export'")
     if export not in {None, STDOUT} and not str(export).lower().endswith((".html", ".htm")):
-        raise typer.BadParameter(f"{shown(str(export))} does not end in .html", param_hint="'--export'")
+        raise typer.BadParameter(f"{quote_text(str(export))} does not end in .html", param_hint="'--export'")
 
 
 def _place(host: str | None, port: int | None, token: str | None) -> PageAddress:
@@ -158,7 +158,7 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
         nonlocal failed
         print_asides(of_settings(found, values))
         if failed and status(found) is Status.fine:
-            print_err(f"{plain(scene)}: no errors\n")
+            print_err(f"{escape_text(scene)}: no errors\n")
         failed = status(found) is not Status.fine
 
     return tell
@@ -176,8 +176,8 @@ def _ready(url: str, place: PageAddress, *, open_it: bool) -> None:
 
 
 def _write(target: str, page: str, found: list[Diagnostic]) -> NoReturn:
-    if (reason := write(target, page)) is not None:
+    if (reason := write_output(target, page)) is not None:
         end([*found, usage_error(*reason, file=target)])
     if target != STDOUT:
-        print_out(f"{plain(target)}: {len(page.encode()) / 1e6:.2f} MB\n")
+        print_out(f"{escape_text(target)}: {len(page.encode()) / 1e6:.2f} MB\n")
     end(found)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.backends.sapien.engine import sapien
 from scenecc.backends.sapien.properties import ARTICULATION_PROPERTIES
-from scenecc.decompiler.bodies import BodyReader, friction_of, inertial, is_equal, physical_material, plain_value
-from scenecc.decompiler.values import Files, Node, pose_value, same_single, to_number, to_numbers
+from scenecc.decompiler.bodies import LiveBodyReader, friction_of, inertial, is_equal, physical_material, plain_value
+from scenecc.decompiler.values import FileNamer, Node, pose_value, same_single, to_number, to_numbers
 from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, normalized
 from scenecc.names import UniqueNames
 from scenecc.plan.properties import properties_of
@@ -46,14 +46,14 @@ class JointState:
         mode: Any = joint.drive_mode
         return JointState(
             to_numbers(joint.limits[0]),
-            {key: _only(getattr(joint, key)) for key in _JOINT_KEYS},
+            {key: _first_number(getattr(joint, key)) for key in _JOINT_KEYS},
             drive | {"mode": str(mode)},
             to_number(joint.drive_target[0] if hasattr(joint.drive_target, "__len__") else joint.drive_target),
-            _only(joint.drive_velocity_target),
+            _first_number(joint.drive_velocity_target),
         )
 
 
-def _only(value: Any) -> float:
+def _first_number(value: Any) -> float:
     return to_number(value[0] if hasattr(value, "__len__") else value)
 
 
@@ -63,8 +63,8 @@ class ArticulationReader:
     def __init__(
         self,
         recording: Recording | None,
-        files: Files,
-        bodies: BodyReader,
+        files: FileNamer,
+        bodies: LiveBodyReader,
         names: SceneNames,
         physics: Node,
     ) -> None:

@@ -13,7 +13,7 @@ from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES
 from scenecc.backends.sapien.properties import BODY_PROPERTIES, COLLISION_GROUPS, LINK_FIELDS, RENDER_PROPERTIES
 from scenecc.decompiler.tables import TEXTURES
 from scenecc.decompiler.values import (
-    Files,
+    FileNamer,
     Node,
     Same,
     color_value,
@@ -120,14 +120,14 @@ def physical_material(friction: Iterable[float]) -> Node:
     return {"physical": dict(zip(_FRICTION_FIELDS, to_numbers(friction), strict=True))}
 
 
-class BodyReader:
+class LiveBodyReader:
     """Reads bodies of live scenes.
 
     Attributes:
         problems: what cannot be said in a scene file, one sentence each.
     """
 
-    def __init__(self, recording: Recording | None, files: Files, defaults: SceneDefaults) -> None:
+    def __init__(self, recording: Recording | None, files: FileNamer, defaults: SceneDefaults) -> None:
         self._recording = recording
         self._files = files
         self._defaults = defaults
@@ -400,7 +400,7 @@ def flat_grid(vertices: Any, uvs: Any) -> tuple[Any, Any, Any, Any] | None:
     return (low, high, uv_low, uv_high) if np.abs(even - uvs).max() <= 1e-4 * (1 + np.abs(uvs).max()) else None
 
 
-def visual_material(material: Any, files: Files) -> Node:
+def visual_material(material: Any, files: FileNamer) -> Node:
     """What differs of a `RenderMaterial` from one that nothing has touched."""
     fresh = _fresh_material()
     found: Node = {}
@@ -415,7 +415,7 @@ def visual_material(material: Any, files: Files) -> Node:
     return found
 
 
-def _texture(texture: Any, files: Files) -> Any:
+def _texture(texture: Any, files: FileNamer) -> Any:
     file = files.name(texture.filename) if texture.filename else ""
     defaults = {"mipmap_levels": 1, "filter_mode": "linear", "address_mode": "repeat", "srgb": True}
     given = {key: getattr(texture, "is_srgb" if key == "srgb" else key) for key in defaults}
@@ -430,10 +430,10 @@ def _fresh_material() -> Node:
 
 
 @lru_cache(maxsize=256)
-def _looks_of_file(filename: str, files: Files) -> list[Node]:
+def _looks_of_file(filename: str, files: FileNamer) -> list[Node]:
     """The materials that the file of a mesh has, part by part.
 
-    The cache is of one `decompile`, which makes one `Files`: paths of textures depend on its base.
+    The cache is of one `decompile`, which makes one `FileNamer`: paths of textures depend on its base.
     """
     mesh = render.RenderShapeTriangleMesh(filename, [1, 1, 1], None)
     return [visual_material(part.material, files) for part in mesh.parts]

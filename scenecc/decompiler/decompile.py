@@ -74,21 +74,21 @@ def decompile(
         TypeError: `source` is none of these, or is simulated on the GPU.
         UnlikeScenes: the scenes differ in what all scenes of a file have in common.
     """
-    from scenecc.decompiler.live import SceneReader, has_render_system  # noqa: PLC0415 - loads the engine
+    from scenecc.decompiler.live import LiveSceneReader, has_render_system  # noqa: PLC0415 - loads the engine
     from scenecc.decompiler.prefabs import use_lights, use_prefabs  # noqa: PLC0415 - likewise
     from scenecc.decompiler.reading import read_scene  # noqa: PLC0415 - likewise
-    from scenecc.decompiler.values import Files  # noqa: PLC0415 - likewise
+    from scenecc.decompiler.values import FileNamer  # noqa: PLC0415 - likewise
     from scenecc.scene_file.layout import scene_text  # noqa: PLC0415
     from scenecc.scene_file.parallel import merge_scenes  # noqa: PLC0415
     from scenecc.scene_file.simplify import simplify  # noqa: PLC0415
 
     live, folder = _live_scenes(source), Path(base)
-    files = Files(folder)
+    files = FileNamer(folder)
     problems: dict[str, None] = {}
     documents: list[dict[str, Any]] = []
     facts: list[Any] = []
     for index, scene in enumerate(live.scenes):
-        reader = SceneReader(recording, files, partial(live.rename, index), live.hidden)
+        reader = LiveSceneReader(recording, files, partial(live.rename, index), live.hidden)
         documents.append(reader.document(scene))
         facts.append(read_scene(scene, reader.names.of))
         problems.update(dict.fromkeys(reader.problems))

@@ -9,10 +9,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.decompiler.articulations import ArticulationReader
-from scenecc.decompiler.bodies import BodyReader, SceneDefaults, friction_of, physical_material, plain_value, untouched
+from scenecc.decompiler.bodies import (
+    LiveBodyReader,
+    SceneDefaults,
+    friction_of,
+    physical_material,
+    plain_value,
+    untouched,
+)
 from scenecc.decompiler.names import SceneNames
 from scenecc.decompiler.rendering import LIGHTS, camera, environment, light
-from scenecc.decompiler.values import Files, Node, plain_name, pose_value, same_single, to_number, to_numbers
+from scenecc.decompiler.values import FileNamer, Node, language_name, pose_value, same_single, to_number, to_numbers
 from scenecc.names import UniqueNames
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS
@@ -27,7 +34,7 @@ _BODY_DEFAULTS: Final = ("solver_position_iterations", "solver_velocity_iteratio
 _SHAPE_DEFAULTS: Final = ("contact_offset", "rest_offset")
 
 
-class SceneReader:
+class LiveSceneReader:
     """Reads one live scene.
 
     Attributes:
@@ -36,7 +43,7 @@ class SceneReader:
     """
 
     def __init__(
-        self, recording: Recording | None, files: Files, rename: Callable[[str], str], hidden: Iterable[str]
+        self, recording: Recording | None, files: FileNamer, rename: Callable[[str], str], hidden: Iterable[str]
     ) -> None:
         self._recording = recording
         self._files = files
@@ -51,14 +58,14 @@ class SceneReader:
         """A `sapien.Scene` as a document of one scene."""
         components = [component for entity in scene.entities for component in entity.components]
         defaults = self._defaults([c for c in components if isinstance(c, physx.PhysxRigidBaseComponent)])
-        bodies = BodyReader(self._recording, self._files, defaults)
+        bodies = LiveBodyReader(self._recording, self._files, defaults)
         document: Node = {"scenecc": 1}
         physics = _physics(scene, defaults)
         document |= {"physics": physics} if physics else {}
         self._many_robots = _ignoring_articulations(components) > 1
         robots = ArticulationReader(self._recording, self._files, bodies, self.names, physics)
         entities: Node = {}
-        found = [each for each in map(_named, scene.entities) if each is not None]
+        found = [each for each in map(_find_named_object, scene.entities) if each is not None]
         self.names.replace("entity", [each for each, _ in found], [name for _, name in found], self._taken)
         for entity in scene.entities:
             self._entity(entity, bodies, robots, entities)
@@ -68,7 +75,7 @@ class SceneReader:
         document["entities"] = entities
         ties = self._constraints(components)
         document |= {"constraints": ties} if ties else {}
-        document |= self._seen(components)
+        document |= self._read_lights_and_cameras(components)
         self.problems += [*self.names.problems, *bodies.problems]
         return document
 
@@ -89,7 +96,7 @@ class SceneReader:
             body=common(moved, "body", _BODY_DEFAULTS),
         )
 
-    def _entity(self, entity: Any, bodies: BodyReader, robots: ArticulationReader, entities: Node) -> None:
+    def _entity(self, entity: Any, bodies: LiveBodyReader, robots: ArticulationReader, entities: Node) -> None:
         body: Any = None
         look: Any = None
         for component in entity.components:
@@ -125,11 +132,11 @@ class SceneReader:
                 parent = None if component.parent is None else self._mount(component.parent.entity)
                 name = self._name(component.name, "constraint")
                 child = self._mount(component.entity) or ""
-                node = constraint(component, parent or "world", child, self._recording, name, self.problems)
+                node = read_constraint(component, parent or "world", child, self._recording, name, self.problems)
                 found |= {} if node is None else {name: node}
         return found
 
-    def _seen(self, components: list[Any]) -> Node:
+    def _read_lights_and_cameras(self, components: list[Any]) -> Node:
         """Lights and cameras."""
         found: dict[str, Node] = {"lights": {}, "cameras": {}}
         for component in components:
@@ -149,13 +156,13 @@ class SceneReader:
 
     def _name(self, given: str, otherwise: str) -> str:
         """A name of the language that nothing else has."""
-        plain = plain_name(self.names.rename(given)) or otherwise
+        plain = language_name(self.names.rename(given)) or otherwise
         if plain != (self.names.rename(given) or otherwise):
             self.problems.append(f"the name {given!r}; a name in a scene file has other characters: `{plain}`")
         return self._taken.new(plain)
 
 
-def _named(entity: Any) -> tuple[Any, str] | None:
+def _find_named_object(entity: Any) -> tuple[Any, str] | None:
     """The object that is named after an entity, and its name if it has none; None: nothing is."""
     bodies: list[Any] = [each for each in entity.components if isinstance(each, physx.PhysxRigidBaseComponent)]
     component: Any = bodies[0] if bodies else None
@@ -213,7 +220,7 @@ _AXES: Final = ("x", "y", "z", "twist")
 _DRIVES: Final = (*_AXES, "swing", "slerp")
 
 
-def constraint(
+def read_constraint(
     component: Any, parent: str, child: str, recording: Recording | None, name: str, problems: list[str]
 ) -> Node | None:
     """A component that connects two bodies; `parent`, `child`: ENTITY or ENTITY/LINK, or "world".

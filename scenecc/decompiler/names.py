@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.decompiler.values import plain_name
+from scenecc.decompiler.values import language_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ class SceneNames:
     def of(self, thing: Any) -> str:
         """The name of an object in the file; the object's own, made valid, where it was given none."""
         found = self._names.get(id(thing))
-        return plain_name(self.rename(thing.name)) if found is None else found[1]
+        return language_name(self.rename(thing.name)) if found is None else found[1]
 
     def keep(self, things: Sequence[Any]) -> None:
         """Gives objects their own names: a robot's file has them, whatever characters they are of."""
@@ -50,7 +50,7 @@ class SceneNames:
             of: the articulation of links and joints.
         """
         given = [self.rename(thing.name) for thing in things]
-        wishes = [plain_name(name, local=bool(of)) or other for name, other in zip(given, otherwise, strict=True)]
+        wishes = [language_name(name, local=bool(of)) or other for name, other in zip(given, otherwise, strict=True)]
         counts, uses = Counter(wishes), Counter(given)
         own = [wish == name and uses[name] == 1 for wish, name in zip(wishes, given, strict=True)]
         counts.subtract(wish for wish, stays in zip(wishes, own, strict=True) if stays)

@@ -11,15 +11,15 @@ from scenecc.decompiler.reading import read_scene
 from scenecc.decompiler.verify import tidy, untouched_engine
 from scenecc.diagnostics import Sink
 from scenecc.expand.documents import PREFAB_FOLDER
-from scenecc.scene_file import is_list, is_mapping
+from scenecc.scene_file import is_list_node, is_mapping_node
 from scenecc.source import read_file
 
 if TYPE_CHECKING:
-    from scenecc.decompiler.reading import Facts
+    from scenecc.decompiler.reading import LiveObject
     from scenecc.decompiler.values import Node
 
 
-def use_prefabs(document: Node, live: Facts, *, render: bool) -> Node:
+def use_prefabs(document: Node, live: LiveObject, *, render: bool) -> Node:
     """The document with instances of prefabs in place of the bodies that these build.
 
     Args:
@@ -62,14 +62,14 @@ _LIGHTS: Final = "parts/maniskill_lights.yaml"
 
 def _single(value: Any) -> Any:
     """The same data with numbers in single precision."""
-    if is_list(value):
+    if is_list_node(value):
         return [_single(item) for item in value]
-    if is_mapping(value):
+    if is_mapping_node(value):
         return {key: _single(item) for key, item in value.items()}
     return np.float32(value) if isinstance(value, int | float) else value
 
 
-def _physical(facts: Facts) -> Facts:
+def _physical(facts: LiveObject) -> LiveObject:
     """An entity without what is seen of it."""
     return tidy(replace(facts, parts=tuple(part for part in facts.parts if part.kind.startswith("Physx"))))
 
@@ -91,7 +91,7 @@ _Candidate = tuple[str, list[str], tuple[str, "Node"]]
 def _candidates(entities: Node, *, render: bool) -> list[_Candidate]:
     """Instances that may build what some entities are: their names, those of the entities, prefabs and parameters."""
     ground: Any = entities.get("ground")
-    if not is_mapping(ground) or "collisions" not in ground:
+    if not is_mapping_node(ground) or "collisions" not in ground:
         return []
     floor = _floor(ground, render=render)
     (plane, *_) = ground["collisions"]
@@ -120,7 +120,7 @@ def _floor(ground: Node, *, render: bool) -> Node | None:
     squares = [edge / count for edge, count in zip((length, width), tiles["texture_repeat"], strict=True)]
     texture: Any = tiles.get("material", {}).get("visual", {}).get("base_color_texture", {})
     x, y, _ = tiles.get("pose", [0.0, 0.0, 0.0])
-    if not is_mapping(texture) or texture.get("mipmap_levels") != _MIPMAPS or abs(squares[0] - squares[1]) > _NEAR:
+    if not is_mapping_node(texture) or texture.get("mipmap_levels") != _MIPMAPS or abs(squares[0] - squares[1]) > _NEAR:
         return None
     found: Node = {} if width == _USUAL_WIDTH else {"floor_width": width}
     found |= {} if length == width else {"floor_length": length}
@@ -133,7 +133,7 @@ _MIPMAPS, _USUAL_WIDTH, _USUAL_SQUARE, _NEAR = 4, 100.0, 4.0, 1e-4
 """Of `scenecc:ground`."""
 
 
-def _built(node: Node, document: Node) -> dict[str, Facts]:
+def _built(node: Node, document: Node) -> dict[str, LiveObject]:
     """The bodies that an instance builds under the document's settings, by their names."""
     import scenecc  # noqa: PLC0415 - the facade is above this module's other users
 

@@ -49,7 +49,7 @@ Plain: TypeAlias = "Numbers | str | bool | int | tuple[Plain, ...] | None"
 
 
 @dataclass(frozen=True)
-class Facts:
+class LiveObject:
     """An object and what it consists of.
 
     Attributes:
@@ -62,7 +62,7 @@ class Facts:
     kind: str
     name: str
     values: tuple[tuple[str, Plain], ...]
-    parts: tuple[Facts, ...] = ()
+    parts: tuple[LiveObject, ...] = ()
 
     def value(self, name: str) -> Plain:
         """The property of a name.
@@ -72,13 +72,13 @@ class Facts:
         """
         return dict(self.values)[name]
 
-    def of_kind(self, kind: str) -> list[Facts]:
+    def of_kind(self, kind: str) -> list[LiveObject]:
         """The objects of a kind in the tree, this one among them, depth first."""
         found = [self] if self.kind == kind else []
         return found + [inner for part in self.parts for inner in part.of_kind(kind)]
 
 
-def plain(value: Any) -> Plain:
+def comparable_value(value: Any) -> Plain:
     """A value of the engine as comparable data.
 
     Raises:
@@ -94,7 +94,7 @@ def plain(value: Any) -> Plain:
         array = array + np.zeros((), array.dtype) if array.dtype.kind == "f" else array
         return Numbers(array.dtype.str, array.shape, array.tobytes())
     if isinstance(value, (list, tuple)):
-        return tuple(plain(item) for item in cast("list[Any]", value))
+        return tuple(comparable_value(item) for item in cast("list[Any]", value))
     raise TypeError(f"{type(value)} is no plain value")
 
 
@@ -106,16 +106,16 @@ def _own_name(thing: Any) -> str:
     return thing.name
 
 
-def read_scene(scene: Any, name_of: NameOf = _own_name) -> Facts:
+def read_scene(scene: Any, name_of: NameOf = _own_name) -> LiveObject:
     """A `sapien.Scene`: its settings, its entities in their order, then its articulations by their root links."""
     system = scene.physx_system
-    values: list[tuple[str, Plain]] = [("timestep", plain(system.timestep))]
+    values: list[tuple[str, Plain]] = [("timestep", comparable_value(system.timestep))]
     values += _values(system.config, SCENE_CONFIG_FIELDS)
     if (renders := _system(scene, "render")) is not None:
-        values.append(("ambient_light", plain(renders.ambient_light)))
+        values.append(("ambient_light", comparable_value(renders.ambient_light)))
     entities = [read_entity(entity, name_of) for entity in scene.entities]
     robots = [read_articulation(articulation, name_of) for articulation in articulations(scene)]
-    return Facts("scene", "", tuple(values), (*entities, *robots))
+    return LiveObject("scene", "", tuple(values), (*entities, *robots))
 
 
 def articulations(scene: Any) -> list[Any]:
@@ -132,31 +132,31 @@ def _system(scene: Any, name: str) -> Any:
         return None
 
 
-def read_entity(entity: Any, name_of: NameOf = _own_name) -> Facts:
+def read_entity(entity: Any, name_of: NameOf = _own_name) -> LiveObject:
     """An entity and its components in their order."""
-    return Facts(
+    return LiveObject(
         "entity",
         name_of(entity),
-        (("pose", plain(entity.pose)),),
+        (("pose", comparable_value(entity.pose)),),
         tuple(_component(component, name_of) for component in entity.components),
     )
 
 
-def read_articulation(articulation: Any, name_of: NameOf = _own_name) -> Facts:
+def read_articulation(articulation: Any, name_of: NameOf = _own_name) -> LiveObject:
     """What belongs to an articulation as a whole; its links stand among the scene's entities, a joint in its link."""
     order: list[tuple[str, Plain]] = [
-        ("links", plain([name_of(link.entity) for link in articulation.links])),
-        ("joints", plain([name_of(joint) for joint in articulation.joints])),
-        ("active_joints", plain([name_of(joint) for joint in articulation.active_joints])),
+        ("links", comparable_value([name_of(link.entity) for link in articulation.links])),
+        ("joints", comparable_value([name_of(joint) for joint in articulation.joints])),
+        ("active_joints", comparable_value([name_of(joint) for joint in articulation.active_joints])),
     ]
     values = _values(articulation, tables.ARTICULATION)
-    return Facts("articulation", name_of(articulation), tuple(order + values))
+    return LiveObject("articulation", name_of(articulation), tuple(order + values))
 
 
-def _component(component: Any, name_of: NameOf) -> Facts:
+def _component(component: Any, name_of: NameOf) -> LiveObject:
     kind = type(component).__name__
     values = _values(component, tables.COMPONENTS[kind])
-    parts: list[Facts] = []
+    parts: list[LiveObject] = []
     if hasattr(component, "collision_shapes"):
         parts += [_shape(shape) for shape in component.collision_shapes]
     if hasattr(component, "render_shapes"):
@@ -167,47 +167,49 @@ def _component(component: Any, name_of: NameOf) -> Facts:
     if kind == "PhysxArticulationLinkComponent":
         values.append(("articulation", name_of(component.articulation)))
         parts.append(_joint(component.joint, name_of))
-    return Facts(kind, component.name, tuple(values), tuple(parts))
+    return LiveObject(kind, component.name, tuple(values), tuple(parts))
 
 
-def _joint(joint: Any, name_of: NameOf) -> Facts:
+def _joint(joint: Any, name_of: NameOf) -> LiveObject:
     names = tables.JOINT + (tables.AXIS if joint.dof else ())
-    return Facts("joint", name_of(joint), tuple(_values(joint, names)))
+    return LiveObject("joint", name_of(joint), tuple(_values(joint, names)))
 
 
-def _shape(shape: Any) -> Facts:
+def _shape(shape: Any) -> LiveObject:
     kind = type(shape).__name__
-    material = Facts("material", "", tuple(_values(shape.physical_material, tables.PHYSICAL_MATERIAL)))
-    return Facts(kind, "", tuple(_values(shape, tables.SHAPES[kind])), (material,))
+    material = LiveObject("material", "", tuple(_values(shape.physical_material, tables.PHYSICAL_MATERIAL)))
+    return LiveObject(kind, "", tuple(_values(shape, tables.SHAPES[kind])), (material,))
 
 
-def _visual(shape: Any) -> Facts:
+def _visual(shape: Any) -> LiveObject:
     kind = type(shape).__name__
     values = _values(shape, (*tables.VISUALS[kind], *tables.VISUAL))
-    return Facts(kind, shape.name, tuple(values), tuple(_visual_part(part) for part in shape.parts))
+    return LiveObject(kind, shape.name, tuple(values), tuple(_visual_part(part) for part in shape.parts))
 
 
-def _visual_part(part: Any) -> Facts:
+def _visual_part(part: Any) -> LiveObject:
     arrays = {
         "vertices": part.vertices,
         "triangles": part.triangles,
         "normals": part.get_vertex_normal(),
         "uvs": part.get_vertex_uv(),
     }
-    return Facts("part", "", tuple((name, plain(array)) for name, array in arrays.items()), (_look(part.material),))
+    return LiveObject(
+        "part", "", tuple((name, comparable_value(array)) for name, array in arrays.items()), (_look(part.material),)
+    )
 
 
-def _look(material: Any) -> Facts:
+def _look(material: Any) -> LiveObject:
     values = _values(material, tables.VISUAL_MATERIAL)
     for name in tables.TEXTURES:
         texture = getattr(material, f"{name}_texture")
         if texture is not None:
             values += [(f"{name}_texture.{key}", value) for key, value in _values(texture, tables.TEXTURE)]
-    return Facts("material", "", tuple(values))
+    return LiveObject("material", "", tuple(values))
 
 
 def _values(owner: Any, names: tuple[str, ...]) -> list[tuple[str, Plain]]:
-    return [(name, plain(_get(owner, name))) for name in names]
+    return [(name, comparable_value(_get(owner, name))) for name in names]
 
 
 def _get(owner: Any, name: str) -> Any:

@@ -22,7 +22,7 @@ from scenecc.plan.rendering import AreaLight, DirectionalLight, PointLight, Spot
 
 if TYPE_CHECKING:
     from scenecc.decompiler.record import Recording
-    from scenecc.decompiler.values import Files
+    from scenecc.decompiler.values import FileNamer
 
 _TYPES: Final = {
     DirectionalLight: "directional",
@@ -45,7 +45,7 @@ _SHADOW: Final = {
 """SAPIEN's properties of a light to the language's keys, and what stands where nothing is said."""
 
 
-def light(component: Any, files: Files, mount: str | None) -> Node:
+def light(component: Any, files: FileNamer, mount: str | None) -> Node:
     """A light; `mount`: ENTITY or ENTITY/LINK that it is fixed to."""
     type_ = LIGHTS[type(component).__name__]
     node: Node = {"type": type_, "color": to_numbers(component.color)}
@@ -122,7 +122,7 @@ def _keeps_focal_length(component: Any, fovy: float) -> bool:
     return other.fx == component.fx and other.fy == component.fy
 
 
-def environment(system: Any, recording: Recording | None, files: Files, problems: list[str]) -> Node:
+def environment(system: Any, recording: Recording | None, files: FileNamer, problems: list[str]) -> Node:
     """What surrounds a scene."""
     node: Node = {}
     ambient = to_numbers(system.ambient_light)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY, from_rpy, looking, normalized, rotate, shortest_from_x
-from scenecc.scene_file import Node, is_mapping
+from scenecc.scene_file import Node, is_mapping_node
 
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_.-]+")
 
@@ -79,7 +79,7 @@ def aimed_pose_value(pose: Any, *, mounted: bool) -> Any:
     A camera along an axis keeps its angles: they are shorter. `mounted`: the sign of its quaternion counts.
     """
     value = pose_value(pose, nearly_same)
-    if not is_mapping(value) or not any(angle % 90 for angle in value.get("rpy_deg", [1.0])):
+    if not is_mapping_node(value) or not any(angle % 90 for angle in value.get("rpy_deg", [1.0])):
         return value
     q = to_numbers(pose.q)
     target = _target_value(to_numbers(pose.p), [q] if mounted else [q, [-item for item in q]])
@@ -144,7 +144,7 @@ def scale_value(scale: Any) -> Any:
     return numbers
 
 
-def plain_name(name: str, *, local: bool = False) -> str:
+def language_name(name: str, *, local: bool = False) -> str:
     """A name of the language for one of the engine, the same where that is one; empty of an empty one.
 
     `local`: of a link or joint, which may be called `world`.
@@ -154,7 +154,7 @@ def plain_name(name: str, *, local: bool = False) -> str:
     return plain if not plain or (not reserved and (plain[0].isalpha() or plain[0] == "_")) else f"_{plain}"
 
 
-class Files:
+class FileNamer:
     """Paths as a scene file names them."""
 
     def __init__(self, base: Path) -> None:

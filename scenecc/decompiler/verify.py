@@ -16,7 +16,7 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import physx
 from scenecc.decompiler.bodies import flat_grid
-from scenecc.decompiler.reading import Facts, Numbers, Plain, plain, read_scene
+from scenecc.decompiler.reading import LiveObject, Numbers, Plain, comparable_value, read_scene
 from scenecc.decompiler.values import SEEN_TOLERANCE
 from scenecc.diagnostics import Sink
 from scenecc.geometry.rotations import IDENTITY_POSE, compose, rotate, to_pose
@@ -24,7 +24,11 @@ from scenecc.source import read_text
 
 
 def differences(
-    a: Facts, b: Facts, *, without: Collection[str] = (), tolerance: Callable[[Facts], float] = lambda _: 0.0
+    a: LiveObject,
+    b: LiveObject,
+    *,
+    without: Collection[str] = (),
+    tolerance: Callable[[LiveObject], float] = lambda _: 0.0,
 ) -> list[str]:
     """One line a difference, with the path of the object, the property and both values; empty if all is equal.
 
@@ -37,20 +41,20 @@ def differences(
         without: properties that are not compared, by `PROPERTY` or `KIND.PROPERTY`; `name` is one.
         tolerance: how far apart two numbers of an object may be that are equal.
     """
-    return list(_differing(_label(a), a, b, frozenset(without), tolerance))
+    return list(_list_differences(_label(a), a, b, frozenset(without), tolerance))
 
 
-def _differing(
-    where: str, a: Facts, b: Facts, without: frozenset[str], tolerance: Callable[[Facts], float]
+def _list_differences(
+    where: str, a: LiveObject, b: LiveObject, without: frozenset[str], tolerance: Callable[[LiveObject], float]
 ) -> Iterator[str]:
     if a.kind != b.kind:
         yield f"{where}: {a.kind} against {b.kind}"
         return
-    if a.name != b.name and not _skipped(a.kind, "name", without):
+    if a.name != b.name and not _is_skipped(a.kind, "name", without):
         yield f"{where}.name: {a.name!r} against {b.name!r}"
     left, right = dict(a.values), dict(b.values)
     for name in dict.fromkeys((*left, *right)):
-        if _skipped(a.kind, name, without):
+        if _is_skipped(a.kind, name, without):
             continue
         if name not in left or name not in right:
             yield f"{where}.{name}: only in the {'second' if name not in left else 'first'}"
@@ -61,23 +65,23 @@ def _differing(
 
 def _parts(
     where: str,
-    a: tuple[Facts, ...],
-    b: tuple[Facts, ...],
+    a: tuple[LiveObject, ...],
+    b: tuple[LiveObject, ...],
     without: frozenset[str],
-    tolerance: Callable[[Facts], float],
+    tolerance: Callable[[LiveObject], float],
 ) -> Iterator[str]:
-    by_kind: dict[str, tuple[list[Facts], list[Facts]]] = {}
+    by_kind: dict[str, tuple[list[LiveObject], list[LiveObject]]] = {}
     for side, parts in enumerate((a, b)):
         for part in parts:
             by_kind.setdefault(_sort(part), ([], []))[side].append(part)
     for left, right in by_kind.values():
-        for number, (x, y) in enumerate(_paired(left, right)):
+        for number, (x, y) in enumerate(_pair_parts(left, right)):
             if x is None or y is None:
                 extra = x or y
                 assert extra is not None
                 yield f"{where}/{_label(extra, number)}: only in the {'first' if y is None else 'second'}"
             else:
-                yield from _differing(f"{where}/{_label(x, number)}", x, y, without, tolerance)
+                yield from _list_differences(f"{where}/{_label(x, number)}", x, y, without, tolerance)
 
 
 def _is_near(a: Plain, b: Plain, tolerance: float) -> bool:
@@ -86,12 +90,14 @@ def _is_near(a: Plain, b: Plain, tolerance: float) -> bool:
     return "f" in a.dtype and bool((np.abs(a.array().astype(np.float64) - b.array()) <= tolerance).all())
 
 
-def _sort(part: Facts) -> str:
+def _sort(part: LiveObject) -> str:
     """Shapes of all types are one list, since their order counts; so are entities; components are one list, too."""
     return part.kind if part.kind in {"entity", "articulation", "joint", "material", "part"} else "ordered"
 
 
-def _paired(left: list[Facts], right: list[Facts]) -> Iterator[tuple[Facts | None, Facts | None]]:
+def _pair_parts(
+    left: list[LiveObject], right: list[LiveObject]
+) -> Iterator[tuple[LiveObject | None, LiveObject | None]]:
     """By their places; where one side has more, by the names that both have, so that the rest is told alone."""
     sides = [part.name for part in left], [part.name for part in right]
     shared = set(sides[0]) & set(sides[1])
@@ -103,11 +109,11 @@ def _paired(left: list[Facts], right: list[Facts]) -> Iterator[tuple[Facts | Non
     yield from ((None, y) for y in right if y.name not in shared)
 
 
-def _skipped(kind: str, name: str, without: frozenset[str]) -> bool:
+def _is_skipped(kind: str, name: str, without: frozenset[str]) -> bool:
     return name in without or f"{kind}.{name}" in without
 
 
-def _label(facts: Facts, number: int = 0) -> str:
+def _label(facts: LiveObject, number: int = 0) -> str:
     return f"{facts.kind}({facts.name})" if facts.name else f"{facts.kind}[{number}]"
 
 
@@ -118,12 +124,12 @@ def _describe_change(a: Plain, b: Plain) -> str:
         if unequal.any():
             first = tuple(int(axis[0]) for axis in unequal.nonzero())
             return f"{int(unequal.sum())} of {x.size} numbers, first at {list(first)}: {x[first]} against {y[first]}"
-    return f"{_shown(a)} against {_shown(b)}"
+    return f"{_format_value(a)} against {_format_value(b)}"
 
 
-def _shown(value: Plain) -> str:
+def _format_value(value: Plain) -> str:
     if isinstance(value, tuple):
-        return "[" + ", ".join(_shown(item) for item in value) + "]"
+        return "[" + ", ".join(_format_value(item) for item in value) + "]"
     return str(value) if isinstance(value, Numbers) else repr(value)
 
 
@@ -131,7 +137,7 @@ _SEEN: Final = ("Render", "material", "part")
 """Kinds of objects of which the last bits of a pose do not count: nobody sees them."""
 
 
-def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[Facts], *, render: bool) -> list[str]:
+def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[LiveObject], *, render: bool) -> list[str]:
     """Builds a document and tells what differs from live scenes, one line each; empty if all is equal.
 
     Args:
@@ -179,13 +185,13 @@ def untouched_engine() -> Generator[None]:
         physx.set_default_material(*friction)
 
 
-def tidy(facts: Facts) -> Facts:
+def tidy(facts: LiveObject) -> LiveObject:
     """The same without what is no difference: the order of an entity's components, the settings of shadows that are not
     thrown, whose pose a camera's is, and how finely a flat floor is cut.
     """
     facts = _one_pose(facts) if _is_seen_only(facts) else _whole_grid(facts)
     if facts.kind.startswith("RenderShape"):
-        facts = _placed(facts)
+        facts = _normalize_pose(facts)
     # An entity without components is nothing: what is only seen leaves one where nothing is rendered.
     parts = tuple(tidy(part) for part in facts.parts if part.kind != "entity" or part.parts)
     if facts.kind == "entity":
@@ -202,7 +208,7 @@ def tidy(facts: Facts) -> Facts:
     return replace(facts, name=name, values=values, parts=parts)
 
 
-def _placed(facts: Facts) -> Facts:
+def _normalize_pose(facts: LiveObject) -> LiveObject:
     """A shape that is seen, with a rotation of length 1 and a plain path of its file."""
     pose = _array(facts, "local_pose").astype(np.float64)
     pose[3:] /= np.linalg.norm(pose[3:])
@@ -210,19 +216,19 @@ def _placed(facts: Facts) -> Facts:
     values = dict(facts.values)
     file = values.get("filename")
     path = {"filename": os.path.normpath(file)} if isinstance(file, str) and file else {}
-    return _with_values(facts, local_pose=plain(pose), **path)
+    return _with_values(facts, local_pose=comparable_value(pose), **path)
 
 
-def _one_pose(facts: Facts) -> Facts:
+def _one_pose(facts: LiveObject) -> LiveObject:
     """The entity of a light or camera with its component's pose as its own."""
     (part,) = facts.parts[:1]
     if part.kind == "entity" or "local_pose" not in dict(part.values):
         return facts
     outer, inner = (to_pose(_array(each, key)) for each, key in ((facts, "pose"), (part, "local_pose")))
-    moved = _with_values(part, local_pose=plain(np.array(IDENTITY_POSE)))
+    moved = _with_values(part, local_pose=comparable_value(np.array(IDENTITY_POSE)))
     pose = np.array(compose(outer, inner))
     _make_one_sign(pose)
-    return _with_values(replace(facts, parts=(moved, *facts.parts[1:])), pose=plain(pose))
+    return _with_values(replace(facts, parts=(moved, *facts.parts[1:])), pose=comparable_value(pose))
 
 
 def _make_one_sign(pose: Any) -> None:
@@ -233,7 +239,7 @@ def _make_one_sign(pose: Any) -> None:
 _NEAR_ZERO: Final = 1e-3
 
 
-def _whole_grid(facts: Facts) -> Facts:
+def _whole_grid(facts: LiveObject) -> LiveObject:
     """A flat floor as its size; other meshes as they are."""
     if facts.kind != "RenderShapeTriangleMesh" or len(facts.parts) != 1:
         return facts
@@ -245,26 +251,26 @@ def _whole_grid(facts: Facts) -> Facts:
     low, high, uv_low, uv_high = grid
     pose = _array(facts, "local_pose").astype(np.float64)
     pose[:3] += rotate(to_pose(pose)[3:], (*((low + high) / 2).tolist(), float(vertices[0, 2])))
-    size = (("size", plain(high - low)), ("repeat", plain(uv_high - uv_low)))
-    return replace(_with_values(facts, local_pose=plain(pose)), parts=(replace(part, values=size),))
+    size = (("size", comparable_value(high - low)), ("repeat", comparable_value(uv_high - uv_low)))
+    return replace(_with_values(facts, local_pose=comparable_value(pose)), parts=(replace(part, values=size),))
 
 
-def _array(facts: Facts, name: str) -> Any:
+def _array(facts: LiveObject, name: str) -> Any:
     value = facts.value(name)
     assert isinstance(value, Numbers)
     return value.array()
 
 
-def _with_values(facts: Facts, **changed: Plain) -> Facts:
+def _with_values(facts: LiveObject, **changed: Plain) -> LiveObject:
     return replace(facts, values=tuple((name, changed.get(name, value)) for name, value in facts.values))
 
 
-def _tolerance(facts: Facts) -> float:
+def _tolerance(facts: LiveObject) -> float:
     """Of the numbers of what is only seen: nobody sees their last bits."""
     return 4 * SEEN_TOLERANCE if facts.kind.startswith(_SEEN) or _is_seen_only(facts) else 0.0
 
 
-def _is_seen_only(facts: Facts) -> bool:
+def _is_seen_only(facts: LiveObject) -> bool:
     return (
         facts.kind == "entity"
         and bool(facts.parts)

@@ -123,7 +123,7 @@ _CHARACTER = {
 """What stands for one character: in double quotes, in single quotes, and in plain text."""
 
 
-def within(location: Location, span: Span) -> Location:
+def locate_span(location: Location, span: Span) -> Location:
     """The place of a part of a scalar; the scalar's own where the part does not begin on its first line.
 
     Args:
@@ -359,7 +359,7 @@ class Sink:
         overridden: tuple[Origin, ...] = ()
         if isinstance(place, Origin):
             overridden = () if place.location else self.overridden(place)
-            place = self._traced(place)
+            place = self._trace(place)
             if self._is_copy(code, place) or self._is_counted(code, place, message):
                 return
             given = self.given(place) if place.parent is not None and place.location is None else ()
@@ -380,7 +380,7 @@ class Sink:
         places: tuple[RelatedPlace, ...] = (
             *((f"`{other.path[-1]}` is given here", other, "value") for other in given),
             *((f"`{other.path[-1]}` is overridden here", other, "key") for other in overridden),
-            *((what, self._traced(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
+            *((what, self._trace(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent
         self._reports.append(_Report(code, severity, message, place, at, hint, places, path, span, parent, fix))
@@ -393,7 +393,7 @@ class Sink:
             self.silencings.setdefault(one, set())
 
     @contextmanager
-    def alike(self) -> Generator[None]:
+    def merge_repeats(self) -> Generator[None]:
         """While it lasts, the same code at the same place is one finding, whatever the message: the first is reported,
         the others are counted.
         """
@@ -403,9 +403,9 @@ class Sink:
         finally:
             self._is_alike = False
 
-    def also(self, user: Origin, other: Origin) -> None:
+    def note_user(self, user: Origin, other: Origin) -> None:
         """Notes that what is reported of a text which one node names holds for another node, that names it too."""
-        user, other = self._traced(user), self._traced(other)
+        user, other = self._trace(user), self._trace(other)
         if other != user:
             self._users.setdefault(user, {})[other] = None
 
@@ -445,8 +445,8 @@ class Sink:
         vars(self).update(vars(other))
         self._reports, self._seen, self._counts = [*other._reports], {*other._seen}, Counter(other._counts)
         self._misgiven, self._full, self._first = {**other._misgiven}, {*other._full}, {**other._first}
-        self._others, self._users = _copied(other._others), _copied(other._users)
-        self._alike = _copied(other._alike)
+        self._others, self._users = _copy_tables(other._others), _copy_tables(other._users)
+        self._alike = _copy_tables(other._alike)
 
     def diagnostics(self) -> list[Diagnostic]:
         """All findings that no comment silences, by their places in each file (those of the engine last)."""
@@ -461,7 +461,7 @@ class Sink:
             code=report.code,
             severity=report.severity,
             message=report.message + self._copies(report),
-            location=location if report.span is None else within(location, report.span),
+            location=location if report.span is None else locate_span(location, report.span),
             path=dotted(report.path),
             hint=report.hint,
             related=tuple(
@@ -476,11 +476,11 @@ class Sink:
             return self.locate(place, at) if place.location is None else place.location
         return place
 
-    def _traced(self, place: Origin) -> Origin:
+    def _trace(self, place: Origin) -> Origin:
         if place.location is None or place.parent is None:
             return self.trace(place)
         # The text is none that was expanded; the node that names it may be.
-        return Origin(place.file, place.path, place.copy, self._traced(place.parent), place.location)
+        return Origin(place.file, place.path, place.copy, self._trace(place.parent), place.location)
 
     def _copies(self, report: _Report) -> str:
         """Which copy of a repeated node it is about, and in how many others it was found."""
@@ -509,7 +509,7 @@ class Sink:
         return [*places, *[("used from here too", user, "value") for user in too[:_USERS]]]
 
 
-def _copied(tables: dict[_Key, dict[_Other, None]]) -> dict[_Key, dict[_Other, None]]:
+def _copy_tables(tables: dict[_Key, dict[_Other, None]]) -> dict[_Key, dict[_Other, None]]:
     return {key: {**table} for key, table in tables.items()}
 
 

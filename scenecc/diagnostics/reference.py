@@ -19,18 +19,18 @@ from scenecc.diagnostics.formats.style import visible
 _WIDTH = 100
 
 
-def explain(code: str) -> str | None:
+def explain_code(code: str) -> str | None:
     """Cause, example and cure of a code, as text that is Markdown too; None for an unknown code.
 
     `sc101` and `101` are taken for `SC101`.
     """
-    row = CODES.get(normalized(code))
+    row = CODES.get(normalize_code(code))
     if row is None:
         return None
     return f"{row.code}: {row.title}\n\nSeverity: {row.severity}. Stage: {BANDS[row.code[2]]}.\n\n{markdown(row)}"
 
 
-def normalized(code: str) -> str:
+def normalize_code(code: str) -> str:
     """The code as the table writes it: `sc101` and `101` become `SC101`."""
     name = code.strip().upper()
     return f"SC{name}" if name.isdecimal() else name
@@ -38,7 +38,7 @@ def normalized(code: str) -> str:
 
 def nearest_codes(code: str, *, count: int = 3) -> list[str]:
     """At most `count` known codes that look like `code`, nearest first."""
-    return difflib.get_close_matches(normalized(code), sorted(CODES), n=count, cutoff=0.5)
+    return difflib.get_close_matches(normalize_code(code), sorted(CODES), n=count, cutoff=0.5)
 
 
 def markdown(row: Code) -> str:

@@ -14,7 +14,7 @@ from scenecc.assets.errors import AssetError
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes, clip_to_scene, grid_cell
-from scenecc.meshes.surface import convert_color_space, encode_png, report_mesh_error
+from scenecc.meshes.surface import convert_color_space, encode_png
 from scenecc.names import UniqueNames
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def report_unsupported_material(look: SurfaceMaterial, origin: Origin | None, si
     if look.transmission > 0 and look.transmission_roughness != look.roughness:
         sink.report("SC745", "`transmission_roughness` is left out: glTF uses `roughness`", place)
     rough, metal = look.roughness_image, look.metallic_image
-    if rough is not None and metal is not None and _sampling(rough) != _sampling(metal):
+    if rough is not None and metal is not None and _sampler_modes(rough) != _sampler_modes(metal):
         message = (
             f"`metallic_texture` ({metal.name}) has the sampler of `roughness_texture`: glTF stores both in one image"
         )
@@ -66,7 +66,7 @@ def report_unsupported_material(look: SurfaceMaterial, origin: Origin | None, si
             sink.report("SC745", f"`address_mode: border` of {image.name} is written as `edge`", place)
 
 
-def _sampling(image: Image) -> tuple[str, str]:
+def _sampler_modes(image: Image) -> tuple[str, str]:
     return image.filter_mode, image.address_mode
 
 
@@ -276,11 +276,11 @@ _Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """The file; None after an error, which is reported to `sink`."""
-    mesh_builder = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
+    mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin))
     try:
         drawn = tuple(build_scene_meshes(mesh_builder, scene, options.show) for scene in measured.scenes)
     except AssetError as problem:
-        report_mesh_error(problem, mesh_builder.at, sink)
+        problem.report(sink, mesh_builder.at)
         return None
     report_unsupported_sections(plan, {scene.index for scene in measured.scenes}, sink)
     writer = _GlbWriter(options.name, sink)

@@ -24,7 +24,7 @@ from scenecc.emit.output import (
 from scenecc.geometry.obj import encode_obj
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.meshes.builder import MeshBuilder, bake_scale
-from scenecc.meshes.surface import MeshShape, SurfaceMaterial, report_mesh_error
+from scenecc.meshes.surface import MeshShape, SurfaceMaterial
 from scenecc.names import UniqueNames
 from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS, Solid
@@ -325,7 +325,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
         try:
             write_robot(robot)
         except AssetError as problem:
-            report_mesh_error(problem, mesh_builder.at, sink)
+            problem.report(sink, mesh_builder.at)
             return None
         files[f"{name}.urdf"] = format_document(robot.root)
         assets |= robot.assets.files

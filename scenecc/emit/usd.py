@@ -14,7 +14,6 @@ from scenecc.emit.output import PHYSX_SETTINGS, AssetFolder, UnsupportedFeatures
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.interrupt import temporary_folder
 from scenecc.meshes.builder import MeshBuilder, bake_scale
-from scenecc.meshes.surface import MeshShape, SurfaceMaterial, report_mesh_error
 from scenecc.names import UniqueNames
 from scenecc.plan import (
     ArticulationStructure,
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.emit import ExportOptions, Show
     from scenecc.meshes import Image
+    from scenecc.meshes.surface import MeshShape, SurfaceMaterial
     from scenecc.plan import Constraint, ScenePlan, Value
     from scenecc.plan.snapshot import (
         EngineSnapshot,
@@ -126,7 +126,7 @@ class Stage:
 _WRAPS: Final = {"repeat": "repeat", "edge": "clamp", "mirror": "mirror", "border": "black"}
 
 
-class UsdMaterials:
+class UsdMaterialWriter:
     """The materials of a stage, each written once."""
 
     def __init__(self, stage: Stage) -> None:
@@ -253,7 +253,7 @@ _UNSUPPORTED_SHAPE_FIELDS: Final = optional_fields(CollisionShape, "pose", "mate
 class UsdBodyWriter:
     """Writes bodies: mass, visual geometry and colliders."""
 
-    def __init__(self, stage: Stage, mesh_builder: MeshBuilder, looks: UsdMaterials, show: Show) -> None:
+    def __init__(self, stage: Stage, mesh_builder: MeshBuilder, looks: UsdMaterialWriter, show: Show) -> None:
         self._stage = stage
         self._mesh_builder = mesh_builder
         self._looks = looks
@@ -365,9 +365,9 @@ class UsdBodyWriter:
                 return made, None
             case _:
                 assert shape.mesh is not None  # of every shape that is no primitive
-                return self._cooked(path, shape, shape.mesh), None
+                return self._write_cooked(path, shape, shape.mesh), None
 
-    def _cooked(self, path: str, shape: MeasuredShape, mesh: MeasuredMesh) -> Prim:
+    def _write_cooked(self, path: str, shape: MeasuredShape, mesh: MeasuredMesh) -> Prim:
         made = self._mesh(path, mesh.vertices, mesh.triangles)
         api = self._stage.physics.MeshCollisionAPI.Apply(made.GetPrim())
         convex = shape.kind == "convex_mesh"
@@ -565,14 +565,14 @@ _UNSUPPORTED_PHYSICS_FIELDS: Final = ("timestep", *PHYSX_SETTINGS)
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """The file and its images; None after an error, which is reported to `sink`."""
     unsupported = UnsupportedFeatures(sink, left_out="SC750", otherwise="SC750")
-    mesh_builder = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
+    mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin))
     try:
         stage = Stage(options.name, unsupported)
         _write_scene(
-            stage, plan, measured.scenes[0], UsdBodyWriter(stage, mesh_builder, UsdMaterials(stage), options.show)
+            stage, plan, measured.scenes[0], UsdBodyWriter(stage, mesh_builder, UsdMaterialWriter(stage), options.show)
         )
     except AssetError as problem:
-        report_mesh_error(problem, mesh_builder.at, sink)
+        problem.report(sink, mesh_builder.at)
         return None
     _report_unsupported(stage, plan, measured.scenes[0].index)
     suffix = ".usdc" if options.binary else ".usda"

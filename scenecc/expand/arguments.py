@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import Location, Origin, Path
 from scenecc.diagnostics.messages import cut, nearest, suggest
-from scenecc.expand.documents import SceneDocument, count_values, has_failed, is_varying, iterate_texts
+from scenecc.expand.documents import SceneDocument, count_values, has_failed, has_varying, iterate_texts
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, ObjectBudget, SourceMark, scoped_name
 from scenecc.expand.params import Param, form_key, varying_misfit
 from scenecc.spec.nodes import EXPRESSION_START, child_at, is_mapping, is_sequence
@@ -99,11 +99,11 @@ def bind_params(
         argument = given.get(name)
         if argument is None or param.kind is None:
             default = _default(param, values, failed, scope, parent, objects, sink)
-            if default is not None and param.kind is None and not is_varying(default.value):
+            if default is not None and param.kind is None and not has_varying(default.value):
                 param = replace(param, kind=infer_param_kind(default.value))
             argument = argument or default
         if argument is None:
-            _required(param, use, parent, sink)
+            _report_missing(param, use, parent, sink)
             failed.add(name)
             continue
         # Before anything looks through it: lists of lists that expressions make grow from use to use.
@@ -115,11 +115,11 @@ def bind_params(
         wrong = wanted and varying_misfit(argument.value, wanted)
         if wanted is not None and wrong is not None:
             failed.add(name)
-            _refuse(replace(wanted, declared=_declared(param, argument, parent)), argument, wrong, sink)
+            _refuse(replace(wanted, declared=_find_declaration(param, argument, parent)), argument, wrong, sink)
             continue
         value = _inside_module(param, argument, compiled, name_of)
-        if is_varying(value):
-            wanted = wanted and replace(wanted, declared=_declared(param, argument, parent))
+        if has_varying(value):
+            wanted = wanted and replace(wanted, declared=_find_declaration(param, argument, parent))
             varying[name] = replace(argument, value=value, wanted=wanted)
         else:
             values[name] = value
@@ -151,7 +151,7 @@ def _default(
     return ParamArgument(value, frame.mark(param.default_path), param.part.document, scope)
 
 
-def _required(param: Param, use: Origin | Location | None, parent: Origin | None, sink: Sink) -> None:
+def _report_missing(param: Param, use: Origin | Location | None, parent: Origin | None, sink: Sink) -> None:
     declared = Origin(param.part.document.name, param.path, "", param.part.parent(parent))
     hint = f"{param.description or 'it has no default'}; give it "
     hint += f"`with: {{{param.name}: …}}`" if parent is not None else f"--set {param.name}=…, or a `default`"
@@ -160,7 +160,7 @@ def _required(param: Param, use: Origin | Location | None, parent: Origin | None
     sink.report("SC213", f"the parameter `{cut(param.name)}` needs a value", place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _declared(param: Param, argument: ParamArgument, parent: Origin | None) -> Origin | None:
+def _find_declaration(param: Param, argument: ParamArgument, parent: Origin | None) -> Origin | None:
     """Where a parameter is declared; None where the argument is its default, which stands there."""
     if isinstance(argument.place, SourceMark) and argument.place.path[:2] == param.path:
         return None
@@ -183,20 +183,20 @@ def _inside_module(
 ) -> Any:
     """The argument as it means the same inside the module: files where they lie, materials and entities by names."""
     if param.kind == "file":
-        return _relocated(argument.value, argument.document, compiled)
+        return _relocate_file(argument.value, argument.document, compiled)
     if param.kind in {"material", "entity"}:
-        return _named(argument.value, param, argument, name)
+        return _map_names(argument.value, param, argument, name)
     return argument.value
 
 
-def _relocated(value: Any, owner: SceneDocument, compiled: CompiledModule) -> Any:
+def _relocate_file(value: Any, owner: SceneDocument, compiled: CompiledModule) -> Any:
     """A file, so that every document of the module finds it."""
     if all(owner.shares_folder(part.document) for part in compiled.module.parts):
         return value
     return map_alternatives(value, lambda item: owner.absolute(item) if isinstance(item, str) else item)
 
 
-def _named(value: Any, param: Param, argument: ParamArgument, name: Callable[[Param, ParamArgument], Any]) -> Any:
+def _map_names(value: Any, param: Param, argument: ParamArgument, name: Callable[[Param, ParamArgument], Any]) -> Any:
     def named(item: Any) -> Any:
         return name(param, replace(argument, value=item))
 

@@ -231,7 +231,7 @@ def count_values(node: Any, most: int | None = None) -> int:
     return count + len(waiting)
 
 
-def count_objects(node: Any) -> int:
+def count_node_objects(node: Any) -> int:
     """For how many objects something counts that has a name: for each of its shapes, and more where it is long."""
     if not is_mapping(node):
         return max(1, count_values(node) // VALUES_PER_OBJECT)
@@ -289,13 +289,13 @@ def iterate_texts(node: Any) -> Iterator[str]:
             todo += item
 
 
-def is_varying(value: Any) -> bool:
+def has_varying(value: Any) -> bool:
     """Whether a value that was made still differs from scene to scene: it holds a template or a form."""
     if isinstance(value, Template):
         return True
     if is_mapping(value):
-        return not FORM_KEYS.isdisjoint(value) or any(map(is_varying, value.values()))
-    return is_sequence(value) and any(map(is_varying, value))
+        return not FORM_KEYS.isdisjoint(value) or any(map(has_varying, value.values()))
+    return is_sequence(value) and any(map(has_varying, value))
 
 
 def has_failed(value: Any) -> bool:
@@ -329,7 +329,8 @@ def is_within_object_limit(document: Document, limits: Limits, sink: Sink) -> bo
         return True
     sections = (node for key, node in document.data.items() if not key.startswith(NOTE_PREFIX))
     count = sum(
-        sum(map(count_objects, node.values())) if is_mapping(node) else count_objects(node) for node in sections
+        sum(map(count_node_objects, node.values())) if is_mapping(node) else count_node_objects(node)
+        for node in sections
     )
     if count <= limits.objects:
         return True

@@ -11,7 +11,7 @@ from scenecc.diagnostics import Sink
 from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, entity_name, material_name
-from scenecc.expand.documents import FailedValue, Load, SceneDocument, is_varying, top_document
+from scenecc.expand.documents import FailedValue, Load, SceneDocument, has_varying, top_document
 from scenecc.expand.expansion import (
     BudgetExhausted,
     ExpansionFrame,
@@ -25,7 +25,6 @@ from scenecc.expand.module_compiler import (
     CompiledModule,
     PrefabLibrary,
     compile_module,
-    find_named_materials,
 )
 from scenecc.expand.modules import EXPECT, ModuleLibrary
 from scenecc.expand.overrides import (
@@ -155,17 +154,17 @@ class ModuleExpander:
 
     def expand(self, scope: ModuleScope, bound: BoundParams) -> None:
         """Writes all that a module has."""
-        self._varying(scope, bound)
+        self._write_varying_params(scope, bound)
         self._shared_draws(scope)
         compiled = scope.compiled
         for section, nodes in (("materials", compiled.materials), ("collision_groups", compiled.groups)):
             for name, made in nodes.items():
                 self._node(section, scoped_name(scope.name, name), made, scope)
-        # What one use of a prefab leaves unused another uses, and so it is with other parameters.
-        unsuspected = compiled.materials if scope.name else find_named_materials(compiled)
-        self.output.names.used_materials.update([scoped_name(scope.name, name) for name in unsuspected])
+        if scope.name or compiled.params:
+            # Another instance or another value of a parameter may use a material that nothing uses here.
+            self.output.names.used_materials.update([scoped_name(scope.name, name) for name in compiled.materials])
         for name, made in compiled.frames.items():
-            self._placed("frames", scope.prefix + name, made, scope)
+            self._write_placed("frames", scope.prefix + name, made, scope)
         if not scope.name:
             for section, nodes in compiled.settings.items():
                 for name, made in nodes.items():
@@ -177,7 +176,7 @@ class ModuleExpander:
         for number, made in enumerate(compiled.expectations):
             self._expectation(scoped_name(scope.name, f"{number}"), made, scope)
 
-    def _varying(self, scope: ModuleScope, bound: BoundParams) -> None:
+    def _write_varying_params(self, scope: ModuleScope, bound: BoundParams) -> None:
         """Parameters that differ from scene to scene become draws."""
         for name, argument in bound.varying.items():
             full = scoped_name(scope.name, name)
@@ -193,7 +192,7 @@ class ModuleExpander:
             frame = scope.frame(made.part, self.objects, self.sink)
             value = made.make(frame)
             full = scoped_name(scope.name, name)
-            if is_varying(value) or full in self.draws:
+            if has_varying(value) or full in self.draws:
                 self.output.add("draws", full, value, frame.mark(made.path))
             else:
                 # The same in every scene: whatever reads it is the same too, and need not be computed for each.
@@ -207,10 +206,10 @@ class ModuleExpander:
         frame.lists = {}
         node, places = made.make(frame), None
         if overrides:
-            node, places = self._merged(node, overrides, section, name)
+            node, places = self._merge_overrides(node, overrides, section, name)
         return self.output.add(section, name, node, frame.mark(made.path), frame.lists, overrides=places)
 
-    def _placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
+    def _write_placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
         if self._node(section, name, made, scope) and scope.name:
             self.output.names.scopes[name] = scope.name
             if scope.selection is not None:
@@ -226,7 +225,7 @@ class ModuleExpander:
     def _unit(self, unit: UnitTemplate, scope: ModuleScope) -> None:
         frame = scope.frame(unit.body.part, self.objects, self.sink)
         if unit.axes is None:
-            self._one(unit, unit.name, scope, frame)
+            self._write_unit(unit, unit.name, scope, frame)
             return
         loop = unit.axes.loop(frame)
         if loop is None:
@@ -237,9 +236,9 @@ class ModuleExpander:
         if pattern is not None and loop.count > 1:
             unit = replace(unit, body=replace(unit.body, pattern=hoist_invariants(pattern, loop.names)))
         for number in frame.each_copy(loop):
-            self._one(unit, f"{unit.name}_{number}", scope, frame)
+            self._write_unit(unit, f"{unit.name}_{number}", scope, frame)
 
-    def _one(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
+    def _write_unit(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
         """One entity, instance, constraint, light or camera. `name`: what it is called without a `name` of its own."""
         if unit.condition is not None and not self._holds(unit.condition, frame):
             return
@@ -258,7 +257,7 @@ class ModuleExpander:
         frame.lists = {}
         node, places = unit.body.make(frame), None
         if overrides:
-            node, places = self._merged(node, overrides, unit.section, full)
+            node, places = self._merge_overrides(node, overrides, unit.section, full)
         if selection is not None:
             self.output.selections[qualified_name(unit.section, full)] = selection
             if "scene_idxs" in node:
@@ -281,7 +280,7 @@ class ModuleExpander:
                 found.append(override)
         return found
 
-    def _merged(
+    def _merge_overrides(
         self, node: Any, overrides: list[Override], section: str, full: str
     ) -> tuple[Any, dict[Path, OverridePlace]]:
         """A node with what is said of it, and where that is written."""
@@ -338,7 +337,9 @@ class ModuleExpander:
         chain = (*scope.chain, compiled.module.main.document)
         body, places = unit.body.make(frame), None
         if said:
-            body, places = self._merged(body, [_placing(one, self.sink) for one in said], "frames", called)
+            body, places = self._merge_overrides(
+                body, [_placement_override(one, self.sink) for one in said], "frames", called
+            )
         hidden = scope.hidden or body.get("hidden") is True
         own, tables = None, scope.overrides
         if use.overrides:
@@ -390,11 +391,11 @@ class ModuleExpander:
                 arguments[param] = ParamArgument(value, mark, override.document, override.scope)
         if selection is None:
             return arguments
-        return {param: self._by_scene(argument, selection) for param, argument in arguments.items()}
+        return {param: self._map_by_scene(argument, selection) for param, argument in arguments.items()}
 
-    def _by_scene(self, argument: ParamArgument, selection: tuple[int, ...]) -> ParamArgument:
+    def _map_by_scene(self, argument: ParamArgument, selection: tuple[int, ...]) -> ParamArgument:
         """An argument whose `per_scene` lists, one value for each scene of the instance, are mappings."""
-        if not is_varying(argument.value):
+        if not has_varying(argument.value):
             return argument
         turned: dict[Path, tuple[int, ...]] = {}
         value, wrong = self.scenes.by_scene(argument.value, selection, (), turned)
@@ -445,7 +446,7 @@ def _anchor_name(full: str, prefix: str, compiled: CompiledModule) -> str:
     return f"{full}/instance" if is_taken else full
 
 
-def _placing(override: Override, sink: Sink) -> Override:
+def _placement_override(override: Override, sink: Sink) -> Override:
     """An override of an instance itself, without its arguments; what else is in it is reported."""
     kept: dict[str, Any] = {}
     for key, item in override.value.items():
@@ -497,7 +498,7 @@ class SceneSelections:
         """
         key = repr(given)
         if key not in self._known:
-            self._known[key] = self._counted(self._select(given, place) or (), place)
+            self._known[key] = self._count_scenes(self._select(given, place) or (), place)
         chosen = self._known[key]
         if outer is None or not chosen:
             return chosen
@@ -505,11 +506,11 @@ class SceneSelections:
         found = self._narrowed.get((key, id(outer)))
         if found is None:
             among = frozenset(outer)
-            narrowed = self._counted(tuple(scene for scene in chosen if scene in among), place)
+            narrowed = self._count_scenes(tuple(scene for scene in chosen if scene in among), place)
             found = self._narrowed[key, id(outer)] = (outer, narrowed)
         return found[1]
 
-    def _counted(self, selection: tuple[int, ...], place: Origin) -> tuple[int, ...]:
+    def _count_scenes(self, selection: tuple[int, ...], place: Origin) -> tuple[int, ...]:
         self._left -= len(selection)
         if self._left < 0:
             message = f"the selections of all instances exceed {self._most} scenes in all"

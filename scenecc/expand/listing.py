@@ -114,7 +114,7 @@ def list_prefabs() -> list[PrefabRow]:
 
 
 def _row(param: Param) -> ParamRow:
-    default = None if param.default is None else _written(param.default)
+    default = None if param.default is None else _format_value(param.default)
     return ParamRow(
         param.name,
         param.kind or "any",
@@ -128,14 +128,14 @@ def _row(param: Param) -> ParamRow:
     )
 
 
-def _written(value: Any) -> str:
+def _format_value(value: Any) -> str:
     """A value as YAML has it on one line."""
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
 def _range(param: Param) -> str:
     if param.options:
-        return ", ".join(_written(option) for option in param.options)
+        return ", ".join(_format_value(option) for option in param.options)
     low, high = (None if bound is None else show(bound) for bound in (param.low, param.high))
     if low is not None and high is not None:
         return f"{low} to {high}"

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import Origin, Path
 from scenecc.diagnostics.messages import cut
-from scenecc.expand.documents import SceneDocument, count_objects, count_values, find_per_scene_lists
+from scenecc.expand.documents import SceneDocument, count_node_objects, count_values, find_per_scene_lists
 from scenecc.expand.expansion import ExpansionFrame, MeshMeasurer, ObjectBudget
 from scenecc.expand.modules import EXPECT, Module, ModuleLibrary, ModulePart, SectionEntry, chain_text
 from scenecc.expand.params import Param, read_param
@@ -23,12 +22,10 @@ from scenecc.expand.patterns import (
     check_new_name,
 )
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.nodes import is_mapping, is_sequence
-from scenecc.variation.forms import Template
-from scenecc.variation.operations import ExpressionError
+from scenecc.spec.nodes import is_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping
 
     from scenecc.diagnostics import Sink
 
@@ -139,11 +136,6 @@ class CompiledModule:
     expectations: list[NodeTemplate]
     weight: int
 
-    def default_materials(self) -> list[str]:
-        """The materials that parameters have by default."""
-        params = self.params.values()
-        return [param.default for param in params if param.kind == "material" and isinstance(param.default, str)]
-
 
 def compile_module(module: Module, use: Origin | None, measure: MeshMeasurer, sink: Sink) -> CompiledModule:
     """Looks through a module; what is wrong in every use of it is reported.
@@ -194,7 +186,7 @@ class _ModuleCompiler:
     def _weight(self, sections: Iterable[Mapping[str, NodeTemplate]], units: list[UnitTemplate]) -> int:
         params = self._module.section("params").values()
         count = sum(1 + count_values(entry.node) for entry in params) // _VALUES_PER_OBJECT
-        count += sum(count_objects(made.node) for nodes in sections for made in nodes.values())
+        count += sum(count_node_objects(made.node) for nodes in sections for made in nodes.values())
         return count + sum(unit.weight for unit in units if unit.axes is None and unit.use is None)
 
     def _frame(self, part: ModulePart) -> ExpansionFrame:
@@ -210,24 +202,24 @@ class _ModuleCompiler:
 
     def _section(self, section: str, structure: str | None = None) -> dict[str, NodeTemplate]:
         return {
-            name: self._made(entry, self._compiler(entry, structure))
+            name: self._make_template(entry, self._compiler(entry, structure))
             for name, entry in self._module.section(section).items()
         }
 
     @staticmethod
-    def _made(entry: SectionEntry, compiler: PatternCompiler) -> NodeTemplate:
+    def _make_template(entry: SectionEntry, compiler: PatternCompiler) -> NodeTemplate:
         return NodeTemplate(entry.node, compiler.pattern(entry.node, entry.path), entry.part, entry.path)
 
     def _expectations(self) -> list[NodeTemplate]:
         """An `expect` of one document adds to those of others, and takes the place of none."""
         nodes = [(part, part.document.document.data.get(EXPECT)) for part in self._module.parts]
         entries = [SectionEntry(node, part, (EXPECT,)) for part, node in nodes if is_mapping(node)]
-        return [self._made(entry, self._compiler(entry)) for entry in entries]
+        return [self._make_template(entry, self._compiler(entry)) for entry in entries]
 
     def _params(self) -> dict[str, Param]:
         draws: dict[str, NameMeaning] = dict.fromkeys(self._module.section("draws"), "draw")
         params: dict[str, Param] = {}
-        for name, entry, names in self._declared("params", "parameter", "later parameter"):
+        for name, entry, names in self._list_entries("params", "parameter", "later parameter"):
             frame = self._frame(entry.part)
             compiler = PatternCompiler({**draws, **names}, frame, PARAM_DEFAULT)
             found = read_param(name, entry.node, entry.part, compiler, frame)
@@ -237,11 +229,11 @@ class _ModuleCompiler:
 
     def _draws(self) -> dict[str, NodeTemplate]:
         return {
-            name: self._made(entry, PatternCompiler(names, self._frame(entry.part)))
-            for name, entry, names in self._declared("draws", "draw", "later draw")
+            name: self._make_template(entry, PatternCompiler(names, self._frame(entry.part)))
+            for name, entry, names in self._list_entries("draws", "draw", "later draw")
         }
 
-    def _declared(
+    def _list_entries(
         self, section: str, meaning: NameMeaning, later: NameMeaning
     ) -> Iterator[tuple[str, SectionEntry, dict[str, NameMeaning]]]:
         """The entries of a section with the names that each may read: what is above it, and not itself.
@@ -280,8 +272,10 @@ class _ModuleCompiler:
         body = NodeTemplate(
             node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
         )
-        condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
-        return UnitTemplate(section, name, body, axes, condition, namer, selection, use, count_objects(node))
+        condition, namer, selection = (
+            self._compile_fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs")
+        )
+        return UnitTemplate(section, name, body, axes, condition, namer, selection, use, count_node_objects(node))
 
     def _needs_repeat(self, node: dict[str, Any], entry: SectionEntry) -> None:
         if "name" in node:
@@ -291,7 +285,9 @@ class _ModuleCompiler:
             )
 
     @staticmethod
-    def _fixed(node: dict[str, Any], key: str, entry: SectionEntry, compiler: PatternCompiler) -> NodeTemplate | None:
+    def _compile_fixed(
+        node: dict[str, Any], key: str, entry: SectionEntry, compiler: PatternCompiler
+    ) -> NodeTemplate | None:
         """A key that decides about structure; None where it is not there."""
         if key not in node:
             return None
@@ -300,7 +296,7 @@ class _ModuleCompiler:
         return NodeTemplate(node[key], fixed.pattern(node[key], path), entry.part, path)
 
     def _use_of(self, node: dict[str, Any], entry: SectionEntry, compiler: PatternCompiler) -> InstanceTemplate:
-        reference = self._fixed(node, "use", entry, compiler)
+        reference = self._compile_fixed(node, "use", entry, compiler)
         assert reference is not None
         for name, item in node.get("override", {}).items():
             for key in item if is_mapping(item) and not name.startswith(NOTE_PREFIX) else ():
@@ -312,7 +308,7 @@ class _ModuleCompiler:
         return InstanceTemplate(
             reference,
             self._parts(node, "with", entry, compiler),
-            self._fixed(node, "prefix", entry, compiler),
+            self._compile_fixed(node, "prefix", entry, compiler),
             self._parts(node, "override", entry, replace(compiler, depth=_OVERRIDE_DEPTH)),
         )
 
@@ -334,100 +330,6 @@ _VALUES_PER_OBJECT = 4
 
 _NO_BUDGET = ObjectBudget("SC604", "objects", "objects", 0)
 """Nothing is made while a module is looked through."""
-
-
-_QUOTED = re.compile(r"'([^']*)'|\"([^\"]*)\"")
-_NAMING_KEYS = frozenset(("material", "with", "repeat"))
-"""Keys below which a text may be the name of a material."""
-
-_INLINE_KEYS = frozenset(("physical", "visual"))
-_NEVER_A_NAME = frozenset(("number", "integer", "boolean", "vector", "color", "file"))
-"""Types of parameters that are no text, or none that names a material."""
-
-
-def find_named_materials(compiled: CompiledModule) -> set[str]:
-    """The materials of a module that something in it names, or may name, whatever its parameters are.
-
-    What is the same under all parameters is left out: whether it is used shows in the end.
-    """
-    materials = compiled.materials
-    if not materials:
-        return set()
-    search = _MaterialSearch(compiled)
-    entries = compiled.module.section("entities")
-    for unit in compiled.units:
-        if _depends_on_params(unit):
-            search.look(entries[unit.name].node, naming=False)
-    return {*compiled.default_materials(), *search.found} & materials.keys()
-
-
-def _depends_on_params(unit: UnitTemplate) -> bool:
-    """Whether anything of an entity may be otherwise under other parameters."""
-    return unit.body.pattern is not None or not (unit.axes is unit.condition is unit.use is None)
-
-
-class _MaterialSearch:
-    """Looks through entities as they are written.
-
-    Attributes:
-        found: the texts that may name a material.
-    """
-
-    def __init__(self, compiled: CompiledModule) -> None:
-        self.found: set[str] = set()
-        self._materials = compiled.materials
-        self._params = compiled.params
-
-    def look(self, node: Any, *, naming: bool) -> None:
-        """Looks through a node. `naming`: whether a text in it may be a name."""
-        if isinstance(node, str):
-            if naming:
-                self.found.update(self._expressed(node) if "${" in node else (node,))
-        elif is_mapping(node):
-            if naming and not _INLINE_KEYS.isdisjoint(node):
-                return
-            for key, item in node.items():
-                if not key.startswith(NOTE_PREFIX):
-                    self.look(item, naming=naming or key in _NAMING_KEYS)
-        elif is_sequence(node):
-            for item in node:
-                self.look(item, naming=naming)
-
-    def _expressed(self, text: str) -> Iterable[str]:
-        try:
-            template = Template.parse(text)
-        except ExpressionError:
-            return ()
-        parts = template.expressions()
-        if len(parts) > 1:
-            return [name for name in self._materials if _has_in_order(name, parts)]
-        params = [self._params[name] for name in template.names if name in self._params]
-        texts = [param for param in params if param.kind not in _NEVER_A_NAME]
-        if not texts:
-            return [one or other for one, other in _QUOTED.findall(text)]
-        if texts[0].kind == "choice" and text[2:-1].strip() == texts[0].name:
-            return [option for option in texts[0].options if isinstance(option, str)]
-        return self._materials
-
-
-def _has_in_order(text: str, parts: Sequence[object]) -> bool:
-    """Whether a text consists of the parts that are texts, in order, with anything in place of each other part."""
-    literals = [""]
-    for part in parts:
-        if isinstance(part, str):
-            literals[-1] += part
-        else:
-            literals.append("")
-    first, *middle, last = literals
-    at, end = len(first), len(text) - len(last)
-    if at > end or not text.startswith(first) or not text.endswith(last):
-        return False
-    for literal in middle:
-        at = text.find(literal, at, end)
-        if at < 0:
-            return False
-        at += len(literal)
-    return True
 
 
 DocumentChain = tuple["SceneDocument", ...]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, show, suggest_name
 from scenecc.expand.arguments import ABSOLUTE_PREFIX, map_alternatives
-from scenecc.expand.documents import FailedValue, SceneDocument, count_objects
+from scenecc.expand.documents import FailedValue, SceneDocument, count_node_objects
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, OverridePlace, TraceRecord, scoped_name
 from scenecc.expand.patterns import refuse_structure
 from scenecc.spec.base import NOTE_PREFIX
@@ -121,7 +121,7 @@ def make_overrides(
             refuse_structure(value, template.path, name, "SC103", message, frame)
             value = {}
         # Its names, and the shapes that it may put in place of fewer, count in each use.
-        frame.objects.take(count_objects(value) - 1, frame, template.path)
+        frame.objects.take(count_node_objects(value) - 1, frame, template.path)
         record = TraceRecord(frame.mark(template.path), frame.lists)
         made[name] = Override(_absolute(value, scope, prefix), record, template.part.document, scope)
     frame.lists = {}

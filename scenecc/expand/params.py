@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +10,17 @@ from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.documents import iterate_texts
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
-from scenecc.spec.params import PARAM_KINDS, RANGED_KINDS, ParamType, describe_range_error, infer_param_kind, is_number
+from scenecc.spec.params import (
+    PARAM_KINDS,
+    RANGED_KINDS,
+    ParamType,
+    describe_range_error,
+    infer_param_kind,
+    is_finite_number,
+)
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import FORM_KEYS, ONCE, Template
+from scenecc.variation.operations import ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -124,8 +131,9 @@ def _is_sound(param: Param, frame: ExpansionFrame) -> bool:
         elif is_sequence(bound) and is_sequence(param.default) and len(bound) != len(param.default):
             wrong = key, f"`{key}` must have {len(param.default)} components, not {len(bound)}"
     if wrong is None and param.low is not None and param.high is not None:
-        beyond = describe_range_error(param.high, param.low, None) if not is_sequence(param.low) else None
-        if beyond is not None:
+        shared = is_sequence(param.low) and not is_sequence(param.high)
+        high = [param.high] * len(param.low) if shared else param.high
+        if describe_range_error(high, param.low, None) is not None:
             wrong = "max", "`max` is below `min`"
     if (param.kind == "choice") is not bool(param.options):
         what = "a choice needs `options`" if param.kind == "choice" else f"a {param.kind} has no `options`"
@@ -216,7 +224,7 @@ def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> ParamI
     limits = _as_vector(wanted) or replace(wanted, kind="number")
     beside: Any = value.get(str(drawn.companion))
     edges = beside if is_sequence(beside) else ()
-    if limits.kind == "vector" and all(map(is_number, (*bounds, *edges))):
+    if limits.kind == "vector" and all(map(is_finite_number, (*bounds, *edges))):
         return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
     if drawn.companion is None:
         return _first_bound_misfit(bounds, limits, wanted)
@@ -241,7 +249,7 @@ def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssu
         return _first_bound_misfit(_form_items(form, bound[form]), limits, wanted)
     if is_sequence(bound):
         return _length_misfit(bound, wanted) or _components_misfit(bound, limits)
-    if not is_number(bound):
+    if not is_finite_number(bound):
         return "SC211", f"must be drawn between lists of numbers, not {show(bound)}"
     # It stands for every component.
     count = max((len(limit) for limit in (limits.low, limits.high) if is_sequence(limit)), default=1)
@@ -258,10 +266,9 @@ def _form_items(form: str, given: Any) -> list[Any]:
 
 
 _UNUSED = {"params": ("SC322", "parameter"), "draws": ("SC319", "draw")}
-_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-def report_unused(documents: Sequence[Document], lowered: Collection[str], sink: Sink) -> None:
+def report_unread_names(documents: Sequence[Document], lowered: Collection[str], sink: Sink) -> None:
     """A warning for each parameter and each shared draw that no expression reads.
 
     Args:
@@ -283,9 +290,17 @@ def report_unused(documents: Sequence[Document], lowered: Collection[str], sink:
     for document in documents:
         for text in iterate_texts(document.data):
             if EXPRESSION_START in text:
-                # Every word of it: what is read is among them, and no expression need be taken apart again.
-                read.update(_WORD.findall(text))
+                read.update(_read_names(text))
     for section, name, file in declared:
         if name not in read:
             code, what = _UNUSED[section]
             sink.report(code, f"the {what} `{cut(name)}` is never read", Origin(file, (section, name)), at="key")
+
+
+def _read_names(text: str) -> set[str]:
+    """The names that the expressions of a text read; none where the text is a note and no expression."""
+    try:
+        template = Template.parse(text)
+    except ExpressionError:
+        return set()
+    return {*template.names, *(name for path in template.meshes.values() for name in path.places)}

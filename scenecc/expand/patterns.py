@@ -17,9 +17,9 @@ from scenecc.expand.documents import (
     SHAPE_LISTS,
     FailedValue,
     count_added_objects,
-    count_objects,
+    count_node_objects,
     has_failed,
-    is_varying,
+    has_varying,
 )
 from scenecc.expand.expansion import ExpansionFrame, ItemSpan, Loop, MeasureMesh
 from scenecc.expand.modules import EXPECT
@@ -216,7 +216,7 @@ class RepeatAxes:
         for name, (node, pattern) in self.axes.items():
             path = (*self.path, name)
             made = node if pattern is None else pattern.make(frame)
-            if pattern is not None and is_varying(made):
+            if pattern is not None and has_varying(made):
                 frame.report("SC203", "`repeat` cannot read a value that differs from scene to scene", path)
                 continue
             found = _axis_values(made, path, frame)
@@ -282,7 +282,7 @@ class PatternCompiler:
         except ExpressionError as error:
             self.frame.fail(error, path, "SC118")
             return UnreadablePattern(text)
-        good = check_names(template, self.names, path, self.frame, structure=self.structure)
+        good = check_template_names(template, self.names, path, self.frame, structure=self.structure)
         if not (good and self._may_observe(template, path)):
             return UnreadablePattern(text)
         scalar = ScalarPattern(template, path)
@@ -362,7 +362,7 @@ class PatternCompiler:
         name = made.get("name") if axes is not None and "if" in keys else None
         numbered = isinstance(name, str) and "${" not in name
         kept = pattern if pattern.patterns else None
-        return RepeatedItem(made, kept, axes, count_objects(made), condition, numbered)
+        return RepeatedItem(made, kept, axes, count_node_objects(made), condition, numbered)
 
 
 _WITH_PATTERNS = frozenset((str, dict, list))
@@ -386,7 +386,7 @@ def refuse_structure(
     value: Any, path: Path, key: str, code: str, message: str, frame: ExpansionFrame, hint: str | None = None
 ) -> None:
     """Reports a value that cannot decide about structure; nothing more is said of one that was reported."""
-    if is_varying(value):
+    if has_varying(value):
         frame.report("SC203", f"`{key}` cannot read a value that differs from scene to scene", path)
     elif not isinstance(value, FailedValue):
         frame.report(code, message, path, hint=hint)
@@ -446,7 +446,7 @@ BUILTIN_MEANINGS: dict[str, NameMeaning] = {"num_scenes": "constant", "scene": "
 _BARRED = frozenset(("later draw", "later parameter", "later loop variable", "itself"))
 
 
-def check_names(
+def check_template_names(
     template: Template, names: NameMeanings, path: Path, frame: ExpansionFrame, *, structure: str | None = None
 ) -> bool:
     """Whether a template reads only names that mean something where it stands; what does not is reported.

@@ -55,9 +55,9 @@ def _by_column(function: Callable[..., tuple[Any, ...]], *rows: Floats) -> Float
     return np.stack(function(*[each.T for each in rows]), axis=1)
 
 
-def multiply(a: Floats, b: Floats) -> Floats:
+def multiply_quaternions(a: Floats, b: Floats) -> Floats:
     """The Hamilton product: first b, then a."""
-    return _by_column(rotations.multiply, a, b)
+    return _by_column(rotations.multiply_quaternions, a, b)
 
 
 def normalized(q: Floats) -> Floats:
@@ -154,7 +154,7 @@ def compose(outer: Floats, inner: Floats) -> Floats:
     """
     q = normalized(outer[:, 3:])
     p = outer[:, :3] + rotate(q, inner[:, :3])
-    turned = np.where(_unturned(outer), inner[:, 3:], normalized(multiply(q, inner[:, 3:])))
+    turned = np.where(_unturned(outer), inner[:, 3:], normalized(multiply_quaternions(q, inner[:, 3:])))
     composed = np.concatenate((p, np.where(_unturned(inner), outer[:, 3:], turned)), axis=1)
     still = (outer == _IDENTITY_POSE).all(axis=1)
     return np.where(still[:, None], inner, composed)

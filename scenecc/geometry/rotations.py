@@ -57,7 +57,7 @@ def to_vector(row: Iterable[float]) -> Vec3:
     return x, y, z
 
 
-def multiply(a: Quat, b: Quat) -> Quat:
+def multiply_quaternions(a: Quat, b: Quat) -> Quat:
     """The Hamilton product: first b, then a."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
@@ -175,7 +175,7 @@ def compose(outer: Pose7, inner: Pose7) -> Pose7:
     elif outer[3:] == IDENTITY:
         turned = inner[3:]
     else:
-        turned = normalized(multiply(q, inner[3:]))
+        turned = normalized(multiply_quaternions(q, inner[3:]))
     return (p[0] + moved[0], p[1] + moved[1], p[2] + moved[2], *turned)
 
 

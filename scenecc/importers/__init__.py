@@ -39,9 +39,9 @@ class SourceFormat:
 
 
 FORMATS: Final = (
-    SourceFormat("SDF", (".sdf", ".world", ".xml"), "sdf", "scenecc.importers.sdf:read_sdf", "lxml"),
-    SourceFormat("USD", (".usd", ".usda", ".usdc"), "", "scenecc.importers.usd:read_usd", "pxr"),
-    SourceFormat("MJCF", (".mjcf", ".xml"), "mujoco", "scenecc.importers.mjcf:read_mjcf"),
-    SourceFormat("URDF", (".urdf", ".xml"), "robot", "scenecc.importers.urdf:read_urdf"),
+    SourceFormat("SDF", (".sdf", ".world", ".xml"), "sdf", "scenecc.importers.sdf:import_sdf", "lxml"),
+    SourceFormat("USD", (".usd", ".usda", ".usdc"), "", "scenecc.importers.usd:import_usd", "pxr"),
+    SourceFormat("MJCF", (".mjcf", ".xml"), "mujoco", "scenecc.importers.mjcf:import_mjcf"),
+    SourceFormat("URDF", (".urdf", ".xml"), "robot", "scenecc.importers.urdf:import_urdf"),
 )
 """Every format; of those that take a suffix, the root element decides."""

@@ -39,7 +39,7 @@ def output_fault(output: Path) -> str | None:
     return f"`${{` in `{cut(name)}` would be an expression" if "${" in name else None
 
 
-def check_assets(output: Path, files: Mapping[str, bytes]) -> list[Path]:
+def check_output_files(output: Path, files: Mapping[str, bytes]) -> list[Path]:
     """Checks that none of the files beside a scene belongs to others. Returns prefabs of an import that it replaces.
 
     Args:

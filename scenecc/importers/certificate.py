@@ -75,9 +75,9 @@ def certificate_of(found: ImportedScene, source: Path, target: Path, options: Op
     sink = Sink()
     plan = compile_or_raise(target, replace(options, allow_outside_assets=False), sink).plan
     with build_batch(plan, sink, scene_idxs=None, render=False, audit=True) as batch:
-        from scenecc.backends.sapien.measure import measure  # noqa: PLC0415 - with the engine
+        from scenecc.backends.sapien.measure import measure_bodies  # noqa: PLC0415 - with the engine
 
-        built = _bodies(measure(batch))
+        built = _bodies(measure_bodies(batch))
     certificate = Certificate(len(built), math.fsum(body.mass or 0.0 for body in built.values()))
     judge, reference = found.judge, dict(found.reference)
     if not judge and find_spec("pydrake") is not None and source.suffix.lower() in _READ_BY_DRAKE:

@@ -20,13 +20,13 @@ from scenecc.errors import SceneError
 from scenecc.extras import install_hint
 from scenecc.files import open_regular, replace_all, replace_set
 from scenecc.importers import FORMATS, SourceFormat
-from scenecc.importers.assets import IMPORTED_FROM, AssetNames, assets_of, check_assets, map_assets, output_fault
+from scenecc.importers.assets import IMPORTED_FROM, AssetNames, assets_of, check_output_files, map_assets, output_fault
 from scenecc.importers.imported_scene import LOSSES, REPAIRED, Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names
 from scenecc.interrupt import temporary_folder, undoing
 from scenecc.options import Options, check_types, path_argument
 from scenecc.pipeline import CompileResult, compile_or_raise
-from scenecc.scene_file import Node, is_list, is_mapping
+from scenecc.scene_file import Node, is_list_node, is_mapping_node
 from scenecc.scene_file.layout import scene_text
 from scenecc.scene_file.simplify import simplify
 from scenecc.source.paths import AssetScope
@@ -117,8 +117,8 @@ def import_scene(
     names = AssetNames(target, scope, _companions(compiled))
     files, prefabs = _texts(found, source, target, names)
     found = replace(found, bodies={prefabs.name(mine): own for mine, own in found.bodies.items()})
-    stale = check_assets(target, files)
-    with _written(target, files) as paths:
+    stale = check_output_files(target, files)
+    with _write_files(target, files) as paths:
         _tell(progress, 3)
         certificate = import_module("scenecc.importers.certificate").certificate_of(found, source, target, options)
     for path in stale:
@@ -155,13 +155,13 @@ def _with_paths(node: Any, folder: str) -> Any:
     if isinstance(node, str) and node.startswith(_FILE_MARK):
         path = node.removeprefix(_FILE_MARK)
         return path if "://" in path else Path(os.path.relpath(path, folder)).as_posix()
-    if is_mapping(node):
+    if is_mapping_node(node):
         return {key: _with_paths(value, folder) for key, value in node.items()}
-    return [_with_paths(item, folder) for item in node] if is_list(node) else node
+    return [_with_paths(item, folder) for item in node] if is_list_node(node) else node
 
 
 @contextmanager
-def _written(target: Path, files: Mapping[str, bytes]) -> Generator[list[Path]]:
+def _write_files(target: Path, files: Mapping[str, bytes]) -> Generator[list[Path]]:
     """Writes the files, and puts everything back as it was where the block fails or is interrupted."""
     targets = [target.parent / name for name in files]
     before = {path: path.read_bytes() for path in targets if path.is_file()}
@@ -300,9 +300,11 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
         try:
             compiled = compile_or_raise(map_assets(found.document, name), inside, sink)
         except SceneError as error:
-            told = [_placed(each, found, source) for each in error.diagnostics]
+            told = [_move_to_source(each, found, source) for each in error.diagnostics]
             raise SceneError([*context.sink.diagnostics(), *told]) from None
-    placed = [_placed(each, found, source) for each in sink.diagnostics() if each.code not in found.codes_of_losses]
+    placed = [
+        _move_to_source(each, found, source) for each in sink.diagnostics() if each.code not in found.codes_of_losses
+    ]
     listed = {loss.message for loss in found.losses}
     repairs = [each for each in placed if each.code == REPAIRED and each.message not in listed]
     _report_losses([Loss("missing-files", each.message, each.location) for each in repairs], context)
@@ -312,7 +314,7 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
     return compiled
 
 
-def _placed(told: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
+def _move_to_source(told: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
     """A finding about the scene, at the place of the imported file that led to it."""
     if told.location.file is not None:
         return replace(told, related=())
@@ -402,7 +404,7 @@ def find_prefabs(document: Node, taken: Iterable[str], path: Callable[[str], str
     found = Prefabs({**document, "entities": {**entities, **made}}, files, inner)
     for section in ("constraints", "lights", "cameras"):
         if section in document:
-            found.document[section] = {key: _renamed(node, found) for key, node in document[section].items()}
+            found.document[section] = {key: _rename_prefabs(node, found) for key, node in document[section].items()}
     kept = {*_materials(found.document["entities"])}
     named = {key: node for key, node in document.get("materials", {}).items() if key in kept}
     found.document.pop("materials", None)
@@ -415,14 +417,14 @@ def _content(node: Node) -> Node:
 
 def _materials(node: Any) -> Iterator[str]:
     """The names of materials that shapes have."""
-    for item in node if is_list(node) else ():
+    for item in node if is_list_node(node) else ():
         yield from _materials(item)
-    for key, value in node.items() if is_mapping(node) else ():
+    for key, value in node.items() if is_mapping_node(node) else ():
         if key == "material" and isinstance(value, str):
             yield value
         else:
             yield from _materials(value)
 
 
-def _renamed(node: Node, prefabs: Prefabs) -> Node:
+def _rename_prefabs(node: Node, prefabs: Prefabs) -> Node:
     return {key: prefabs.name(value) if key in _REFERENCES else value for key, value in node.items()}

@@ -99,7 +99,7 @@ def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: boo
     return encode_obj(vertices, faces[:, ::-1] if np.prod(scale) < 0 else faces)
 
 
-def check_heights(path: Path, context: ImportContext) -> None:
+def check_terrain_file(path: Path, context: ImportContext) -> None:
     """Raises MeshError where a file is no terrain that a scene can hold."""
     try:
         read_heights(_read(path, context.limits.asset_bytes), MAX_HEIGHTS)

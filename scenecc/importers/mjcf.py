@@ -63,7 +63,7 @@ _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
 
-def read_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
+def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
     """A scene with everything in an MJCF; None after an error."""
     found = context.resolve(path)
     if found is None:
@@ -189,7 +189,7 @@ class _Importer:
     def _world_pose(self, body: int) -> Pose7:
         return (*self._model["xpos"][body].tolist(), *self._model["xquat"][body].tolist())
 
-    def _placed(self, body: int, local: Pose7) -> tuple[dict[str, Any], Pose7]:
+    def _mount_and_pose(self, body: int, local: Pose7) -> tuple[dict[str, Any], Pose7]:
         """The key `mount`, where something moves with a body, and its pose there or in the world."""
         if body != WORLD and body in self._links:
             return {"mount": self._mount(body)}, local
@@ -235,7 +235,7 @@ class _Importer:
                 words = f"that the camera `{label}` follows something"
                 self._losses.append(Loss("camera-modes", words, model.location("camera", number)))
             own: Pose7 = (*model["cam_pos"][number].tolist(), *model["cam_quat"][number].tolist())
-            mount, pose = self._placed(body, compose(own, LOOK))
+            mount, pose = self._mount_and_pose(body, compose(own, LOOK))
             keys: dict[str, Any] = {
                 **mount,
                 "pose": plain_pose(pose),

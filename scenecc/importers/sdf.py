@@ -9,9 +9,9 @@ from typing import Any, Final
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, rotate
 from scenecc.importers.imported_scene import Asset, ImportContext, ImportedScene, Loss
 from scenecc.importers.numbers import Names, light_place, plain_number, plain_numbers, pose_key
-from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find, read_file, text_of
-from scenecc.importers.sdf_joints import SdfJoint, constraint, hinges_of, joint_type
-from scenecc.importers.sdf_models import BuiltLink, ModelReader, SceneParts
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find_element, read_sdf_file, text_of
+from scenecc.importers.sdf_joints import SdfJoint, hinges_of, joint_type, make_constraint
+from scenecc.importers.sdf_models import BuiltLink, SceneParts, SdfModelReader
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope, ScopeReader
 
 Node = dict[str, Any]
@@ -53,10 +53,10 @@ _LOST: Final = {
 """Tag → the loss that it is."""
 
 
-def read_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
+def import_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """The scene of an SDF file; None after an error. Of several worlds the first."""
     losses: list[Loss] = []
-    found = read_file(path, context, losses)
+    found = read_sdf_file(path, context, losses)
     if found is None:
         return None
     file, root = found
@@ -77,7 +77,7 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
     world = reader.world(top)
     parts = SceneParts()
     for model in world.models.values():
-        ModelReader(model, world.model_pose(model), parts).read()
+        SdfModelReader(model, world.model_pose(model), parts).read()
         _tell_losses(model)
     _apply_bitmasks(parts)
     for name, robot, element in reader.robots:
@@ -114,7 +114,7 @@ def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts)
     if not ends[1][2]:
         ends.reverse()
     if ends[1][2]:
-        made = constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges)
+        made = make_constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges)
         parts.constraints[parts.constraint_names.new(name)] = made
 
 
@@ -146,7 +146,7 @@ def _document(path: Path, file: SdfFile, world: Scope, parts: SceneParts, *, is_
         lights.add_light(light, file, world.placed(light, world.base), None, light.attributes.get("name", "light"))
     for path_, (link, _place) in parts.places.items():
         lights.add_link(path_, link)
-    ambient = find(element, "scene", "ambient")
+    ambient = find_element(element, "scene", "ambient")
     if ambient is not None:
         color = file.numbers(ambient, len(ambient.text.split()) if len(ambient.text.split()) in {3, 4} else 4)
         if color is not None:
@@ -171,7 +171,7 @@ def _physics(file: SdfFile, world: SourceElement, *, is_world: bool) -> Node:
     element = element or world.find("physics")
     if element is not None and element.find("max_step_size") is not None:
         physics["timestep"] = plain_number(file.positive(element, "max_step_size", default=0.001))
-    gravity = find(world, "gravity") or find(element, "gravity")
+    gravity = find_element(world, "gravity") or find_element(element, "gravity")
     physics["gravity"] = plain_numbers(file.numbers(gravity, 3) or (0, 0, -9.8))
     return {**physics, "default_material": material}
 
@@ -259,7 +259,7 @@ class _Rendering:
             light |= {"inner_fov": plain_number(min(max(inner, 0.01), outer)), "outer_fov": plain_number(outer)}
         if file.flag(element, "cast_shadows", default=False):
             light["shadow"] = True
-        if find(element, "attenuation") is not None and kind != "directional":
+        if find_element(element, "attenuation") is not None and kind != "directional":
             file.lose("light-falloff", f"<attenuation> of `{name}`; SAPIEN's lights fall off with the square", element)
         self.lights[self._names.new(name)] = {**light, **({"mount": mount} if mount else {})}
 

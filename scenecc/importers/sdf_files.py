@@ -73,7 +73,7 @@ class SdfFile:
 
     def number(self, parent: SourceElement | None, *path: str, default: float) -> float:
         """The number of an element below another; the default where there is none. Limits may be infinite."""
-        element = find(parent, *path)
+        element = find_element(parent, *path)
         if element is None or not element.text:
             return default
         value = parse_number(element.text)
@@ -89,17 +89,17 @@ class SdfFile:
         value = self.number(parent, *path, default=default)
         if value >= SMALLEST:
             return value
-        self.error(f"<{path[-1]}> must be positive, not {value:g}", find(parent, *path) or parent)
+        self.error(f"<{path[-1]}> must be positive, not {value:g}", find_element(parent, *path) or parent)
         return default
 
     def vector(self, parent: SourceElement | None, *path: str, default: Vec3) -> Vec3:
         """Three numbers of an element below another."""
-        found = self.numbers(find(parent, *path), 3)
+        found = self.numbers(find_element(parent, *path), 3)
         return default if found is None else (found[0], found[1], found[2])
 
     def flag(self, parent: SourceElement | None, *path: str, default: bool) -> bool:
         """A boolean of an element below another."""
-        element = find(parent, *path)
+        element = find_element(parent, *path)
         if element is None:
             return default
         text = element.text.lower()
@@ -127,7 +127,7 @@ class SdfFile:
         return (found[0], found[1], found[2], *from_rpy(roll, pitch, yaw))
 
 
-def find(parent: SourceElement | None, *path: str) -> SourceElement | None:
+def find_element(parent: SourceElement | None, *path: str) -> SourceElement | None:
     """The first element below another, by the tags that lead to it."""
     for tag in path:
         parent = None if parent is None else parent.find(tag)
@@ -136,11 +136,11 @@ def find(parent: SourceElement | None, *path: str) -> SourceElement | None:
 
 def text_of(parent: SourceElement | None, *path: str) -> str:
     """The text of an element below another; "" where there is none."""
-    element = find(parent, *path)
+    element = find_element(parent, *path)
     return "" if element is None else element.text
 
 
-def read_file(path: Path, context: ImportContext, losses: list[Loss]) -> tuple[SdfFile, SourceElement] | None:
+def read_sdf_file(path: Path, context: ImportContext, losses: list[Loss]) -> tuple[SdfFile, SourceElement] | None:
     """The root element of a file; None after an error."""
     shown = str(path)
     report = FileReport(context.sink)
@@ -207,7 +207,7 @@ def find_file(uri: str, file: SdfFile) -> Path | str:
     return f"`{uri[:120]}` is neither in a folder of the file nor in an asset root (--asset-root)"
 
 
-def find_model(uri: str, file: SdfFile) -> Path | str:
+def find_included_model(uri: str, file: SdfFile) -> Path | str:
     """The SDF or URDF of an <include>, or why there is none, in words. A folder's model.config names its file."""
     if not uri:
         return "<include> has no <uri>"

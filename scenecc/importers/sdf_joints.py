@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY, Pose7, Vec3, compose, relative_pose, rotate
 from scenecc.importers.numbers import HOLD, along_x, joint_frames, plain_number, plain_numbers, plain_pose
-from scenecc.importers.sdf_files import SMALLEST, SourceElement, find
+from scenecc.importers.sdf_files import SMALLEST, SourceElement, find_element
 
 if TYPE_CHECKING:
     from scenecc.importers.sdf_scopes import Scope
@@ -129,7 +129,7 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
 
 def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
     """An axis in the joint's frame."""
-    element = find(axis, "xyz")
+    element = find_element(axis, "xyz")
     frame = "" if element is None else element.attributes.get("expressed_in", "")
     is_model = joint.scope.file.flag(axis, "use_parent_model_frame", default=False) or joint.scope.file.is_before(1, 5)
     if frame and element is not None:
@@ -146,7 +146,7 @@ def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
 
 def mimic_of(joint: SdfJoint, names: dict[str, str]) -> Node | None:
     """The `mimic` of a joint. `names`: path of a joint → its name in the scene."""
-    mimic = find(joint.element, "axis", "mimic")
+    mimic = find_element(joint.element, "axis", "mimic")
     if mimic is None:
         return None
     file, wanted = joint.scope.file, mimic.attributes.get("joint", "")
@@ -161,7 +161,7 @@ def mimic_of(joint: SdfJoint, names: dict[str, str]) -> Node | None:
     return {**found, "offset": plain_number(offset)} if offset else found
 
 
-def tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7], *, is_reversed: bool) -> Node:
+def sdf_tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7], *, is_reversed: bool) -> Node:
     """A joint of a link tree.
 
     Args:
@@ -179,7 +179,7 @@ def tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7]
     return {**made, **joint_frames(in_parent, in_child, axis), **hinge.keys}
 
 
-def constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7], hinges: list[Hinge]) -> Node:
+def make_constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7], hinges: list[Hinge]) -> Node:
     """A joint that closes a loop, as a constraint.
 
     Args:

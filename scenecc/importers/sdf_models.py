@@ -12,8 +12,16 @@ import numpy as np
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, from_matrix, invert, relative_pose
 from scenecc.importers.numbers import Names, plain_name, plain_number, pose_key
-from scenecc.importers.sdf_files import SourceElement, find, text_of
-from scenecc.importers.sdf_joints import Hinge, SdfJoint, constraint, hinges_of, joint_type, mimic_of, tree_joint
+from scenecc.importers.sdf_files import SourceElement, find_element, text_of
+from scenecc.importers.sdf_joints import (
+    Hinge,
+    SdfJoint,
+    hinges_of,
+    joint_type,
+    make_constraint,
+    mimic_of,
+    sdf_tree_joint,
+)
 from scenecc.importers.sdf_scopes import SEPARATOR, WORLD, Scope
 from scenecc.importers.sdf_shapes import LinkPlace, read_shapes, solid_mass
 
@@ -111,7 +119,7 @@ class SceneParts:
     constraint_names: Names = field(default_factory=Names)
 
 
-class ModelReader:
+class SdfModelReader:
     """Reads one top model.
 
     Args:
@@ -297,7 +305,7 @@ class ModelReader:
         if not file.flag(element, "gravity", default=True):
             content["gravity"] = False
         for tag, key in (("linear", "linear_damping"), ("angular", "angular_damping")):
-            if find(element, "velocity_decay", tag) is not None:
+            if find_element(element, "velocity_decay", tag) is not None:
                 content[key] = plain_number(max(file.number(element, "velocity_decay", tag, default=0), 0.0))
         return content
 
@@ -373,7 +381,7 @@ class _Tree:
     """Connected links as an articulation; joints beyond a tree as constraints."""
 
     def __init__(
-        self, links: dict[str, SdfLink], group: list[str], joints: list[SdfJoint], reader: ModelReader
+        self, links: dict[str, SdfLink], group: list[str], joints: list[SdfJoint], reader: SdfModelReader
     ) -> None:
         self._links = {path: links[path] for path in group}
         self._joints = joints
@@ -405,7 +413,7 @@ class _Tree:
             top, place = self._node(root, name, None), self._links[root].pose
         else:
             is_fixed, place = True, IDENTITY_POSE
-            hangs = self._attached(anchor, "", anchor.child or anchor.parent, name)
+            hangs = self._attach_link(anchor, "", anchor.child or anchor.parent, name)
             top = {"name": self._link_names.new("base"), "children": [hangs]}
         entity: Node = pose_key(compose(reader.pose, place))
         if is_fixed:
@@ -436,10 +444,10 @@ class _Tree:
         for each in self._joints:
             other = each.child if each.parent == path else each.parent if each.child == path else ""
             if other and each.path not in self._used and f"link {other}" not in self._used:
-                children.append(self._attached(each, path, other, entity))
+                children.append(self._attach_link(each, path, other, entity))
         return {**node, "children": children} if children else node
 
-    def _attached(self, joint: SdfJoint, parent: str, child: str, entity: str) -> Node:
+    def _attach_link(self, joint: SdfJoint, parent: str, child: str, entity: str) -> Node:
         """A link below another by a joint; the hinges of the joint have links of their own between them."""
         self._used.add(joint.path)
         hinges: list[Hinge | None] = [*hinges_of(joint)] or [None]
@@ -452,7 +460,7 @@ class _Tree:
             is_last = number == len(ordered) - 1
             below = self._links[child].pose if is_last else joint.pose
             called = name if len(ordered) == 1 else self._joint_names.new(f"{name}_{number + 1}")
-            made = tree_joint(called, hinge, (above, below, joint.pose), is_reversed=is_reversed)
+            made = sdf_tree_joint(called, hinge, (above, below, joint.pose), is_reversed=is_reversed)
             self._note_joint(hinge, called)
             if is_last:
                 nodes.append(self._node(child, entity, self._mimicking(joint, made)))
@@ -484,6 +492,6 @@ class _Tree:
             ends.append((f"{entity}/{self._named[path]}", self._links[path].pose) if path else ("world", world))
         if ends[1][0] == "world":
             ends.reverse()
-        made = constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges_of(joint))
+        made = make_constraint(joint, (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1]), hinges_of(joint))
         parts = self._reader.parts
         parts.constraints[parts.constraint_names.new(joint.path)] = made

@@ -8,7 +8,7 @@ from typing import Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose, invert
 from scenecc.importers.numbers import Names
-from scenecc.importers.sdf_files import SdfFile, SourceElement, find_model, read_file, text_of
+from scenecc.importers.sdf_files import SdfFile, SourceElement, find_included_model, read_sdf_file, text_of
 
 WORLD = "world"
 MODEL = "__model__"
@@ -215,7 +215,7 @@ class ScopeReader:
     def _include(self, element: SourceElement, scope: Scope, chain: tuple[Path, ...]) -> None:
         self._count += 1
         uri, file = text_of(element, "uri"), scope.file
-        found = find_model(uri, file)
+        found = find_included_model(uri, file)
         if isinstance(found, str):
             file.lose("models", f"<include>: {found}", element)
             scope.missing.add(text_of(element, "name") or Path(uri).stem)
@@ -227,7 +227,7 @@ class ScopeReader:
         if found.suffix.lower() == ".urdf":
             self.robots.append((text_of(element, "name") or found.stem, found, element))
             return
-        loaded = read_file(found, file.context, file.losses)
+        loaded = read_sdf_file(found, file.context, file.losses)
         if loaded is None:
             return
         inner, root = loaded

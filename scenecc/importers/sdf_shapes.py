@@ -12,14 +12,14 @@ from scenecc.geometry.rotations import Pose7, compose, relative_pose
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.meshes import (
     MeshError,
-    check_heights,
+    check_terrain_file,
     ellipsoid_obj,
     load_mesh,
     mesh_as_obj,
     polyline_obj,
 )
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find, find_file, text_of
+from scenecc.importers.sdf_files import SMALLEST, SdfFile, SourceElement, find_element, find_file, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -77,7 +77,7 @@ def read_shapes(link: SourceElement, place: LinkPlace) -> dict[str, list[Shape]]
         form = _form(collision)
         numbers = twins.get(repr(form), []) if _is_shared(collision) else []
         if numbers and _form(seen[numbers[0]]) == form:
-            shapes.append(_merged(collision, seen[numbers[0]]))
+            shapes.append(_merge_sides(collision, seen[numbers[0]]))
             seen[numbers.pop(0)] = {}
         else:
             collisions.append(collision)
@@ -114,7 +114,7 @@ def _is_shared(shape: Shape) -> bool:
     return shape["type"] in {"box", "sphere", "capsule", "cylinder", "cone", "convex_mesh", "plane"}
 
 
-def _merged(collision: Shape, visual: Shape) -> Shape:
+def _merge_sides(collision: Shape, visual: Shape) -> Shape:
     """One shape that collides as the first and looks as the second."""
     material = {**visual.get("material", {}), **collision.get("material", {})}
     merged = {**{key: value for key, value in visual.items() if key != "material"}, **collision}
@@ -143,7 +143,7 @@ def _collision(element: SourceElement, place: LinkPlace) -> list[Shape]:
 
 def _bitmask(element: SourceElement, file: SdfFile) -> int:
     """Two shapes collide where their bitmasks have a bit in common."""
-    found = find(element, "surface", "contact", "collide_bitmask")
+    found = find_element(element, "surface", "contact", "collide_bitmask")
     text = "65535" if found is None else found.text
     try:
         return int(text, 0) & 0xFFFF
@@ -158,7 +158,7 @@ def _physical(element: SourceElement, file: SdfFile) -> dict[str, Any]:
     drake = element.find("drake:proximity_properties")
     mu = file.number(surface, "friction", "ode", "mu", default=1)
     other = file.number(surface, "friction", "ode", "mu2", default=mu)
-    if surface is not None and find(surface, "friction", "ode") is None:
+    if surface is not None and find_element(surface, "friction", "ode") is None:
         mu = other = file.number(surface, "friction", "bullet", "friction", default=mu)
     if abs(mu - other) > 1e-9:
         file.lose("friction-directions", f"`mu2` of {other:g}; the friction is {mu:g} in all directions", element)
@@ -201,9 +201,9 @@ def _look(element: SourceElement, place: LinkPlace) -> dict[str, Any]:
     if material.find("script") is not None and diffuse is None:
         name = text_of(material, "script", "name") or "script"
         file.lose("material-scripts", f"the material script `{name}` of `{place.path}`", element, place.path)
-    metal = find(material, "pbr", "metal")
+    metal = find_element(material, "pbr", "metal")
     for tag, key in (("roughness", "roughness"), ("metalness", "metallic")):
-        if find(metal, tag) is not None:
+        if find_element(metal, tag) is not None:
             look[key] = plain_number(min(max(file.number(metal, tag, default=0.5), 0), 1))
     for tag, key in _TEXTURES.items():
         uri = text_of(metal, tag) or (text_of(material, "drake:diffuse_map") if tag == "albedo_map" else "")
@@ -330,7 +330,7 @@ def _heightmap(asked: _Request) -> Shape | str:
     if asked.place.moves:
         return "is a heightmap on a body that moves"
     try:
-        check_heights(found, asked.file.context)
+        check_terrain_file(found, asked.file.context)
     except MeshError as error:
         return f"is a heightmap: {error}"
     size = asked.file.vector(asked.form, "size", default=(1, 1, 1))

@@ -22,7 +22,7 @@ _UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
 """Warnings about masses and inertias that other programs do not read as SAPIEN does."""
 
 
-def read_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
+def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
     """A scene with the robot of a URDF; None after an error. What must be repaired is listed as a loss."""
     found = context.resolve(path)
     if found is None:

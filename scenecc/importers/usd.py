@@ -28,7 +28,7 @@ _FILE: Final = "\0file"
 """The key of an asset in what the process sends, which no document has."""
 
 
-def read_usd(path: Path, context: ImportContext) -> ImportedScene | None:
+def import_usd(path: Path, context: ImportContext) -> ImportedScene | None:
     """The scene of a stage. None after an error, which is reported in the context's sink."""
     scope = context.scope
     request = {

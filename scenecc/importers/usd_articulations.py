@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.importers.numbers import plain_number, pose_key
-from scenecc.importers.usd_joints import Freedom, UsdJoint, tree_joint
+from scenecc.importers.usd_joints import Freedom, UsdJoint, usd_tree_joint
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from scenecc.importers.usd_bodies import BodyReader, UsdBody
+    from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
     from scenecc.importers.usd_stage import Prim, UsdStage
 
 _DUMMY_MASS: Final = 1e-3
@@ -24,7 +24,7 @@ _OFF_POSITION, _OFF_ANGLE = 1e-4, 1e-3
 
 
 @dataclass(slots=True)
-class Tree:
+class JointTree:
     """Bodies that become one articulation.
 
     Attributes:
@@ -55,7 +55,7 @@ class Tree:
 
 def find_trees(
     joints: Iterable[UsdJoint], moving: Iterable[str], roots: Mapping[str, Prim]
-) -> tuple[list[Tree], list[UsdJoint]]:
+) -> tuple[list[JointTree], list[UsdJoint]]:
     """Spans the bodies that joints connect with trees.
 
     Args:
@@ -76,7 +76,7 @@ def find_trees(
             continue
         for body in joint.bodies:
             edges.setdefault(body, []).append(joint)
-    trees: list[Tree] = []
+    trees: list[JointTree] = []
     seen: set[str] = set()
     for body in order:
         if body in edges and body not in seen:
@@ -112,7 +112,7 @@ def _component(start: str, edges: Mapping[str, list[UsdJoint]]) -> set[str]:
 
 def _span(
     bodies: set[str], edges: Mapping[str, list[UsdJoint]], order: Mapping[str, int], roots: Mapping[str, Prim]
-) -> Tree:
+) -> JointTree:
     joints = list(dict.fromkeys(joint for body in sorted(bodies, key=order.__getitem__) for joint in edges[body]))
     grounded = [joint for joint in joints if "" in joint.bodies]
     fixed = next((joint for joint in grounded if not joint.freedoms), None)
@@ -125,7 +125,7 @@ def _span(
         root = ""
     else:
         root = str(prim.GetPath()) if prim is not None and str(prim.GetPath()) in bodies else first
-    tree = Tree(root, fixed is not None or bool(grounded), [], [], prim)
+    tree = JointTree(root, fixed is not None or bool(grounded), [], [], prim)
     used: set[int] = {id(fixed)} if fixed is not None else set()
     reached = {root}
     front = [root]
@@ -154,14 +154,14 @@ class ArticulationWriter:
         keys: of each link, by the path of its body.
     """
 
-    def __init__(self, stage: UsdStage, reader: BodyReader, bodies: Mapping[str, UsdBody]) -> None:
+    def __init__(self, stage: UsdStage, reader: UsdBodyReader, bodies: Mapping[str, UsdBody]) -> None:
         """`bodies`: by their paths."""
         self.keys: dict[str, dict[str, Any]] = {}
         self._stage = stage
         self._reader = reader
         self._bodies = bodies
 
-    def entity(self, tree: Tree, names: Mapping[str, str], joint_names: Mapping[int, str]) -> dict[str, Any]:
+    def entity(self, tree: JointTree, names: Mapping[str, str], joint_names: Mapping[int, str]) -> dict[str, Any]:
         """The entity of a tree.
 
         Args:
@@ -229,7 +229,7 @@ class ArticulationWriter:
             child = link if last else _dummy(link, f"{link['name']}_dummy_{k}")
             own = name if len(freedoms) == 1 or freedom is None else f"{name}_{freedom.name}"
             in_child = joint.frames[1] if last else IDENTITY_POSE
-            made = tree_joint(first, in_child, freedom, own)
+            made = usd_tree_joint(first, in_child, freedom, own)
             first = IDENTITY_POSE
             placed: dict[str, Any] = {"name": child.pop("name"), "joint": made, **child}
             child.clear()
@@ -274,7 +274,7 @@ class ArticulationWriter:
             keys["max_velocity"] = plain_number(speed * (math.radians(1) if freedom.turns else frames.metres))
         return {name: keys}
 
-    def _articulation_keys(self, tree: Tree) -> dict[str, Any]:
+    def _articulation_keys(self, tree: JointTree) -> dict[str, Any]:
         """What PhysX's own schema says of an articulation."""
         keys: dict[str, Any] = {}
         if tree.prim is None:

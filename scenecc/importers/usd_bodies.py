@@ -11,11 +11,11 @@ import numpy as np
 
 from scenecc.geometry.rotations import IDENTITY, Pose7
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_shapes import ShapeReader, SolidMass, UsdShape
+from scenecc.importers.usd_shapes import SolidMass, UsdShape, UsdShapeReader
 from scenecc.importers.usd_stage import Prim, UsdStage, quat_of, split_matrix
 
 if TYPE_CHECKING:
-    from scenecc.importers.usd_materials import UsdMaterials
+    from scenecc.importers.usd_materials import UsdMaterialReader
 
 _BALL_RADIUS: Final = 0.1
 """Of the ball whose moments a body without any has, as usd-core has it [m]."""
@@ -45,7 +45,7 @@ class UsdBody:
     parsed: Any = None
 
 
-class BodyReader:
+class UsdBodyReader:
     """Makes the keys of bodies.
 
     Attributes:
@@ -53,11 +53,11 @@ class BodyReader:
             cannot.
     """
 
-    def __init__(self, stage: UsdStage, materials: UsdMaterials) -> None:
+    def __init__(self, stage: UsdStage, materials: UsdMaterialReader) -> None:
         self.masses: dict[str, float | None] = {}
         self._stage = stage
         self._materials = materials
-        self._shapes = ShapeReader(stage)
+        self._shapes = UsdShapeReader(stage)
 
     def keys(self, body: UsdBody, *, is_link: bool = False) -> dict[str, Any]:
         """The keys of a body in a scene file but its pose and type. `is_link`: of an articulation."""
@@ -151,7 +151,7 @@ class BodyReader:
         for prim, _, shape in shapes:
             if shape.mass is not None:
                 solids.setdefault(prim.GetPath(), []).append(shape.mass)
-        computed = self._computed(body, solids)
+        computed = self._compute_mass(body, solids)
         said = {
             name: self._said(body.prim, name) for name in ("mass", "centerOfMass", "diagonalInertia", "principalAxes")
         }
@@ -167,7 +167,7 @@ class BodyReader:
             return {"mass": plain_number(float(said["mass"]) * stage.frames.kilograms)} if said["mass"] else {}
         return {"inertial": self._inertial(body, solids, computed)}
 
-    def _computed(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
+    def _compute_mass(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
         """Mass, moments, centre and principal axes, as UsdPhysics computes them, in the stage's units.
 
         `solids`: what each collider encloses, by its path.
@@ -265,7 +265,7 @@ class BodyReader:
                 )
                 if not (is_link and key in _NOT_OF_LINKS):
                     keys[key] = int(found) if factor == "count" else number
-        locked = self._locked(body.prim)
+        locked = self._locked_axes(body.prim)
         if locked and not is_link:
             keys["locked_axes"] = locked
         return keys
@@ -285,7 +285,7 @@ class BodyReader:
                 keys[key] = plain_numbers([each * factor for each in found], 1e-9)
         return keys
 
-    def _locked(self, prim: Prim) -> list[str]:
+    def _locked_axes(self, prim: Prim) -> list[str]:
         """The axes of PhysX's bits, which count x, y, z from the lowest; turned with the stage's up axis."""
         names: list[str] = []
         for attribute, prefix in (("lockedPosAxis", ""), ("lockedRotAxis", "r")):

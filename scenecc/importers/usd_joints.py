@@ -190,7 +190,7 @@ def _angles(pose: Pose7, axes: list[str]) -> dict[str, float]:
     return found if len(axes) == 2 else {**found, axes[2]: last}
 
 
-class JointReader:
+class UsdJointReader:
     """Makes joints of what UsdPhysics says of them."""
 
     def __init__(self, stage: UsdStage, body_poses: dict[str, Pose7]) -> None:
@@ -329,7 +329,7 @@ def _freedom_name(dof: Any) -> str:
     return name[0].lower() + name[1:]
 
 
-def tree_joint(in_parent: Pose7, in_child: Pose7, freedom: Freedom | None, name: str) -> dict[str, Any]:
+def usd_tree_joint(in_parent: Pose7, in_child: Pose7, freedom: Freedom | None, name: str) -> dict[str, Any]:
     """The keys of a link's joint. `freedom`: None: it is fixed."""
     if freedom is None:
         return {"type": "fixed", **joint_frames(in_parent, in_child, None)}

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.diagnostics import Sink
-    from scenecc.importers.usd_meshes import TriangleMesh
+    from scenecc.importers.usd_meshes import UsdMesh
     from scenecc.importers.usd_stage import Prim, UsdStage
 
 _WRAPS: Final = {"repeat": "repeat", "clamp": "edge", "mirror": "mirror", "black": "border"}
@@ -42,7 +42,7 @@ _GREY: Final = (0.18, 0.18, 0.18)
 """`diffuseColor` of a preview surface that says none."""
 
 
-class UsdMaterials:
+class UsdMaterialReader:
     """The materials of a stage, each made once.
 
     Attributes:
@@ -81,7 +81,7 @@ class UsdMaterials:
         path = self._physical_path(parsed)
         return float(self._stage.value(self._stage.prim(path), "physics:density", 0.0)) if path else 0.0
 
-    def parts(self, prim: Prim, mesh: TriangleMesh) -> Iterator[tuple[Prim, TriangleMesh, str]]:
+    def parts(self, prim: Prim, mesh: UsdMesh) -> Iterator[tuple[Prim, UsdMesh, str]]:
         """The parts of a mesh by material: what the material is bound to, the triangles, and a suffix for the file."""
         rest = np.ones(len(mesh.faces), bool)
         for subset in self._stage.shade.MaterialBindingAPI(prim).GetMaterialBindSubsets():

@@ -25,7 +25,7 @@ _CAP_STEPS: Final = 8
 
 
 @frozen
-class TriangleMesh:
+class UsdMesh:
     """Triangles with indices of their own for normals and texture coordinates.
 
     Attributes:
@@ -44,9 +44,9 @@ class TriangleMesh:
     uvs: NDArray[np.float64] | None = None
     uv_faces: NDArray[np.int64] | None = None
 
-    def part(self, faces: NDArray[np.bool_]) -> TriangleMesh:
+    def part(self, faces: NDArray[np.bool_]) -> UsdMesh:
         """Some of the triangles, with all points. `faces`: (F,), which."""
-        return TriangleMesh(
+        return UsdMesh(
             self.points,
             self.faces[faces],
             self.sources[faces],
@@ -56,14 +56,14 @@ class TriangleMesh:
             None if self.uv_faces is None else self.uv_faces[faces],
         )
 
-    def moved(self, matrix: NDArray[np.float64]) -> TriangleMesh:
+    def moved(self, matrix: NDArray[np.float64]) -> UsdMesh:
         """The mesh after a (3, 3) matrix, which may mirror."""
         flip = slice(None, None, -1) if np.linalg.det(matrix) < 0 else slice(None)
         normals = self.normals
         if normals is not None:
             normals = normals @ np.linalg.inv(matrix)
             normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        return TriangleMesh(
+        return UsdMesh(
             self.points @ matrix.T,
             self.faces[:, flip],
             self.sources,
@@ -75,12 +75,14 @@ class TriangleMesh:
 
     def to_obj(self) -> bytes:
         """The OBJ file. Points, normals and coordinates that no triangle uses are left out."""
-        uvs = None if self.uvs is None or self.uv_faces is None else _used(self.uvs, self.uv_faces)
-        normals = None if self.normals is None or self.normal_faces is None else _used(self.normals, self.normal_faces)
-        return encode_obj(*_used(self.points, self.faces), uvs, normals)
+        uvs = None if self.uvs is None or self.uv_faces is None else _select_used(self.uvs, self.uv_faces)
+        normals = (
+            None if self.normals is None or self.normal_faces is None else _select_used(self.normals, self.normal_faces)
+        )
+        return encode_obj(*_select_used(self.points, self.faces), uvs, normals)
 
 
-def _used(values: NDArray[Any], indices: NDArray[np.int64]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+def _select_used(values: NDArray[Any], indices: NDArray[np.int64]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """The values that are used, each once, in their order, without negative zeros."""
     used, inverse = np.unique(indices, return_inverse=True)
     return values[used].astype(np.float32) + np.float32(0), inverse.reshape(indices.shape)
@@ -92,9 +94,9 @@ class UsdMeshReader:
 
     geom: Any
     time: Any
-    _made: dict[Any, TriangleMesh] = field(default_factory=dict[Any, TriangleMesh])
+    _made: dict[Any, UsdMesh] = field(default_factory=dict[Any, UsdMesh])
 
-    def read(self, prim: Prim) -> TriangleMesh:
+    def read(self, prim: Prim) -> UsdMesh:
         """The triangles of a `Mesh` prim, in its own frame and unit.
 
         Raises:
@@ -105,7 +107,7 @@ class UsdMeshReader:
             self._made[key] = self._read(prim)
         return self._made[key]
 
-    def _read(self, prim: Prim) -> TriangleMesh:
+    def _read(self, prim: Prim) -> UsdMesh:
         mesh = self.geom.Mesh(prim)
         points = _array(mesh.GetPointsAttr().Get(self.time), np.float64).reshape(-1, 3)
         counts = _array(mesh.GetFaceVertexCountsAttr().Get(self.time), np.int64)
@@ -125,7 +127,7 @@ class UsdMeshReader:
             raise MeshError("it has no faces")
         normals = self._corner_values(mesh, "normals", 3, (indices, corners, sources), len(points))
         uvs = self._corner_values(mesh, "st", 2, (indices, corners, sources), len(points))
-        return TriangleMesh(points, indices[corners], sources, *normals, *uvs)
+        return UsdMesh(points, indices[corners], sources, *normals, *uvs)
 
     def _corner_values(
         self, mesh: Any, name: str, width: int, faces: tuple[NDArray[np.int64], ...], points: int
@@ -170,7 +172,7 @@ def _triangulate(
     return (corners[:, ::-1] if flipped else corners), sources
 
 
-def solid_mesh(kind: str, axis: str, sizes: tuple[float, ...]) -> TriangleMesh:
+def solid_mesh(kind: str, axis: str, sizes: tuple[float, ...]) -> UsdMesh:
     """The surface of a solid that a scene file cannot say: scaled unevenly, sheared or tapered.
 
     Args:
@@ -187,7 +189,7 @@ def solid_mesh(kind: str, axis: str, sizes: tuple[float, ...]) -> TriangleMesh:
         turn = {"X": 0, "Y": 1, "Z": 2}[axis]
         found = np.roll(points, turn, axis=1), faces, np.roll(normals, turn, axis=1)
     points, faces, normals = found
-    return TriangleMesh(
+    return UsdMesh(
         np.asarray(points, np.float64),
         np.asarray(faces, np.int64),
         np.arange(len(faces)),

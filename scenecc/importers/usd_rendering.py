@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from scenecc.importers.imported_scene import Asset
     from scenecc.importers.usd_bodies import UsdBody
-    from scenecc.importers.usd_materials import UsdMaterials
+    from scenecc.importers.usd_materials import UsdMaterialReader
     from scenecc.importers.usd_stage import Prim, UsdStage
 
 _NITS: Final = 1000.0
@@ -28,7 +28,7 @@ class RenderingReader:
     def __init__(
         self,
         stage: UsdStage,
-        materials: UsdMaterials,
+        materials: UsdMaterialReader,
         owner: Callable[[Prim], UsdBody | None],
         where: Mapping[str, str],
     ) -> None:

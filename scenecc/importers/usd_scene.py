@@ -12,10 +12,10 @@ from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import cut
 from scenecc.importers.imported_scene import ImportContext, ImportedScene, ReferencePose
 from scenecc.importers.numbers import Names, plain_name, plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_articulations import ArticulationWriter, Tree, find_trees, merge_settings
-from scenecc.importers.usd_bodies import BodyReader, UsdBody
-from scenecc.importers.usd_joints import JointReader, UsdJoint, constraint_keys
-from scenecc.importers.usd_materials import UsdMaterials
+from scenecc.importers.usd_articulations import ArticulationWriter, JointTree, find_trees, merge_settings
+from scenecc.importers.usd_bodies import UsdBody, UsdBodyReader
+from scenecc.importers.usd_joints import UsdJoint, UsdJointReader, constraint_keys
+from scenecc.importers.usd_materials import UsdMaterialReader
 from scenecc.importers.usd_rendering import RenderingReader
 from scenecc.importers.usd_shapes import SOLID_TYPES
 from scenecc.importers.usd_stage import UP_ROTATIONS, Prim, UsdLayers, UsdStage
@@ -48,20 +48,20 @@ def _read_opened(stage: UsdStage, path: Path, context: ImportContext) -> Importe
         if prim.IsA(stage.geom.Xformable) and not np.isfinite(stage.frames.world(prim)).all():
             message = f"the transform of {prim.GetPath()} is not finite"
             context.sink.report("SC430", message, Location(str(path)))
-    check_types(stage, context.sink)
-    return None if context.sink.failed else SceneReader(stage, context).read()
+    check_attribute_types(stage, context.sink)
+    return None if context.sink.failed else UsdSceneReader(stage, context).read()
 
 
 _MIN_UNIT: Final = 1e-9
 
 
-class SceneReader:
+class UsdSceneReader:
     """Makes the document of a stage."""
 
     def __init__(self, stage: UsdStage, context: ImportContext) -> None:
         self._stage = stage
-        self._materials = UsdMaterials(stage, context.sink)
-        self._reader = BodyReader(stage, self._materials)
+        self._materials = UsdMaterialReader(stage, context.sink)
+        self._reader = UsdBodyReader(stage, self._materials)
         self._parsed = _parse(stage)
         self._names = Names("world")
         self._bodies: dict[str, UsdBody] = {}
@@ -183,7 +183,7 @@ class SceneReader:
 
     def _joints(self) -> list[UsdJoint]:
         poses = {path: body.pose for path, body in self._bodies.items()}
-        reader = JointReader(self._stage, poses)
+        reader = UsdJointReader(self._stage, poses)
         found = [reader.read(parsed, kind) for kind, parsed in self._parsed.get("Joint", [])]
         order = {prim.GetPath(): k for k, prim in enumerate(self._stage.prims())}
         return sorted((joint for joint in found if joint is not None), key=lambda joint: order[joint.prim.GetPath()])
@@ -197,7 +197,7 @@ class SceneReader:
                 found.setdefault(str(body), prim)
         return found
 
-    def _entities(self, groups: dict[str, UsdBody], trees: list[Tree]) -> dict[str, Any]:
+    def _entities(self, groups: dict[str, UsdBody], trees: list[JointTree]) -> dict[str, Any]:
         by_body = {body: tree for tree in trees for body in tree.bodies}
         done: set[int] = set()
         entities: dict[str, Any] = {}
@@ -215,7 +215,7 @@ class SceneReader:
         shapes = any(key in keys for key in ("shapes", "collisions", "visuals"))
         if not shapes and body.body_type != "dynamic":
             return {}
-        name = self._new(self._names, self._wish(body.prim), body.prim)
+        name = self._find_free_name(self._names, self._wish(body.prim), body.prim)
         self._where[path] = name
         placed = pose_key(body.pose)
         if not shapes:
@@ -228,13 +228,13 @@ class SceneReader:
         self._keys[path] = {**kind, **placed, **keys}
         return {name: self._keys[path]}
 
-    def _articulation(self, tree: Tree) -> dict[str, Any]:
+    def _articulation(self, tree: JointTree) -> dict[str, Any]:
         name = self._names.new(self._tree_wish(tree))
         link_names, joint_names = Names(*(() if tree.root else ("world",))), Names()
         links: dict[str, str] = {}
         for path in tree.bodies:
             prim = self._bodies[path].prim
-            links[path] = self._new(link_names, self._wish(prim), prim)
+            links[path] = self._find_free_name(link_names, self._wish(prim), prim)
             self._where[path] = f"{name}/{links[path]}"
         joints = {id(joint): joint_names.new(joint.name) for joint in tree.joints}
         writer = ArticulationWriter(self._stage, self._reader, self._bodies)
@@ -243,7 +243,7 @@ class SceneReader:
         merge_settings(entity)
         return {name: entity}
 
-    def _tree_wish(self, tree: Tree) -> str:
+    def _tree_wish(self, tree: JointTree) -> str:
         """The name of an articulation: of the innermost prim that holds all its bodies."""
         if (
             tree.prim is not None
@@ -289,7 +289,7 @@ class SceneReader:
             }
         return found
 
-    def _new(self, names: Names, wish: str, prim: Prim) -> str:
+    def _find_free_name(self, names: Names, wish: str, prim: Prim) -> str:
         """A free name. One that the language does not take as it is is told."""
         if plain_name(wish) != wish:
             self._stage.lose("names", f"`{cut(wish)}` is called `{plain_name(wish)}`", prim)
@@ -370,7 +370,7 @@ _PRECISION: Final = re.compile(r"(?<=\d)[fdhi]\b|(?<=Quat)[fdh]\b")
 _TEXT: Final = re.compile(r"\b(TfToken|string)\b")
 
 
-def check_types(stage: UsdStage, sink: Sink) -> None:
+def check_attribute_types(stage: UsdStage, sink: Sink) -> None:
     """Reports attributes (SC430) that are numbers where text is read, colours where numbers are read, and the like."""
     for prim in stage.prims():
         is_shader = prim.IsA(stage.shade.Shader)
@@ -379,18 +379,18 @@ def check_types(stage: UsdStage, sink: Sink) -> None:
             name = str(attribute.GetName())
             declared = definition.GetSchemaAttributeSpec(name)
             if declared is not None:
-                wanted = _family(declared.typeName.type)
+                wanted = _type_family(declared.typeName.type)
             elif READ_OF_PHYSX.fullmatch(name):
                 wanted = "number"
             else:
                 wanted = _OF_LOOKS.get(name.removeprefix("inputs:")) if is_shader else None
-            found = {_family(each.typeName.type) for each in attribute.GetPropertyStack(stage.time)}
+            found = {_type_family(each.typeName.type) for each in attribute.GetPropertyStack(stage.time)}
             if wanted is not None and (wrong := found - {wanted}):
                 message = f"`{name}` of {prim.GetPath()} is of the type `{wrong.pop()}`, not `{wanted}`"
                 sink.report("SC430", message, Location(str(stage.path)))
 
 
-def _family(kind: Any) -> str:
+def _type_family(kind: Any) -> str:
     """A type of usd-core without the precision of its numbers."""
     return _TEXT.sub("text", _PRECISION.sub("", _NUMBER.sub("number", str(kind.typeName))))
 
@@ -424,21 +424,25 @@ class CollisionFilters:
     def add_filtered(self, parsed: Iterable[Any]) -> None:
         """Adds the pairs of `FilteredPairsAPI`s. `parsed`: bodies, shapes and articulations of UsdPhysics."""
         for each in parsed:
-            others = [other for path in each.filteredCollisions for other in self._below(str(path))]
+            others = [other for path in each.filteredCollisions for other in self._list_bodies(str(path))]
             if not others:
                 continue
-            own = self._below(str(each.primPath))
-            if any(len(self._bodies[body].colliders) > 1 for body in (*own, *others) if body not in self._named(each)):
+            own = self._list_bodies(str(each.primPath))
+            if any(
+                len(self._bodies[body].colliders) > 1
+                for body in (*own, *others)
+                if body not in self._find_filtered(each)
+            ):
                 prim = self._stage.prim(each.primPath)
                 self._stage.lose("collision-filters", "a filter between single colliders, which holds for bodies", prim)
             self._pairs |= {frozenset((a, b)) for a in own for b in others if a != b}
 
-    def _named(self, parsed: Any) -> set[str]:
+    def _find_filtered(self, parsed: Any) -> set[str]:
         """Bodies that a filter names as a whole."""
         paths = [str(path) for path in (parsed.primPath, *parsed.filteredCollisions)]
-        return {body for path in paths for body in self._below(path) if f"{body}/".startswith(f"{path}/")}
+        return {body for path in paths for body in self._list_bodies(path) if f"{body}/".startswith(f"{path}/")}
 
-    def _below(self, path: str) -> list[str]:
+    def _list_bodies(self, path: str) -> list[str]:
         """The bodies at a path and below it; of a collider, its body."""
         found = [body for body in self._bodies if f"{body}/".startswith(f"{path}/")]
         if found:
@@ -452,7 +456,7 @@ class CollisionFilters:
     def add_groups(self) -> None:
         """Adds the pairs of collision groups. Pairs of which only some colliders are kept apart are told."""
         apart = {
-            frozenset((name, str(other))) for name, group in self._groups.items() for other in self._ignored(group)
+            frozenset((name, str(other))) for name, group in self._groups.items() for other in self._list_ignored(group)
         }
         if not apart:
             return
@@ -470,7 +474,7 @@ class CollisionFilters:
                 elif found == {True}:
                     self._pairs |= {frozenset((a, b)) for a in ones for b in others if a != b}
 
-    def _ignored(self, group: Any) -> list[str]:
+    def _list_ignored(self, group: Any) -> list[str]:
         named = [str(path) for path in group.filteredGroups]
         # Of what UsdPhysics has parsed this one flag may be uninitialised memory.
         inverted = self._stage.value(self._stage.prim(group.primPath), "physics:invertFilteredGroups", default=False)

@@ -13,7 +13,7 @@ from scenecc.geometry.rotations import IDENTITY, Pose7, compose
 from scenecc.importers.imported_scene import Asset
 from scenecc.importers.meshes import MeshError
 from scenecc.importers.numbers import plain_number, plain_numbers, pose_key
-from scenecc.importers.usd_meshes import TriangleMesh, solid_mesh
+from scenecc.importers.usd_meshes import UsdMesh, solid_mesh
 from scenecc.importers.usd_stage import Prim, UsdStage, scale_of, split_matrix
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class UsdShape:
         return {**self.keys, **pose_key(self.pose)}
 
 
-class ShapeReader:
+class UsdShapeReader:
     """Makes shapes of prims.
 
     Args:
@@ -92,7 +92,7 @@ class ShapeReader:
         found = self.solid(prim, body)
         return [] if found is None else [found]
 
-    def read_mesh(self, prim: Prim) -> TriangleMesh | None:
+    def read_mesh(self, prim: Prim) -> UsdMesh | None:
         """The triangles of a mesh; None where its data is none, which is told."""
         try:
             return self._stage.meshes.read(prim)
@@ -100,7 +100,7 @@ class ShapeReader:
             self._stage.lose("visuals", f"a mesh: {fault}", prim)
             return None
 
-    def mesh_shape(self, prim: Prim, mesh: TriangleMesh, body: Pose7, kind: str, suffix: str = "") -> UsdShape:
+    def mesh_shape(self, prim: Prim, mesh: UsdMesh, body: Pose7, kind: str, suffix: str = "") -> UsdShape:
         """A mesh as a shape that names a file. `kind`: the shape's type; `suffix`: of the file's name."""
         pose, scale, mesh = self._place(mesh, prim, body)
         keys: dict[str, Any] = {"type": kind, "file": self._asset(prim, mesh, suffix)}
@@ -109,9 +109,7 @@ class ShapeReader:
             keys["scale"] = row[0] if max(scale) - min(scale) <= 1e-7 * max(scale) else row
         return UsdShape(keys, pose, None)
 
-    def _place(
-        self, mesh: TriangleMesh, prim: Prim, body: Pose7
-    ) -> tuple[Pose7, tuple[float, float, float], TriangleMesh]:
+    def _place(self, mesh: UsdMesh, prim: Prim, body: Pose7) -> tuple[Pose7, tuple[float, float, float], UsdMesh]:
         """Pose and scale of a mesh in its body. What shears or mirrors is in the points then."""
         pose, stretch = self._local(prim, body)
         scale = scale_of(stretch)
@@ -119,7 +117,7 @@ class ShapeReader:
             return pose, scale, mesh
         return pose, (1.0, 1.0, 1.0), mesh.moved(stretch)
 
-    def _asset(self, prim: Prim, mesh: TriangleMesh, suffix: str = "") -> Asset:
+    def _asset(self, prim: Prim, mesh: UsdMesh, suffix: str = "") -> Asset:
         name = prim.GetParent().GetName() if prim.GetName().lower() in {"mesh", "geometry", "geom"} else prim.GetName()
         return Asset(f"{name}{suffix}.obj", mesh.to_obj())
 
@@ -261,7 +259,7 @@ class ShapeReader:
         mass = mesh_mass(mesh, pose, stretch, hull=hull)
         return UsdShape(shape.keys, shape.pose, mass, exact=approximation != "sdf")
 
-    def _bounds(self, prim: Prim, mesh: TriangleMesh, body: Pose7, approximation: str) -> UsdShape:
+    def _bounds(self, prim: Prim, mesh: UsdMesh, body: Pose7, approximation: str) -> UsdShape:
         """The box of a mesh in its own frame, or the sphere around that box."""
         pose, stretch = self._local(prim, body)
         points = mesh.points[np.unique(mesh.faces)] @ stretch.T
@@ -317,7 +315,7 @@ def _ball_mass(pose: Pose7, radius: float) -> SolidMass:
     return _solid_mass(pose, 4 / 3 * math.pi * radius**3, (radius * radius / 5,) * 3)
 
 
-def mesh_mass(mesh: TriangleMesh, pose: Pose7, stretch: NDArray[np.float64], *, hull: bool = False) -> SolidMass | None:
+def mesh_mass(mesh: UsdMesh, pose: Pose7, stretch: NDArray[np.float64], *, hull: bool = False) -> SolidMass | None:
     """Of what a mesh encloses after a `stretch` and a pose; of its hull where that is meant. None: nothing."""
     from importlib import import_module  # noqa: PLC0415
 

@@ -11,7 +11,7 @@ import numpy as np
 from scenecc.diagnostics.messages import index_ranges
 from scenecc.geometry.rotation_arrays import pose_matrix, rotation_matrix
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.inspect.facts import Fact, Facts, Item, axis_words, fact, mount_words, plain_data
+from scenecc.inspect.facts import Fact, FactReader, Item, axis_words, fact, mount_words, plain_data
 from scenecc.inspect.varying import Fields, VaryingField, entity_fields, object_fields
 from scenecc.plan import ArticulationStructure, BodyStructure, Constraint, Plane, VisualPlane
 from scenecc.plan.display import link_shape_path, shape_path
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity
 
 
-def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float] | None:
+def measure_extents(structure: BodyStructure, row: int = 0) -> tuple[float, float, float] | None:
     """The extents of a body along the axes of its own frame [m], visual shapes included.
 
     Args:
@@ -138,7 +138,7 @@ def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made |
     structures = entity.structures if row is None else (entity.structure(row),)
     one = structures[0]
     words = body_types(structures)
-    facts = [*scene_facts(entity.scene_idxs, plan), *Facts(plan, row).value("pose", entity.pose)]
+    facts = [*scene_facts(entity.scene_idxs, plan), *FactReader(plan, row).value("pose", entity.pose)]
     if entity.hidden:
         facts.append(Fact("hidden", value=True, words="from sensors"))
     body = _Bodies(entity, plan, row, made)
@@ -171,7 +171,7 @@ class _Bodies:
         self._plan = plan
         self._row = row
         self._made = made
-        self._facts = Facts(plan, row)
+        self._facts = FactReader(plan, row)
         differing = entity_fields(entity, plan).varying if row is None else ()
         names = [field.field for field in differing if not field.field.startswith("pose.")]
         of_bodies = {name.rsplit(".", 1)[-1] for name in names if ".joint." not in name}
@@ -187,7 +187,7 @@ class _Bodies:
             return
         yield fact("link_count", len(structure.links))
         yield fact("dof", len(structure.active_joints))
-        yield from self._measured(structure)
+        yield from self._measured_facts(structure)
         yield from self._facts.of(structure, without=("links", "mimics"))
 
     def groups(
@@ -198,15 +198,15 @@ class _Bodies:
             return (("shapes", tuple(self._shapes(structure, in_link=False))),)
         return (("links", tuple(self._link(structure, number) for number in range(len(structure.links)))),)
 
-    def _measured(self, structure: ArticulationStructure) -> Iterator[Fact]:
+    def _measured_facts(self, structure: ArticulationStructure) -> Iterator[Fact]:
         """Measured mass and size of all links."""
         made = self._made_of(structure)
         if made:
             masses = [body.mass.mass for body in made if body.mass is not None]
             if masses:
-                yield self._in_scene(fact("mass", sum(masses)), differs=self._mass_differs)
+                yield self._with_scene(fact("mass", sum(masses)), differs=self._mass_differs)
         if made and (size := measured_size(made)) is not None:
-            yield self._in_scene(_size(size), differs=self._stance_differs)
+            yield self._with_scene(_size(size), differs=self._stance_differs)
 
     def _made_of(self, structure: BodyStructure | ArticulationStructure) -> tuple[MeasuredBody, ...]:
         """The measured bodies of a structure; none if it was not built."""
@@ -220,15 +220,15 @@ class _Bodies:
         if given is not None and (made is None or (self._row is None and given.may_vary)):
             yield from self._facts.value("mass", given)
         elif made is not None and made.mass is not None and (body.collisions or body.inertial is not None):
-            yield self._in_scene(fact("mass", made.mass.mass), differs=self._mass_differs)
-        planned = extent(body, self._row or 0) if self._row is not None or not self._size_differs else None
+            yield self._with_scene(fact("mass", made.mass.mass), differs=self._mass_differs)
+        planned = measure_extents(body, self._row or 0) if self._row is not None or not self._size_differs else None
         size = planned or (measured_size((made,)) if made is not None else None)
         if size is not None:
-            yield self._in_scene(_size(size), differs=planned is None and self._size_differs)
+            yield self._with_scene(_size(size), differs=planned is None and self._size_differs)
         yield from self._facts.of(body, without=("body_type", "collisions", "visuals", "mass", "inertial"))
         yield from self._facts.of(body.inertial, "inertial", without=("mass",))
 
-    def _in_scene(self, measured: Fact, *, differs: bool) -> Fact:
+    def _with_scene(self, measured: Fact, *, differs: bool) -> Fact:
         """A measured fact, with its scene if it may differ in others."""
         if self._made is None or not differs:
             return measured
@@ -299,7 +299,7 @@ class _Bodies:
         joint = link.joint
         assert joint is not None
         units = _SLIDING if joint.type == "prismatic" else _TURNING
-        facts = Facts(self._plan, self._row, units)
+        facts = FactReader(self._plan, self._row, units)
         found: list[Fact] = []
         frame = joint.pose_in_child
         if joint.type != "fixed" and (frame is None or self._row is not None or frame.is_constant):
@@ -372,9 +372,9 @@ def articulation_size(links: Iterable[Any]) -> Size | None:
 
 def _engine_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
     """Points that bound a shape of the engine. `pose`: of the shape."""
-    from scenecc.backends.sapien.measure import read_geometry
+    from scenecc.backends.sapien.measure import read_live_geometry
 
-    geometry, sizes = read_geometry(shape)
+    geometry, sizes = read_live_geometry(shape)
     solid = geometry if issubclass(geometry, Solid) else None
     vertices = np.asarray(shape.vertices * shape.scale, np.float64) if hasattr(shape, "vertices") else None
     return _bounds(solid, sizes, vertices, pose.to_transformation_matrix().astype(np.float64))
@@ -435,7 +435,7 @@ def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, 
         idxs = tuple(index for index in entity.scene_idxs if index in asked)
         if idxs:
             fields = entity_fields(entity, plan)
-            rows.append(_planned(entity, idxs, fields) if batch is None else _built(entity, idxs, batch, fields))
+            rows.append(_planned_row(entity, idxs, fields) if batch is None else _built(entity, idxs, batch, fields))
     others: list[tuple[Section, Constraint | Environment | Light | Camera]] = [
         *[("constraints", one) for one in plan.constraints],
         *[("environment", one) for one in (plan.environment,) if one is not None],
@@ -480,14 +480,14 @@ def _other(
     )
 
 
-def _planned(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> SummaryRow:
+def _planned_row(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> SummaryRow:
     structures = entity.structures
     first = entity.structure(entity.scene_idxs.index(scene_idxs[0])) if _is_known(entity) else structures[0]
     row = _common(entity, first, scene_idxs, fields)
     return replace(
         row,
         shape_count=max(map(_shape_count, structures)),
-        size=None if row.size_differs or isinstance(first, ArticulationStructure) else extent(first),
+        size=None if row.size_differs or isinstance(first, ArticulationStructure) else measure_extents(first),
         field_count=fields.count,
         varying=fields.varying,
     )
@@ -530,9 +530,9 @@ def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, field
     row = entity.scene_idxs.index(scene_idxs[0])
     structure = entity.structure(row)
     if isinstance(structure, ArticulationStructure):
-        masses, size = _of_links(batch.articulations[entity.name].objs)
+        masses, size = _measure_links(batch.articulations[entity.name].objs)
     else:
-        masses, size = _of_bodies(batch.entities[entity.name].objs, structure, row)
+        masses, size = _measure_bodies(batch.entities[entity.name].objs, structure, row)
     return replace(
         _common(entity, structure, scene_idxs, fields),
         mass=masses[0] if masses else None,
@@ -541,13 +541,13 @@ def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, field
     )
 
 
-def _of_links(objs: list[Any]) -> tuple[list[float], tuple[float, float, float] | None]:
+def _measure_links(objs: list[Any]) -> tuple[list[float], tuple[float, float, float] | None]:
     """Masses of some articulations [kg], and the size of the first [m]."""
     masses = [float(sum(link.get_mass() for link in obj.get_links())) for obj in objs]
     return masses, articulation_size(sorted(objs[0].get_links(), key=lambda link: link.get_index()))
 
 
-def _of_bodies(
+def _measure_bodies(
     objs: list[Any], structure: BodyStructure, row: int
 ) -> tuple[list[float], tuple[float, float, float] | None]:
     """Masses of some bodies [kg], and the size of the first [m], which has this structure and row."""
@@ -555,7 +555,7 @@ def _of_bodies(
     # SAPIEN gives a body without collision shapes a milligram.
     weighs = bool(structure.collisions) or structure.inertial is not None
     masses = [mass for obj in objs if (mass := getattr(_rigid_body(obj), "mass", None)) is not None] if weighs else []
-    return masses, extent(structure, row) or (None if body is None else mesh_size(body))
+    return masses, measure_extents(structure, row) or (None if body is None else mesh_size(body))
 
 
 def _rigid_body(obj: Any) -> Any:

@@ -135,7 +135,7 @@ _MOST_LISTED: Final = 64
 """Maximum number of alternatives that are listed for programs; of more, the bounds are."""
 
 
-class Facts:
+class FactReader:
     """Reads the fields of a plan's dataclasses.
 
     Args:
@@ -171,7 +171,7 @@ class Facts:
     def value(self, name: str, value: Value) -> Iterator[Fact]:
         """The facts of a value; of a pose the position, and the rotation unless it is the identity."""
         if self.row is None and not value.is_constant:
-            yield from self._pose(name, value) if is_pose(name) else (self._varying(name, value),)
+            yield from self._pose(name, value) if is_pose(name) else (self._make_varying_fact(name, value),)
             return
         found: Any = value.row(self.row or 0).tolist()
         last = name.rsplit(".", 1)[-1]
@@ -228,7 +228,7 @@ class Facts:
             elif one != _IDENTITY:
                 yield Fact(f"{name}.q", list(one), rotation_words(list(one)))
 
-    def _varying(self, name: str, value: Value) -> Fact:
+    def _make_varying_fact(self, name: str, value: Value) -> Fact:
         last = name.rsplit(".", 1)[-1]
         unit = self._unit(name) if _is_number(value.bounds.low) else ""
         return Fact(name, self._range(last, value.bounds, value), varying_words(last, value, self.plan.files, unit))
@@ -236,12 +236,12 @@ class Facts:
     def _range(self, name: str, support: ValueBounds, value: Value) -> dict[str, Any]:
         data: dict[str, Any] = {}
         if support.alternatives is not None and len(support.alternatives) <= _MOST_LISTED:
-            data["alternatives"] = [self._plain(name, item) for item in support.alternatives]
+            data["alternatives"] = [self._plain_item(name, item) for item in support.alternatives]
         elif support.low is not None:
             data |= {"low": plain_data(support.low), "high": plain_data(support.high)}
         return data | ({"at_reset": True} if value.recipe is not None else {})
 
-    def _plain(self, name: str, item: Any) -> Any:
+    def _plain_item(self, name: str, item: Any) -> Any:
         if is_file(name):
             return self.plan.files[int(item)].uri
         return not item if name == "gravity" else plain_data(item)

@@ -16,7 +16,7 @@ from scenecc.diagnostics.messages import cut, suggest
 from scenecc.errors import SceneError
 from scenecc.files import open_regular
 from scenecc.inspect.entities import Made, entity_item, scene_facts, summarize, used_materials
-from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
+from scenecc.inspect.facts import Fact, FactReader, Item, fact, mount_words, some_words
 from scenecc.named_files import DICT
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import CompileResult, Source, build_batch, compile_or_raise, list_result_params, select_scenes
@@ -61,7 +61,7 @@ def scene_item(
     if plan.description:
         facts.append(Fact("description", plan.description, plan.description.partition("\n")[0]))
     groups: list[tuple[str, Item | tuple[Item, ...]]] = [
-        ("physics", Item("", "", tuple(Facts(plan, 0).of(plan.physics)) or _DEFAULTS)),
+        ("physics", Item("", "", tuple(FactReader(plan, 0).of(plan.physics)) or _DEFAULTS)),
         ("parameters", tuple(_param(row, given or {}) for row in params)),
         ("entities", tuple(entity_item(one, plan, scene, made.get(one.name)) for one in _in(plan.entities, scene))),
         ("constraints", tuple(_object(one, one.joint, plan, scene) for one in _in(plan.constraints, scene))),
@@ -74,7 +74,7 @@ def scene_item(
         expected = [one for one in plan.expectations if scene is None or scene in getattr(one, "scene_idxs", (scene,))]
         groups.append(("expect", tuple(Item(one.name, describe_expectation(one), ()) for one in expected)))
     if plan.environment is not None:
-        facts_of = Facts(plan, scene)
+        facts_of = FactReader(plan, scene)
         around = (*facts_of.of(plan.environment, without=("map",)), *facts_of.of(plan.environment.map, "map"))
         groups.append(("environment", Item("", _map_word(plan), around)))
     groups += [("materials", _materials(plan, scene)), ("variation", _variation(plan, scene)), ("files", files)]
@@ -104,7 +104,7 @@ _DESCRIBED_FIELDS: Final = frozenset({"name", "scene_idxs", "parent", "joint", "
 
 def _object(one: Constraint | Light | Camera, kind: Any, plan: ScenePlan, scene: int | None) -> Item:
     """The item of a constraint, light or camera. `kind`: its joint, light or lens, whose fields are inlined."""
-    facts = Facts(plan, None if scene is None else one.scene_idxs.index(scene))
+    facts = FactReader(plan, None if scene is None else one.scene_idxs.index(scene))
     first: tuple[Fact, ...] = ()
     if isinstance(one, Constraint):
         parent = mount_words(one.parent)
@@ -153,7 +153,7 @@ def _materials(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
             row = None if scene is None else having[0].scene_idxs.index(scene)
             names = tuple(entity.name for entity in having)
             used = Fact("used_by", list(names), some_words(names))
-            items.append(Item("", kind, (fact("number", number), *Facts(plan, row).of(material), used)))
+            items.append(Item("", kind, (fact("number", number), *FactReader(plan, row).of(material), used)))
     return tuple(items)
 
 
@@ -194,12 +194,12 @@ def file_items(
         if not role:
             # What nothing of the plan has is part of what names it: a material file, a texture, an SRDF.
             owner = used.get(next((by_uri[name] for name in by if name in by_uri), path), ("other", ()))[0]
-            role = owner if path.suffix.lower() not in _IMAGES else "heights" if _by_scenes(by) else "texture"
+            role = owner if path.suffix.lower() not in _IMAGES else "heights" if _is_of_scene_files(by) else "texture"
         found.append(_item(uri, path, role, by, names))
     return tuple(found)
 
 
-def _by_scenes(names: Sequence[str]) -> bool:
+def _is_of_scene_files(names: Sequence[str]) -> bool:
     """Whether only scene files name a file, as they do the heights of terrain, which the plan holds itself."""
     return bool(names) and all(name == DICT or name.lower().endswith((".yaml", ".yml")) for name in names)
 
@@ -216,7 +216,7 @@ def _uses(plan: ScenePlan) -> dict[int, tuple[str, tuple[str, ...]]]:
 def _values(plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
     """Every value that names files: what these are for, the value, and what has it."""
     for entity in plan.entities:
-        yield from _of_entity(entity, plan)
+        yield from _list_values(entity, plan)
     for light in plan.lights:
         texture = getattr(light.light, "texture", None)
         if isinstance(texture, Texture):
@@ -228,7 +228,7 @@ def _values(plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
             yield "environment", value, "environment"
 
 
-def _of_entity(entity: Entity, plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
+def _list_values(entity: Entity, plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
     for structure in entity.structures:
         if isinstance(structure, ArticulationStructure):
             yield from (("robot", file, entity.name) for file in structure.description_files)
@@ -334,7 +334,7 @@ def inspect_source(source: Source, **given: Unpack[InspectArguments]) -> Inspect
     done = compile_or_raise(source, asked, sink)
     plan = done.plan
     chosen = _chosen(plan, scene, entity, sink)
-    made = _made(plan, chosen, scene, sink, given.get("progress")) if build and chosen else {}
+    made = _measure_entities(plan, chosen, scene, sink, given.get("progress")) if build and chosen else {}
     if entity is not None:
         item = entities_item(chosen, plan, scene=scene, made=made)
     else:
@@ -359,7 +359,7 @@ def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) 
     return chosen
 
 
-def _made(
+def _measure_entities(
     plan: ScenePlan,
     entities: list[Entity],
     scene: int | None,
@@ -367,12 +367,12 @@ def _made(
     progress: Callable[[int, int], None] | None,
 ) -> dict[str, Made]:
     """Builds and measures some entities; by name."""
-    from scenecc.backends.sapien.measure import measure
+    from scenecc.backends.sapien.measure import measure_bodies
 
     first = {one.name: one.scene_idxs[0] if scene is None else scene for one in entities}
     idxs = sorted({*first.values()})
     with build_batch(plan, sink, scene_idxs=idxs, render=False, audit=False, progress=progress) as batch:
-        measured = measure(batch)
+        measured = measure_bodies(batch)
     return {
         one.entity.name: (at.index, one)
         for at in measured.scenes

@@ -80,7 +80,7 @@ def _shown_bounds(value: Value) -> tuple[ValueBounds, bool]:
 def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str = "") -> str:
     """The possible values of a field, for people. `name`: of the field in scene files."""
     support, drawn = _shown_bounds(value)
-    start, end = ("", ", as drawn") if drawn else _around(support)
+    start, end = ("", ", as drawn") if drawn else _bound_words(support)
     words = _words(name, support, files)
     each = " each" if words.endswith(" each") else ""
     return f"{start}{words.removesuffix(each)} {unit}".rstrip() + each + end
@@ -91,7 +91,7 @@ def pose_words(value: Value) -> tuple[str, str]:
     support, drawn = _shown_bounds(value)
     if support.low is None:
         return ("by an expression", "by an expression")
-    start, end = ("", ", as drawn") if drawn else _around(support)
+    start, end = ("", ", as drawn") if drawn else _bound_words(support)
     p, q = slice_value_bounds(support, 0, 3), slice_value_bounds(support, 3, 7)
     return f"{start}{format_value_bounds(p)} m{end}", _rotation(q, start, end)
 
@@ -124,7 +124,7 @@ def _fields(nodes: Iterable[Any], plan: ScenePlan) -> Fields:
     varying: list[VaryingField] = []
     for label, items in found.items():
         if any(item.varies for item in items):
-            varying += _differing(label, items, plan)
+            varying += _list_differing(label, items, plan)
     return Fields(sum(2 if is_pose(label) else 1 for label in found), tuple(varying))
 
 
@@ -175,10 +175,10 @@ def _material(where: str, materials: list[Any]) -> Iterator[_Found]:
         )
 
 
-def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[VaryingField]:
+def _list_differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[VaryingField]:
     support = union_bounds(item.bounds for item in items)
     at_reset = any(item.at_reset for item in items)
-    start, end = ("", ", as drawn") if any(item.drawn for item in items) else _around(support)
+    start, end = ("", ", as drawn") if any(item.drawn for item in items) else _bound_words(support)
     if is_pose(label) and support.low is not None:
         p, q = slice_value_bounds(support, 0, 3), slice_value_bounds(support, 3, 7)
         if p.low != p.high:
@@ -190,7 +190,7 @@ def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[Var
     yield VaryingField(label, start + _words(name, support, plan.files) + end, at_reset)
 
 
-def _around(support: ValueBounds) -> tuple[str, str]:
+def _bound_words(support: ValueBounds) -> tuple[str, str]:
     """Words around bounds: those of an expression may be wider than its values."""
     return ("", "") if support.exact or support.alternatives is not None else ("within ", "")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.articulations.links import beyond_limits
+from scenecc.lower.articulations.links import find_target_beyond_limits
 from scenecc.lower.field_types import FieldType, field_type, vector
 from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
 from scenecc.lower.link_frames import moved_along_x
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.entities import EntityLowerer
-    from scenecc.lower.rendering import MountLookup
+    from scenecc.lower.mounts import MountLookup
     from scenecc.plan import Entity
     from scenecc.robots.description import DescribedConstraint
 
@@ -130,7 +130,7 @@ def _warn_beyond_limits(target: Any, limits: Value | None, fields: FieldLowerer,
     place = field_place(origin)
     variation = VariationLowerer(fields, place.origin)
     value = fields.finish(variation.item(target, _NUMBER, place), variation, _NUMBER, place.origin, reset=True)
-    found = beyond_limits(limits, value)
+    found = find_target_beyond_limits(limits, value)
     if found is not None:
         (_, at, low, high), certain = found
         pulls = "pulls" if certain else "may pull"
@@ -266,9 +266,9 @@ class ConstraintLowerer:
 
     def describe(self) -> tuple[Constraint, ...]:
         """The constraints of robots' files."""
-        return tuple(self._described(name, *found) for name, found in self._entities.constraints.items())
+        return tuple(self._lower_constraint(name, *found) for name, found in self._entities.constraints.items())
 
-    def _described(
+    def _lower_constraint(
         self, name: str, constraint: DescribedConstraint, entities: Mapping[str, str], place: Origin
     ) -> Constraint:
         ends = [
@@ -317,7 +317,7 @@ class ConstraintLowerer:
             joint=lower_constraint_joint(written, fields, origin),
             child=child,
             parent=parent,
-            pose_in_parent=self._in_parent(written, (child, parent), in_child, fields, origin),
+            pose_in_parent=self._pose_in_parent(written, (child, parent), in_child, fields, origin),
             pose_in_child=in_child,
             enabled=fields.optional(written.enabled, _ENABLED, origin, "enabled"),
             origin=origin,
@@ -350,7 +350,7 @@ class ConstraintLowerer:
             self._sink.report("SC341", message, origin, at="key")
         return scenes
 
-    def _in_parent(
+    def _pose_in_parent(
         self,
         written: Any,
         mounts: tuple[Mount, Mount | None],

@@ -6,11 +6,12 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.lower.collision_groups import GroupBits, find_group
 from scenecc.lower.field_types import BODY_FIELDS, COLOR, FieldType, report_exclusive_keys, report_unused_key
 from scenecc.lower.frames import FrameGraph
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, LoweredMaterial, MaterialChoice, MaterialLowerer
-from scenecc.lower.shapes import GroupBits, ShapeDefaults, ShapeLowerer, find_group
+from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
 from scenecc.plan import BodyStructure, Entity, Inertial, literal
 from scenecc.plan.properties import Bounds
 from scenecc.spec.body import BodySpec
@@ -114,7 +115,7 @@ class EntityLowerer:
             bodies: lowers those of the document.
             articulations: makes what lowers its articulations.
         """
-        made = self._made(bodies, articulations)
+        made = self._lower_structures(bodies, articulations)
         for one in made:
             self.frames.structures[one.name] = one.structures, one.pick
             linked = tuple(each for each in one.structures if not isinstance(each, BodyStructure))
@@ -131,7 +132,9 @@ class EntityLowerer:
                 self.linked.append(entities[-1])
         return tuple(entities)
 
-    def _made(self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]) -> list[_UnplacedEntity]:
+    def _lower_structures(
+        self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]
+    ) -> list[_UnplacedEntity]:
         """The structures of the entities, before any is placed: one may be posed relative to a link of another."""
         made: list[_UnplacedEntity] = []
         scopes, of_all = self._names.scopes, self._sampling.fields()
@@ -145,7 +148,7 @@ class EntityLowerer:
                 structures = (bodies.lower(entity, place, fields),)
             elif "variants" not in entity.__class__.model_fields:
                 linked = linked or articulations()
-                made += self._linked(name, linked.lower(entity, place, fields), place, hidden=entity.hidden)
+                made += self._lower_linked(name, linked.lower(entity, place, fields), place, hidden=entity.hidden)
                 continue
             else:
                 # An expanded document has no others.
@@ -154,7 +157,7 @@ class EntityLowerer:
             made.append(_UnplacedEntity(name, place, structures, pick, fixed=fixed, hidden=entity.hidden))
         return made
 
-    def _linked(
+    def _lower_linked(
         self, name: str, built: list[LoweredArticulation], place: Origin, *, hidden: bool
     ) -> list[_UnplacedEntity]:
         """What a robot's file or a tree of links makes."""
@@ -255,7 +258,7 @@ class BodyLowerer:
         collisions, visuals = self._shapes.shapes(layers, default, fields)
         properties: dict[str, Value] = {}
         for body, origin in layers:
-            self._knobs(body, origin, fields, properties)
+            self._lower_properties(body, origin, fields, properties)
         # Written out: left out, the shapes were forgotten.
         meant = not (collisions or visuals) and any("shapes" in body.model_fields_set for body, _ in layers)
         return BodyStructure(
@@ -278,12 +281,12 @@ class BodyLowerer:
         if len(layers) == 1 and layers[0][0].color is None and layers[0][0].density is None:
             # Many bodies name a material and nothing else.
             surface = self._materials.surface(layers[0][0].material, layers[0][1], fields)
-            return found if surface is None else self._of_surface(surface)
+            return found if surface is None else self._surface_defaults(surface)
         for layer in layers:
             body = layer[0]
             if body.material is None and body.color is None and body.density is None:
                 continue
-            surface, color, density = self._given(layer, fields)
+            surface, color, density = self._lower_defaults(layer, fields)
             found = ShapeDefaults(
                 found.surface if surface is None else surface,
                 found.color if color is None else color,
@@ -291,7 +294,7 @@ class BodyLowerer:
             )
         return found
 
-    def _given(self, layer: Layer, fields: FieldLowerer) -> LayerDefaults:
+    def _lower_defaults(self, layer: Layer, fields: FieldLowerer) -> LayerDefaults:
         """What a layer gives its shapes. All variants of an entity have one layer in common, which is lowered once."""
         body, origin = layer
         if self._last is None or self._last[0] is not origin:
@@ -301,13 +304,13 @@ class BodyLowerer:
             self._last = origin, (surface, color, density)
         return self._last[1]
 
-    def _of_surface(self, surface: LoweredMaterial | MaterialChoice) -> ShapeDefaults:
+    def _surface_defaults(self, surface: LoweredMaterial | MaterialChoice) -> ShapeDefaults:
         known = self._by_surface.get(id(surface))
         if known is None:
             known = self._by_surface[id(surface)] = ShapeDefaults(surface)
         return known
 
-    def _knobs(self, body: Any, origin: Origin, fields: FieldLowerer, properties: dict[str, Value]) -> None:
+    def _lower_properties(self, body: Any, origin: Origin, fields: FieldLowerer, properties: dict[str, Value]) -> None:
         given = body.model_fields_set
         for name in _BODY_KEYS & given:
             field, kind = BODY_FIELDS[name]

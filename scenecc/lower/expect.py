@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.lower.rendering import MountLookup
+from scenecc.lower.mounts import MountLookup
 from scenecc.plan import BodyStructure
 from scenecc.plan.expect import BodyPair, Condition, Expectation, NoOverlap, Reading, Settled
 from scenecc.plan.scene import find_body, has_joint
@@ -55,11 +55,11 @@ def lower_expectations(
             while name in used:
                 name, number = f"{one.name}.{number}", number + 1
             used.add(name)
-            found.append(one if name == one.name else _renamed(one, name))
+            found.append(one if name == one.name else _with_name(one, name))
     return tuple(found)
 
 
-def _renamed(one: Expectation, name: str) -> Expectation:
+def _with_name(one: Expectation, name: str) -> Expectation:
     from dataclasses import replace  # noqa: PLC0415 - files that are included seldom expect anything
 
     return replace(one, name=name)
@@ -98,7 +98,7 @@ class _PartLowerer:
         prefix = f"{self._scope}/" if self._scope else ""
         inside = self._inside()
         if spec.settled is not None:
-            yield self._settled(spec.settled, f"{prefix}settled", inside, origin.child("settled"))
+            yield self._lower_settled(spec.settled, f"{prefix}settled", inside, origin.child("settled"))
         if spec.no_overlap is not None:
             yield self._no_overlap(spec.no_overlap, f"{prefix}no_overlap", inside, origin.child("no_overlap"))
         for number, one in enumerate(spec.holds):
@@ -113,7 +113,7 @@ class _PartLowerer:
         scopes = ((name, self._names.scopes.get(name, "")) for name in self._entities)
         return tuple(name for name, scope in scopes if f"{scope}/".startswith(f"{self._scope}/"))
 
-    def _settled(self, spec: SettledSpec, name: str, inside: tuple[str, ...] | None, origin: Origin) -> Settled:
+    def _lower_settled(self, spec: SettledSpec, name: str, inside: tuple[str, ...] | None, origin: Origin) -> Settled:
         excepted: list[str] = []
         for number, written in enumerate(spec.except_):
             place = origin.child("except", number)
@@ -153,11 +153,11 @@ class _PartLowerer:
             return None
         readings = [Reading(one, "draw", (full,)) for one, full in draws.items()]
         for written, (function, *arguments) in that.observations.items():
-            names = self._observed(function, arguments, scenes, place, that.place(written))
+            names = self._resolve_names(function, arguments, scenes, place, that.place(written))
             readings.append(Reading(written, function, names))  # pyright: ignore[reportArgumentType]
         return Condition(name, scenes, spec.after, that.within(None), spec.because, tuple(readings), origin)
 
-    def _observed(
+    def _resolve_names(
         self, function: str, arguments: list[str], scenes: tuple[int, ...], place: Origin, span: tuple[int, int]
     ) -> tuple[str, ...]:
         """The full names of what is observed; what is not there is reported. `span`: of the call in the expression."""

@@ -247,7 +247,7 @@ class FrameGraph:
         chain = self._chain(name)
         for member, parent in reversed(chain.items()):
             if member not in self._standing:
-                self._standing[member] = self._stand(member, parent)
+                self._standing[member] = self._frame_pose(member, parent)
         return self._standing[name]
 
     def _is_placed(self, name: str) -> bool:
@@ -291,9 +291,9 @@ class FrameGraph:
             local = lower_pose(pose, origin, ("pose",), self._sink)
         if pose.__class__ is not PoseMapping or pose.anchor is None:
             return local, variation
-        return self._anchored(name, local, pose.anchor, variation)
+        return self._pose_of_origin(name, local, pose.anchor, variation)
 
-    def _anchored(
+    def _pose_of_origin(
         self, name: str, local: Any, anchor: str, variation: VariationLowerer | None
     ) -> tuple[Any, VariationLowerer | None]:
         """The pose of an origin, where that of a point of the bounds is given."""
@@ -327,7 +327,7 @@ class FrameGraph:
         variation.computed |= not points.known
         return composed(local, Rows(fields.scenes, tuple(rows))), variation
 
-    def _stand(self, name: str, parent: str | None) -> FramePose:
+    def _frame_pose(self, name: str, parent: str | None) -> FramePose:
         if self._is_placed(name):
             variation = VariationLowerer(self._fields_of(name), self.origin(name))
             variation.drawn = True
@@ -345,10 +345,10 @@ class FrameGraph:
             return FramePose(local, variation, None, local, around, 1, read)
         if outer.depth < MAX_COMPOSED_POSES:
             return FramePose(local, variation, parent, composed(outer.world, local), around, outer.depth + 1, read)
-        world = composed(self._shared(parent, outer.world), local)
+        world = composed(self._share_pose(parent, outer.world), local)
         return FramePose(local, variation, parent, world, around, 2, read)
 
-    def _shared(self, name: str, world: Any) -> Any:
+    def _share_pose(self, name: str, world: Any) -> Any:
         """A pose by its name: of a chain that varies and has no end, the rest would nest in it without end."""
         if world.__class__ not in NODE_TYPES:
             return world

@@ -99,14 +99,14 @@ class MaterialLowerer:
         if given is None:
             return None
         if given.__class__ is str:
-            return self._referred(given, owner, ("material",), fields)
+            return self._find_material(given, owner, ("material",), fields)
         if isinstance(given, Material):
             return self._lower(given, owner.child("material"), fields)
 
         def find(one: Any, place: Origin) -> LoweredMaterial:
             if isinstance(one, Material):
                 return self._lower(one, place, fields)
-            return self._referred(one, place, (), fields)
+            return self._find_material(one, place, (), fields)
 
         named = read_references(given, field_place(owner.child("material")), fields, find)
         each = tuple(found or PLAIN_SURFACE for found in named.found)
@@ -126,7 +126,7 @@ class MaterialLowerer:
                 if name not in used:
                     self._sink.report("SC313", f"the material `{cut(name)}` is never used", place, at="key")
 
-    def _referred(self, name: str, owner: Origin, at: tuple[str, ...], fields: FieldLowerer) -> LoweredMaterial:
+    def _find_material(self, name: str, owner: Origin, at: tuple[str, ...], fields: FieldLowerer) -> LoweredMaterial:
         full = qualified(name, fields.scope) if fields.scope or name[0] == "/" else name
         found = self._lowered.get(full)
         if found is None:
@@ -199,7 +199,7 @@ class MaterialLowerer:
 
         def unwrap(one: Any, place: FieldPlace) -> tuple[Any, FieldPlace]:
             mapping = isinstance(one, TextureMapping)
-            samplings.append((_sampling(one) if mapping else None, place))
+            samplings.append((_read_sampling(one) if mapping else None, place))
             return (one.file, place.key("file")) if mapping else (one, place)
 
         file = self._tables.files_of(given, origin, fields, unwrap)
@@ -212,7 +212,7 @@ class MaterialLowerer:
         return file and Texture(file, *(sampling or ()))
 
 
-def _sampling(given: TextureMapping) -> tuple[Any, ...]:
+def _read_sampling(given: TextureMapping) -> tuple[Any, ...]:
     return (given.mipmap_levels, given.filter_mode, given.address_mode, given.srgb)
 
 

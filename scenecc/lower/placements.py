@@ -13,8 +13,8 @@ from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, MAX_COORDINATE
 from scenecc.lower.field_types import FieldType, field_type, report_exclusive_keys, report_unused_key
 from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
+from scenecc.lower.mounts import MountLookup
 from scenecc.lower.poses import ROTATIONS, pose_item, warn_probable_degrees
-from scenecc.lower.rendering import MountLookup
 from scenecc.placing.bodies import Part, UnsupportedShapeError, entity_parts, matrices, rows_in, rows_of
 from scenecc.placing.place import Placer, PlacingError
 from scenecc.placing.regions import headings, rectangle_of
@@ -52,6 +52,8 @@ _LOW, _HIGH = (
     field_type(end, conversion=f"{end}_corner", fallback=(0.0, 0.0, far), pad=far)
     for end, far in (("low", -MAX_COORDINATE), ("high", MAX_COORDINATE))
 )
+
+_COLLISIONS_HINT = "give it `collisions`, or write it as `shapes`, which collide and are visible"
 
 
 def placed_nodes(scene: SceneFile) -> dict[str, tuple[str, Any]]:
@@ -94,7 +96,7 @@ class PlacementLowerer:
         """The placements in the order in which they are made; what was reported is missing."""
         made: dict[str, Placement] = {}
         for name, (section, place) in self._placed.items():
-            one = self._placement(name, place, self._origin.child(section, name))
+            one = self._lower_placement(name, place, self._origin.child(section, name))
             if one is not None:
                 made[name] = one
         if self._sink.failed:
@@ -102,25 +104,25 @@ class PlacementLowerer:
         # An instance counts where the first of what it holds stands.
         number = {name: index for index, name in enumerate(self._built)}
         first = {name: min((number[member] for member in one.entities), default=0) for name, one in made.items()}
-        ordered = self._ordered({name: made[name] for name in sorted(made, key=first.__getitem__)})
+        ordered = self._order({name: made[name] for name in sorted(made, key=first.__getitem__)})
         warn_of_areas(ordered, self._upright, self._built, self._sink)
         return ordered
 
-    def _placement(self, name: str, place: Any, owner: Origin) -> Placement | None:
+    def _lower_placement(self, name: str, place: Any, owner: Origin) -> Placement | None:
         origin, fields = owner.child("place"), self._entities.fields(name)
         if owner.path[0] == "frames" and name not in self._names.anchors.values():
             self._sink.report("SC101", "unknown key `place` of a frame", origin, at="key", hint="write a `pose`")
             return None
-        inner = [one for one in self._placed if self._names.scopes.get(one, "").startswith(name)]
+        inner = [one for one in self._placed if f"{self._names.scopes.get(one, '')}/".startswith(f"{name}/")]
         if owner.path[0] == "frames" and inner:
             message = f"`{cut(name)}` places `{cut(inner[0])}` itself"
             self._sink.report("SC358", message, origin, at="key", hint="give the instance a `pose`")
             return None
         if owner.path[0] == "entities" and self._scene.entities[name].pose is not None:
             report_exclusive_keys("pose", "place", owner, self._sink)
-        kind = self._one_key(place, _KINDS, origin, required=True)
-        where = self._one_key(place, _WHERE, origin)
-        turn = self._one_key(place, _TURNS, origin)
+        kind = self._only_key(place, _KINDS, origin, required=True)
+        where = self._only_key(place, _WHERE, origin)
+        turn = self._only_key(place, _TURNS, origin)
         if turn not in ROTATIONS:
             self._upright.add(name)
         if kind is None:
@@ -129,22 +131,23 @@ class PlacementLowerer:
         if target is None or not self._collides(target, origin.child(kind)):
             return None
         made = Placement(
-            name, fields.scenes, kind, target, self._members(name), near=self._near(place, name, fields, origin),
+            name, fields.scenes, kind, target, self._find_members(name),
+            near=self._lower_nearness(place, name, fields, origin),
             apart=place.apart, gap=place.gap, tries=place.tries, origin=origin,
-            height=self._height(place, kind, fields, origin),
+            height=self._lower_height(place, kind, fields, origin),
         )  # fmt: skip
         if place.at is not None:
             made = replace(made, at=fields.value(place.at, _POINT, owner, "place", "at", reset=True))
         elif where == "region":
-            made = self._region(made, place.region, fields, owner)
+            made = self._with_region(made, place.region, fields, owner)
         elif self._is_endless(target):
             self._sink.report(
                 "SC352", f"`{target}` is a plane without an end", origin.child(kind), hint="write `region` or `at`"
             )
-        made = self._axes(made, place, fields, owner)
-        return self._turned(made, place, turn, fields, owner)
+        made = self._with_axes(made, place, fields, owner)
+        return self._with_rotation(made, place, turn, fields, owner)
 
-    def _one_key(self, place: Any, keys: tuple[str, ...], origin: Origin, *, required: bool = False) -> Any:
+    def _only_key(self, place: Any, keys: tuple[str, ...], origin: Origin, *, required: bool = False) -> Any:
         given = [key for key in keys if getattr(place, key) is not None]
         if len(given) > 1:
             report_exclusive_keys(given[0], given[1], origin, self._sink)
@@ -159,7 +162,7 @@ class PlacementLowerer:
             return Mount(found.entity)
         return found
 
-    def _members(self, name: str) -> tuple[Mount, ...]:
+    def _find_members(self, name: str) -> tuple[Mount, ...]:
         if not self._member_names:
             for entity in self._built:
                 self._member_names.setdefault(self._frames.placed_root(entity), []).append(entity)
@@ -168,8 +171,8 @@ class PlacementLowerer:
     def _collides(self, target: Mount, place: Origin) -> bool:
         if any(self._shapes(target)):
             return True
-        hint = "give it `collisions`, or write it as `shapes`, which collide and are visible"
-        self._sink.report("SC359", f"nothing stands on `{target}`: it has no colliding shape", place, hint=hint)
+        message = f"nothing stands on `{target}`: it has no colliding shape"
+        self._sink.report("SC359", message, place, hint=_COLLISIONS_HINT)
         return False
 
     def _is_endless(self, target: Mount) -> bool:
@@ -182,7 +185,7 @@ class PlacementLowerer:
                 if target.link in {None, name}:
                     yield from body.collisions
 
-    def _near(self, place: Any, name: str, fields: FieldLowerer, origin: Origin) -> tuple[Nearness, ...]:
+    def _lower_nearness(self, place: Any, name: str, fields: FieldLowerer, origin: Origin) -> tuple[Nearness, ...]:
         found: list[Nearness] = []
         for other, (least, most) in place.near.items():
             where = origin.child("near", other)
@@ -191,11 +194,27 @@ class PlacementLowerer:
                 self._sink.report("SC107", f"the least distance {least:g} is above the greatest, {most:g}", where)
             if mount is not None and mount.link is not None:
                 self._sink.report("SC331", f"`near` names entities, and `{cut(other)}` is a link", where, at="key")
-            elif mount is not None:
+            elif mount is not None and self._has_distances(mount, where):
                 found.append(Nearness(mount.entity, least, most))
+        if found and not any(any(self._shapes(member)) for member in self._find_members(name)):
+            message = f"`near` measures between colliding shapes, and `{cut(name)}` has none"
+            self._sink.report("SC359", message, origin.child("near"), at="key", hint=_COLLISIONS_HINT)
         return tuple(found)
 
-    def _height(self, place: Any, kind: str, fields: FieldLowerer, origin: Origin) -> Value | None:
+    def _has_distances(self, other: Mount, place: Origin) -> bool:
+        """Whether distances from an entity can be computed, for `near`; reported where not."""
+        shapes = [*self._shapes(other)]
+        if not shapes:
+            message, hint = f"`near` measures between colliding shapes, and `{other}` has none", _COLLISIONS_HINT
+        elif self._is_endless(other):
+            message = f"`near` measures no distance from a plane, and all colliding shapes of `{other}` are planes"
+            hint = "remove it; `region` or `at` says where on a plane"
+        else:
+            return True
+        self._sink.report("SC359", message, place, at="key", hint=hint)
+        return False
+
+    def _lower_height(self, place: Any, kind: str, fields: FieldLowerer, origin: Origin) -> Value | None:
         if place.height is None:
             if kind == "above":
                 self._sink.report("SC102", "`above` needs the key `height`", origin, at="key")
@@ -208,7 +227,7 @@ class PlacementLowerer:
             self._sink.report("SC107", "the least height is above the greatest", origin.child("height"))
         return value
 
-    def _region(self, made: Placement, region: Any, fields: FieldLowerer, owner: Origin) -> Placement:
+    def _with_region(self, made: Placement, region: Any, fields: FieldLowerer, owner: Origin) -> Placement:
         at: tuple[str, ...] = ("place", "region")
         if isinstance(region, str):
             frame = self._names.full_name(region, self._names.scopes.get(made.name, ""))
@@ -239,7 +258,7 @@ class PlacementLowerer:
             radius=fields.value(region.radius, _RADIUS, owner, *at, "radius", reset=True),
         )
 
-    def _axes(self, made: Placement, place: Any, fields: FieldLowerer, owner: Origin) -> Placement:
+    def _with_axes(self, made: Placement, place: Any, fields: FieldLowerer, owner: Origin) -> Placement:
         if place.relative_to is None:
             return made
         frame = self._names.parent(made.name, place.relative_to)
@@ -257,7 +276,9 @@ class PlacementLowerer:
             self._roots[made.name] = root
         return replace(made, frame=frame)
 
-    def _turned(self, made: Placement, place: Any, turn: str | None, fields: FieldLowerer, owner: Origin) -> Placement:
+    def _with_rotation(
+        self, made: Placement, place: Any, turn: str | None, fields: FieldLowerer, owner: Origin
+    ) -> Placement:
         if turn is None:
             return made
         at = owner.child("place", turn)
@@ -282,7 +303,7 @@ class PlacementLowerer:
             return replace(made, rotation=literal(item))
         return replace(made, rotation=fields.finish(item, variation, _QUATERNION, at, reset=True))
 
-    def _ordered(self, made: dict[str, Placement]) -> tuple[Placement, ...]:
+    def _order(self, made: dict[str, Placement]) -> tuple[Placement, ...]:
         """Build-time placements first, then the others, each after those that it reads."""
         owner = {member: one.name for one in made.values() for member in one.entities}
         reads: dict[str, dict[str, Origin]] = {}
@@ -534,7 +555,7 @@ def place_as_built(plan: ScenePlan, sampling: SamplingContext, frames: FrameGrap
     except UnsupportedShapeError as error:
         sink.report("SC357", f"nothing can be placed beside {error}", origin)
     except AssetError as error:
-        sink.report(error.code, error.message, origin, hint=error.hint)
+        error.report(sink, origin)
     except ComputeLimitError as error:
         sink.report("SC604", error.message, origin, hint=COMPUTE_LIMIT_HINT)
     except DrawError as error:

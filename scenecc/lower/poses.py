@@ -226,13 +226,13 @@ def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple
     given = pose.model_fields_set
     forms = ROTATIONS & given
     if "matrix" in given:
-        others = [*(key for key in ("p", "anchor") if getattr(pose, key) is not None), *_ordered(forms)]
+        others = [*(key for key in ("p", "anchor") if getattr(pose, key) is not None), *_in_language_order(forms)]
         if others:
             message = f"`matrix` stands alone, not beside {_listed_keys(others)}"
             sink.report("SC111", message, owner.child(*at, others[0]), at="key")
         return "matrix", not others
     if len(forms) > 1:
-        first, second, *_ = names = _ordered(forms)
+        first, second, *_ = names = _in_language_order(forms)
         message = f"{_listed_keys(names)} exclude each other: a pose has one rotation"
         place = owner.child(*at)
         report_exclusive_keys(first, second, place, sink, message=message, related="the other rotation")
@@ -329,7 +329,7 @@ def _fixed_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
     return (x, y, z, *rotations.from_matrix(((a, b, c), (d, e, f), (g, h, i))))
 
 
-def _ordered(forms: frozenset[str]) -> list[str]:
+def _in_language_order(forms: frozenset[str]) -> list[str]:
     """In the order in which the language names them."""
     return [name for name in PoseMapping.model_fields if name in forms]
 

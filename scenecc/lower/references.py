@@ -188,7 +188,7 @@ def _look_up_every_name(node: Computed, origin: Origin, lookup: _ReferenceLookup
         lookup.found.append(None)
         return
     sink = lookup.fields.sink
-    with sink.alike():
+    with sink.merge_repeats():
         for name in names:
             if isinstance(name, str):
                 lookup.number(name, origin)

@@ -1,4 +1,4 @@
-"""Lights, cameras and the environment, and what they and constraints are mounted on."""
+"""Lowers lights, cameras and the environment."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from math import radians
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.messages import cut, listed, suggest_name
 from scenecc.geometry.rotations import IDENTITY, shortest_from_x
 from scenecc.lower.field_types import (
     LIGHT_COLOR,
@@ -18,12 +17,10 @@ from scenecc.lower.field_types import (
     report_unused_key,
 )
 from scenecc.lower.fields import FieldLowerer, FieldPlace, VariationLowerer, field_place
-from scenecc.lower.link_frames import find_link
 from scenecc.lower.local_poses import report_unused_anchor
+from scenecc.lower.mounts import MountLookup
 from scenecc.lower.poses import POSE, lower_angle, pose_item
-from scenecc.lower.references import PlanTables, name_prefixes
-from scenecc.plan import ArticulationStructure, Value, literal
-from scenecc.plan.body import Mount
+from scenecc.plan import Value, literal
 from scenecc.plan.rendering import (
     AreaLight,
     Camera,
@@ -46,112 +43,17 @@ from scenecc.variation.forms import alternative_values
 from scenecc.variation.nodes import Pointing, Posed
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Iterator
-
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import Origin, RelatedPlace
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.entities import EntityLowerer
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.materials import MaterialLowerer
+    from scenecc.lower.references import PlanTables
     from scenecc.plan import Entity
+    from scenecc.plan.body import Mount
     from scenecc.spec.document import SceneFile
     from scenecc.spec.rendering import CameraSpec as CameraKeys
     from scenecc.spec.rendering import EnvironmentSpec as EnvironmentKeys
-
-
-class MountLookup:
-    """Finds what names mean: ENTITY, or ENTITY/LINK.
-
-    Of an entity's name with slashes the longest that exists is meant. An articulation without a link stands for its
-    root link.
-
-    Args:
-        entities: all of the plan.
-        unread: names of entities whose files are wrong, which was reported: what they hold is not known.
-        names: of the document.
-        sink: takes the diagnostics.
-    """
-
-    def __init__(self, entities: Iterable[Entity], unread: Container[str], names: NameScopes, sink: Sink) -> None:
-        self._entities = {entity.name: entity for entity in entities}
-        self._unread = unread
-        self._names = names
-        self._sink = sink
-
-    def find(
-        self,
-        written: str,
-        scope: str,
-        scenes: tuple[int, ...],
-        place: Origin,
-        *,
-        span: tuple[int, int] | None = None,
-    ) -> Mount | None:
-        """What is meant; None where it was reported.
-
-        Args:
-            written: the name.
-            scope: in which it is written; "" for the document.
-            scenes: in which it must exist.
-            place: of the name.
-            span: the part of the text at `place`; None: all of it.
-        """
-        prefix = self._names.prefixes.get(scope, "")
-        if written.startswith("/"):
-            prefix, scope, written = "", "", written[1:]
-        entity, rest = self._split(prefix + written, len(prefix))
-        if entity is None:
-            if any(name in self._unread for name in name_prefixes(prefix + written, len(prefix))):
-                return None
-            seen = list(self._seen_from(prefix, scope))
-            inside = tuple(name[len(prefix) :] for name in self._entities if name.startswith(f"{prefix}{written}/"))
-            hint = listed(inside) or suggest_name(written, seen, self._sink, self._links_of(prefix, seen))
-            self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint, span=span)
-            return None
-        mount = self._link(entity, rest, place, span)
-        missing = None if entity.scene_idxs is scenes else set(scenes).difference(entity.scene_idxs)
-        if mount is not None and missing:
-            self._absent(entity, min(missing), place)
-            return None
-        return mount
-
-    def _absent(self, entity: Entity, scene: int, place: Origin) -> None:
-        related: list[RelatedPlace] = []
-        if entity.origin is not None:
-            related.append((f"where `{cut(entity.name)}` is", entity.origin.child("scene_idxs"), "value"))
-        message = f"`{cut(entity.name)}` is not in scene {scene}, and this is"
-        hint = f"write the `scene_idxs` of `{cut(entity.name)}` here too"
-        self._sink.report("SC311", message, place, hint=hint, related=related)
-
-    def _split(self, name: str, shortest: int) -> tuple[Entity | None, str | None]:
-        """The entity with the longest name that a name begins with, and what is left."""
-        for ahead in name_prefixes(name, shortest):
-            entity = self._entities.get(ahead)
-            if entity is not None:
-                return entity, name[len(ahead) + 1 :] or None
-        return None, None
-
-    def _seen_from(self, prefix: str, scope: str) -> Iterable[str]:
-        for name in self._entities:
-            if name.startswith(prefix) and self._names.scopes.get(name, "") == scope:
-                yield name[len(prefix) :]
-
-    def _links_of(self, prefix: str, seen: Iterable[str]) -> Iterator[str]:
-        """The links of entities, as they are written."""
-        for name in seen:
-            first = self._entities[prefix + name].structures[0]
-            if isinstance(first, ArticulationStructure):
-                for link in first.links:
-                    yield f"{name}/{link.name}"
-
-    def _link(self, entity: Entity, link: str | None, place: Origin, span: tuple[int, int] | None) -> Mount | None:
-        if not isinstance(entity.structures[0], ArticulationStructure):
-            if link is None:
-                return Mount(entity.name)
-            self._sink.report("SC331", f"`{cut(entity.name)}` is a body and has no links", place, span=span)
-            return None
-        found = find_link(entity.name, entity.structures, link, place, self._sink, span)
-        return None if found is None else Mount(entity.name, found)
 
 
 _FORWARD = (1.0, 0.0, 0.0)
@@ -369,15 +271,15 @@ class _RenderObjectLowerer:
             fields: over its scenes.
             origin: of it.
         """
-        made = self._typed(light, fields, origin)
+        made = self._make_light(light, fields, origin)
         shadow = self._shadow(light, fields, origin)
         color = fields.value(light.color, LIGHT_COLOR, origin, "color")
         mount = self._mount(light, fields, origin)
-        mount_pose = self._stand(light, fields, origin)
+        mount_pose = self._read_light_pose(light, fields, origin)
         pose = self._pose(qualified_name("lights", name), light, "a light", mount_pose, fields, origin)
         return made and Light(name, fields.scenes, made, pose, color, mount, shadow, origin)
 
-    def _typed(self, light: Any, fields: FieldLowerer, origin: Origin) -> Any:
+    def _make_light(self, light: Any, fields: FieldLowerer, origin: Origin) -> Any:
         match light.type:
             case "directional":
                 return DirectionalLight()
@@ -395,10 +297,10 @@ class _RenderObjectLowerer:
                 return texture and TexturedLight(*self._cone(light, fields, origin), texture)
 
     def _cone(self, light: Any, fields: FieldLowerer, origin: Origin) -> tuple[Value, Value]:
-        inner, outer = (self._opening(light, name, fields, origin) for name in ("inner_fov", "outer_fov"))
+        inner, outer = (self._read_opening(light, name, fields, origin) for name in ("inner_fov", "outer_fov"))
         return inner, outer
 
-    def _opening(self, light: Any, name: str, fields: FieldLowerer, origin: Origin) -> Value:
+    def _read_opening(self, light: Any, name: str, fields: FieldLowerer, origin: Origin) -> Value:
         found = lower_angle(light, name, origin, fields)
         if found is None:
             message = f"a light of type {light.type} needs `{name}` [rad] or `{name}_deg`"
@@ -423,7 +325,7 @@ class _RenderObjectLowerer:
             fields.optional(light.shadow_map_size, _MAP_SIZE, origin, "shadow_map_size"),
         )
 
-    def _stand(self, light: Any, fields: FieldLowerer, origin: Origin) -> MountPose:
+    def _read_light_pose(self, light: Any, fields: FieldLowerer, origin: Origin) -> MountPose:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
             for key in given:

@@ -8,13 +8,14 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.lower.collision_groups import GroupBits, assign_group_bits
 from scenecc.lower.deferred_checks import check_rows
 from scenecc.lower.draws import check_argument_rows, lower_draws, report_unused_draws
 from scenecc.lower.entities import BodyLowerer, EntityLowerer
 from scenecc.lower.fields import SamplingContext
 from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
 from scenecc.lower.references import FileResolver, MeshReader, PlanTables, RobotReader, RobotRequest
-from scenecc.lower.shapes import GroupBits, ShapeLowerer, assign_group_bits
+from scenecc.lower.shapes import ShapeLowerer
 from scenecc.plan import ScenePlan
 from scenecc.plan.body import AssetFile, Friction
 from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
@@ -358,7 +359,7 @@ class _SectionLowerer:
 
     def plan(self, name: str, physics: Physics) -> ScenePlan:
         """The plan without files and materials, of which unused ones come last. `name`: if the document has none."""
-        seen = self._rendering()
+        seen = self._lower_rendering()
         return ScenePlan(
             name=self.scene.name or name,
             description=self.scene.description,
@@ -375,7 +376,7 @@ class _SectionLowerer:
             origin=self.origin,
         )
 
-    def _rendering(self) -> RenderObjects | None:
+    def _lower_rendering(self) -> RenderObjects | None:
         scene = self.scene
         if scene.environment is None and not scene.lights and not scene.cameras:
             return None
@@ -390,7 +391,7 @@ class _SectionLowerer:
         if not self.scene.constraints and not self.entities.constraints:
             return ()
         from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
-        from scenecc.lower.rendering import MountLookup  # noqa: PLC0415 - likewise
+        from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - likewise
 
         sink = self.sampling.sink
         mounts = MountLookup(self.built, self.entities.frames.unread, self.names, sink)

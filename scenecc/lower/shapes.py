@@ -1,4 +1,4 @@
-"""Shapes, their geometry and their collision groups, as written, to those of the plan: one row a type in each table."""
+"""Lowers shapes and their geometry: one row a type in each table."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc import plan
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.field_types import COLOR, MIRROR_SCALE, SCALE, FieldType, field_type, report_unused_key
 from scenecc.lower.local_poses import shape_pose
 from scenecc.lower.materials import (
@@ -19,9 +18,9 @@ from scenecc.lower.materials import (
     MaterialLowerer,
     with_base_color,
 )
-from scenecc.lower.references import PlanTables, qualified, scope_of, select_per_scene
+from scenecc.lower.references import PlanTables, select_per_scene
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
-from scenecc.plan.body import DEFAULT_COLLISION_GROUPS, VisualMaterial
+from scenecc.plan.body import VisualMaterial
 from scenecc.plan.geometry import MAX_HEIGHTS, MAX_TOTAL_HEIGHTS, REVOLVED_SOLIDS, SOLIDS, heights_fault
 from scenecc.plan.properties import DEFAULT_DENSITY, properties_of
 
@@ -29,73 +28,6 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.spec.physics import CollisionGroup
-
-GROUPS = 31
-"""32 bits of an integer, less the one for what has no group."""
-
-GroupBits = tuple[int, int, int, int]
-
-DEFAULT_BITS: GroupBits = DEFAULT_COLLISION_GROUPS
-"""What SAPIEN gives to a shape without a group."""
-
-
-def assign_group_bits(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict[str, GroupBits]:
-    """The four integers of each group.
-
-    Args:
-        groups: as written, in order; the order decides the bits.
-        origin: of `collision_groups`.
-        sink: takes the diagnostics.
-    """
-    if len(groups) > GROUPS:
-        extra = list(groups)[GROUPS]
-        sink.report(
-            "SC312", f"{len(groups)} collision groups are more than the {GROUPS} bits", origin.child(extra), at="key"
-        )
-        return dict.fromkeys(groups, DEFAULT_BITS)
-    ignored = _ignored(groups, origin, sink)
-    bit = {name: 1 << (i + 1) for i, name in enumerate(groups)}
-    everything = 1 | sum(bit.values())
-    return {name: (bit[name], everything & ~sum(bit[other] for other in ignored[name]), 0, 0) for name in groups}
-
-
-def _ignored(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict[str, set[str]]:
-    ignored: dict[str, set[str]] = {name: set() for name in groups}
-    for name, group in groups.items():
-        scope = scope_of(name)
-        for i, written in enumerate(group.ignore):
-            other = qualified(written, scope)
-            if other not in groups:
-                place = origin.child(name, "ignore", i)
-                hint = suggest_name(written, groups, sink)
-                sink.report("SC302", f"there is no collision group `{cut(written)}`", place, hint=hint)
-                continue
-            ignored[name].add(other)
-            ignored[other].add(name)
-    return ignored
-
-
-def find_group(groups: dict[str, GroupBits], name: str, place: Origin, scope: str, sink: Sink) -> GroupBits | None:
-    """The four integers of a group; None, reported, where there is none of the name.
-
-    Args:
-        groups: as `assign_group_bits` gives them.
-        name: as written.
-        place: where it is written.
-        scope: of the names there.
-        sink: takes the diagnostics.
-    """
-    full = qualified(name, scope)
-    bits = groups.get(full)
-    if bits is None:
-        prefix = qualified("", scope_of(full))
-        name = full[len(prefix) :]
-        known = [group[len(prefix) :] for group in groups if group.startswith(prefix)]
-        hint = suggest_name(name, known, sink) if known else "name it under `collision_groups`"
-        sink.report("SC302", f"there is no collision group `{cut(name)}`", place, hint=hint)
-    return bits
-
 
 GeometryLowerer = Callable[[Any, "PlanTables", "FieldLowerer", "Origin"], Any]
 
@@ -116,7 +48,7 @@ def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, fields: Fi
 _PLAIN = frozenset((float, int, tuple))
 
 
-def _sized(make: Callable[..., Any], **sizes: FieldType) -> GeometryLowerer:
+def _solid_lowerer(make: Callable[..., Any], **sizes: FieldType) -> GeometryLowerer:
     """Lowers a shape that is given by sizes alone, in the order of its dataclass."""
 
     def lower(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Any:
@@ -132,7 +64,7 @@ def _scale(shape: Any, kind: FieldType, tables: PlanTables, fields: FieldLowerer
     return tables.size(scale if scale.__class__ is tuple else (scale, scale, scale))
 
 
-def _of_file(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any], Any]) -> GeometryLowerer:
+def _file_lowerer(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any], Any]) -> GeometryLowerer:
     """Lowers a file and its scale. `others`: of the shape, what its dataclass holds besides these."""
 
     def lower(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Any:
@@ -210,7 +142,7 @@ def coacd_params(keys: Any) -> plan.CoacdParams | None:
 
 
 _SOLIDS = {
-    kind: _sized(solid, **{name: field_type(name) for name in solid.__slots__})
+    kind: _solid_lowerer(solid, **{name: field_type(name) for name in solid.__slots__})
     for kind, solid in (SOLIDS | REVOLVED_SOLIDS).items()
 }
 
@@ -218,18 +150,18 @@ COLLISION_GEOMETRY: dict[str, GeometryLowerer] = {
     **_SOLIDS,
     "plane": _plane,
     "heightfield": _heightfield,
-    "convex_mesh": _of_file(plan.ConvexMesh, SCALE),
-    "convex_parts": _of_file(plan.ConvexParts, SCALE, coacd_params),
-    "triangle_mesh": _of_file(plan.TriangleMesh, SCALE, attrgetter("sdf")),
+    "convex_mesh": _file_lowerer(plan.ConvexMesh, SCALE),
+    "convex_parts": _file_lowerer(plan.ConvexParts, SCALE, coacd_params),
+    "triangle_mesh": _file_lowerer(plan.TriangleMesh, SCALE, attrgetter("sdf")),
 }
 """What collides of a type; None where a file was reported."""
 
 VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
     **_SOLIDS,
-    "plane": _sized(plan.VisualPlane, half_size=_HALF_SIZE_2),
+    "plane": _solid_lowerer(plan.VisualPlane, half_size=_HALF_SIZE_2),
     "heightfield": _heightfield,
-    **dict.fromkeys(("convex_mesh", "convex_parts", "triangle_mesh", "mesh"), _of_file(plan.Mesh, MIRROR_SCALE)),
-    "tiled_plane": _sized(plan.TiledPlane, half_size=_HALF_SIZE_2, texture_repeat=_REPEAT),
+    **dict.fromkeys(("convex_mesh", "convex_parts", "triangle_mesh", "mesh"), _file_lowerer(plan.Mesh, MIRROR_SCALE)),
+    "tiled_plane": _solid_lowerer(plan.TiledPlane, half_size=_HALF_SIZE_2, texture_repeat=_REPEAT),
 }
 """What is seen of a type; likewise."""
 
@@ -285,14 +217,14 @@ class ShapeLowerer:
         for key in _SHAPE_LISTS:
             for body, origin in layers:
                 for i, shape in enumerate(getattr(body, key)):
-                    collides, seen = self._sides(shape, key, default, fields, origin.child(key, i))
+                    collides, seen = self._lower_sides(shape, key, default, fields, origin.child(key, i))
                     if collides is not None:
                         collisions.append(collides)
                     if seen is not None:
                         visuals.append(seen)
         return collisions, visuals
 
-    def _sides(
+    def _lower_sides(
         self, shape: Any, key: str, default: ShapeDefaults, fields: FieldLowerer, origin: Origin
     ) -> tuple[CollisionShape | None, VisualShape | None]:
         """The sides of a shape that the list under a key is of."""
@@ -305,11 +237,11 @@ class ShapeLowerer:
             seen = collides if shared else make(shape, self._tables, fields, origin)
         surface, pose = self._surface(shape, default, fields, origin), shape_pose(shape, origin, fields)
         return (
-            collides and self._colliding(collides, shape, default, surface, pose, fields, origin),
-            seen and self._seen(seen, shape, default, surface, pose, fields, origin),
+            collides and self._make_collision(collides, shape, default, surface, pose, fields, origin),
+            seen and self._make_visual(seen, shape, default, surface, pose, fields, origin),
         )
 
-    def _colliding(
+    def _make_collision(
         self,
         geometry: Any,
         shape: Any,
@@ -323,7 +255,7 @@ class ShapeLowerer:
         if shape.density is not None:
             density = fields.value(shape.density, DENSITY, origin, "density")
         if isinstance(surface, MaterialChoice):
-            physical, otherwise = self._physicals(surface, default, geometry, fields)
+            physical, otherwise = self._choose_physicals(surface, default, geometry, fields)
         else:
             physical, otherwise = surface.physical, default.density if surface.density is None else surface.density
         written = _CONTACT_ITEMS(shape)
@@ -336,7 +268,7 @@ class ShapeLowerer:
         density = otherwise if density is None else density
         return CollisionShape(geometry, pose, physical, density, **values, origin=origin)
 
-    def _physicals(
+    def _choose_physicals(
         self, surfaces: MaterialChoice, default: ShapeDefaults, geometry: Any, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
         """The physical material and the density where the scenes have one of several materials."""
@@ -347,7 +279,7 @@ class ShapeLowerer:
         densities = [default.density if surface.density is None else surface.density for surface in surfaces.each]
         return physical, _select_or_default(densities, left_out, pick, rows)
 
-    def _seen(
+    def _make_visual(
         self,
         geometry: Any,
         shape: Any,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics.diagnostic import Path as KeyPath
     from scenecc.lsp.language import Siblings
-    from scenecc.lsp.workspace import View
+    from scenecc.lsp.workspace import WorkspaceView
 
 
 class Offer(NamedTuple):
@@ -60,7 +60,7 @@ _LONGEST_NAME: Final = 200
 """Names that are longer are not offered."""
 
 
-def completions(view: View, path: Path, line: int, column: int) -> list[Offer]:
+def completions(view: WorkspaceView, path: Path, line: int, column: int) -> list[Offer]:
     """What may be typed at a 0-based place; nothing in a text that is too long."""
     text = view.text(path)
     if text is None or len(text.text) > MAX_CHARACTERS:
@@ -69,7 +69,7 @@ def completions(view: View, path: Path, line: int, column: int) -> list[Offer]:
 
 
 class _Completer:
-    def __init__(self, view: View, text: SceneText, line: int, column: int) -> None:
+    def __init__(self, view: WorkspaceView, text: SceneText, line: int, column: int) -> None:
         self._view = view
         self._text = text
         self._cursor = cursor_at(text.lines, line, column)
@@ -157,9 +157,9 @@ class _Completer:
                 listed = () if one is None else one.links if kind == "link" else one.joints
                 yield from (Offer(name, "link", start) for name in listed)
             case "material" | "group" | "frame" | "variable":
-                yield from (Offer(name, "name", start, what) for name, what in self._named(SECTIONS_OF[kind]))
+                yield from (Offer(name, "name", start, what) for name, what in self._list_names(SECTIONS_OF[kind]))
 
-    def _named(self, sections: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    def _list_names(self, sections: tuple[str, ...]) -> Iterator[tuple[str, str]]:
         """The names of sections, here and in what is included, with where they are from."""
         texts = (self._whole, *(one for one in self._view.namespace(self._text.path) if one.path != self._text.path))
         for text in texts:
@@ -169,7 +169,7 @@ class _Completer:
 
     def _objects(self, start: int, *, with_world: bool) -> Iterator[Offer]:
         known = self._view.objects(self._text.path)
-        found = {name: Offer(name, "name", start, what) for name, what in self._named(SECTIONS_OF["object"])}
+        found = {name: Offer(name, "name", start, what) for name, what in self._list_names(SECTIONS_OF["object"])}
         for name, one in known.items():
             found.setdefault(name, Offer(name, "name", start, one.section))
         found.pop(str(self._cursor.path[1]) if len(self._cursor.path) > 1 else "", None)
@@ -190,14 +190,14 @@ class _Completer:
                 described = None if prefab is None else prefab.scalar(("description",))
                 yield Offer(SHIPPED_PREFIX + name, "file", start, (described or "").partition("\n")[0])
         suffixes = SUFFIXES.get(plain_keys(path)[-1], IMAGE_SUFFIXES)
-        for name, is_folder in self._listed(folder):
+        for name, is_folder in self._list_folder(folder):
             shown = f"{folder}/{name}" if slash else name
             if is_folder:
                 yield Offer(f"{shown}/", "folder", start)
             elif name.lower().endswith(suffixes) and (kind == "file" or self._is_part(folder, name)):
                 yield Offer(shown, "file", start)
 
-    def _listed(self, folder: str) -> list[tuple[str, bool]]:
+    def _list_folder(self, folder: str) -> list[tuple[str, bool]]:
         """The names in a folder that the scene may read, each with whether it is a folder."""
         if "://" in folder or folder.startswith(("/", "~")) or "\0" in folder:
             return []

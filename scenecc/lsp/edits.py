@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
     from scenecc.diagnostics.diagnostic import Location
     from scenecc.lsp.analysis import SceneText
-    from scenecc.lsp.workspace import View
+    from scenecc.lsp.workspace import WorkspaceView
 
 
 class Edit(NamedTuple):
@@ -38,24 +38,24 @@ class RefusedError(Exception):
     """Why a name cannot be changed; its text is for people."""
 
 
-def renamed_part(view: View, path: Path, line: int, column: int) -> Edit:
+def renamed_part(view: WorkspaceView, path: Path, line: int, column: int) -> Edit:
     """The name at a 0-based place that can be changed, as an edit that changes nothing.
 
     Raises:
         RefusedError: there is none.
     """
-    use, place = _named(view, path, line, column)
+    use, place = _find_mention(view, path, line, column)
     return _edit(use.text, place, str(use.definition.path[-1]))
 
 
-def rename(view: View, path: Path, line: int, column: int, new: str) -> list[Edit]:
+def rename(view: WorkspaceView, path: Path, line: int, column: int, new: str) -> list[Edit]:
     """The changes that give what is named at a 0-based place another name, wherever it is named.
 
     Raises:
         RefusedError: the name is made by an expression or by repetition, is taken, or is none; or a file that uses it
             is at fault, so that it is not known what its names mean.
     """
-    use, _ = _named(view, path, line, column)
+    use, _ = _find_mention(view, path, line, column)
     wanted = use.definition
     _check_new_name(view, wanted, new)
     for user in view.judges(wanted.file):
@@ -76,7 +76,7 @@ def rename(view: View, path: Path, line: int, column: int, new: str) -> list[Edi
     return list(edits.values())
 
 
-def _named(view: View, path: Path, line: int, column: int) -> tuple[Use, Location]:
+def _find_mention(view: WorkspaceView, path: Path, line: int, column: int) -> tuple[Use, Location]:
     found = mention_at(view, path, line, column)
     if found is None:
         raise RefusedError("there is no name here")
@@ -95,14 +95,14 @@ def _named(view: View, path: Path, line: int, column: int) -> tuple[Use, Locatio
     return Use(text, leaf, wanted), mention_location(text, leaf, wanted.start, wanted.end)
 
 
-def _is_plain_definition(view: View, wanted: Definition) -> bool:
+def _is_plain_definition(view: WorkspaceView, wanted: Definition) -> bool:
     """Whether the name that is written is the name that things have."""
     text = view.text(wanted.file)
     keys = {} if text is None else text.scalars(wanted.path)
     return wanted.path[-2:-1] == ("repeat",) or keys.keys().isdisjoint(("repeat", "name"))
 
 
-def _check_new_name(view: View, wanted: Definition, new: str) -> None:
+def _check_new_name(view: WorkspaceView, wanted: Definition, new: str) -> None:
     is_variable = defined_kind(wanted.path) == "variable"
     if not re.match(VARIABLE_PATTERN if is_variable else NAME_PATTERN, new) or new == WORLD or "\n" in new:
         raise RefusedError(f"`{cut(new)}` is not a name")
@@ -121,7 +121,7 @@ def _edit(text: SceneText, place: Location, new: str) -> Edit:
     return Edit(text.path, (place.line or 1) - 1, (place.column or 1) - 1, (place.end_column or 1) - 1, new)
 
 
-def applied(view: View, made: list[Edit]) -> dict[Path, str]:
+def applied(view: WorkspaceView, made: list[Edit]) -> dict[Path, str]:
     """The texts of the files that some edits change, after them."""
     changed: dict[Path, str] = {}
     for file in {edit.file for edit in made}:

@@ -24,7 +24,7 @@ from scenecc.lsp.names import Definition, Use, definition_of, mention_at, mentio
 from scenecc.lsp.process import FaultError, WorkerStopped
 from scenecc.lsp.server import FindingFilter, SceneServer
 from scenecc.lsp.symbols import Symbol, symbols_of
-from scenecc.lsp.workspace import View
+from scenecc.lsp.workspace import WorkspaceView
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-At = Callable[[View, Path, int, int], T]
+At = Callable[[WorkspaceView, Path, int, int], T]
 """Answers a question about a 0-based place [characters]."""
 
 
@@ -151,13 +151,15 @@ class _AtPosition(Protocol):
     def position(self) -> types.Position: ...
 
 
-def _open_text(server: SceneServer, document: types.TextDocumentIdentifier) -> tuple[View, SceneText | None]:
+def _open_text(server: SceneServer, document: types.TextDocumentIdentifier) -> tuple[WorkspaceView, SceneText | None]:
     """What is open now, and of that the text of a document; None where it is not open."""
     view, path = server.scenes.view(), server.path(document.uri)
     return view, None if path is None else view.texts.get(path)
 
 
-async def _ask(server: SceneServer, params: _AtPosition, function: At[T]) -> tuple[View, SceneText | None, T | None]:
+async def _ask(
+    server: SceneServer, params: _AtPosition, function: At[T]
+) -> tuple[WorkspaceView, SceneText | None, T | None]:
     """What a function says of a place, and the text and the view from which it says it."""
     view, text = _open_text(server, params.text_document)
     if text is None:
@@ -214,12 +216,12 @@ async def _hover(ls: SceneServer, params: types.HoverParams) -> types.Hover | No
     return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, shown), place)
 
 
-def _find_definition(view: View, path: Path, line: int, column: int) -> Definition | None:
+def _find_definition(view: WorkspaceView, path: Path, line: int, column: int) -> Definition | None:
     found = mention_at(view, path, line, column)
     return None if found is None else definition_of(view, *found)
 
 
-def _find_uses(view: View, path: Path, line: int, column: int) -> list[Use]:
+def _find_uses(view: WorkspaceView, path: Path, line: int, column: int) -> list[Use]:
     wanted = _find_definition(view, path, line, column)
     return [] if wanted is None else list(uses_of(view, wanted))
 
@@ -246,7 +248,7 @@ async def _references(ls: SceneServer, params: types.ReferenceParams) -> list[ty
 async def _document_highlight(ls: SceneServer, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
     """Editors ask for it where the cursor is, whenever that moves: pages are told, too."""
 
-    def uses(view: View, path: Path, line: int, column: int) -> list[Use]:
+    def uses(view: WorkspaceView, path: Path, line: int, column: int) -> list[Use]:
         text = view.texts[path]
         ls.tell_pages(path, text.path_at(line, column))
         wanted = _find_definition(view, path, line, column)
@@ -277,7 +279,7 @@ async def _prepare_rename(ls: SceneServer, params: types.PrepareRenameParams) ->
 
 
 async def _rename(ls: SceneServer, params: types.RenameParams) -> types.WorkspaceEdit:
-    def changes(view: View, path: Path, line: int, column: int) -> list[edits.Edit]:
+    def changes(view: WorkspaceView, path: Path, line: int, column: int) -> list[edits.Edit]:
         return edits.rename(view, path, line, column, params.new_name)
 
     try:
@@ -288,12 +290,12 @@ async def _rename(ls: SceneServer, params: types.RenameParams) -> types.Workspac
     return _workspace_edit(ls, view, made or [])
 
 
-async def _prove(server: SceneServer, view: View, made: list[edits.Edit]) -> None:
+async def _prove(server: SceneServer, view: WorkspaceView, made: list[edits.Edit]) -> None:
     """Checks what changes lead to. Raises RefusedError where that is an error."""
     changed = edits.applied(view, made)
     for user in dict.fromkeys(user for file in changed for user in view.judges(file)):
         try:
-            checked: worker.CheckResult = await server.checker.ask(worker.Check(view.open_scene(user, changed)))
+            checked: worker.CheckAnswer = await server.checker.ask(worker.CheckRequest(view.open_scene(user, changed)))
         except (WorkerStopped, FaultError):
             raise edits.RefusedError("it could not be checked what this leads to; try again") from None
         wrong = next((one for one in checked.diagnostics if one.severity == "error"), None)
@@ -301,7 +303,7 @@ async def _prove(server: SceneServer, view: View, made: list[edits.Edit]) -> Non
             raise edits.RefusedError(f"it would lead to an error in line {wrong.line} of {user.name}: {wrong.message}")
 
 
-def _workspace_edit(server: SceneServer, view: View, made: list[edits.Edit]) -> types.WorkspaceEdit:
+def _workspace_edit(server: SceneServer, view: WorkspaceView, made: list[edits.Edit]) -> types.WorkspaceEdit:
     changes: dict[str, list[types.TextEdit]] = {}
     for edit in made:
         text = view.text(edit.file)
@@ -330,10 +332,12 @@ _MOST_FIXED: Final = 10
 """Findings of one line whose corrections are looked for."""
 
 
-async def _mends(server: SceneServer, view: View, path: Path, found: Diagnostic, changed: str) -> bool:
+async def _mends(server: SceneServer, view: WorkspaceView, path: Path, found: Diagnostic, changed: str) -> bool:
     """Whether a text without a finding has no other on its line that it had not."""
     try:
-        checked: worker.CheckResult = await server.checker.ask(worker.Check(view.open_scene(path, {path: changed})))
+        checked: worker.CheckAnswer = await server.checker.ask(
+            worker.CheckRequest(view.open_scene(path, {path: changed}))
+        )
     except (WorkerStopped, FaultError):
         return False
     now = await asyncio.to_thread(server.finding_filter, checked.diagnostics, str(path))

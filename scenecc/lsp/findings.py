@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
     from scenecc.lsp.analysis import SceneText
     from scenecc.lsp.positions import Columns
-    from scenecc.lsp.workspace import Project, View
+    from scenecc.lsp.workspace import Project, WorkspaceView
 
 _SEVERITIES: Final = {
     "error": types.DiagnosticSeverity.Error,
@@ -25,7 +25,7 @@ _SEVERITIES: Final = {
 }
 
 
-def findings_in(view: View, path: Path) -> list[Diagnostic]:
+def findings_in(view: WorkspaceView, path: Path) -> list[Diagnostic]:
     """What is wrong in an open file: what its own check found, and that of the open scenes that read it.
 
     A part of a scene that is open is judged as a part of it, and not alone.
@@ -33,12 +33,12 @@ def findings_in(view: View, path: Path) -> list[Diagnostic]:
     found: list[Diagnostic] = []
     for user in view.judges(path):
         project = view.projects[user]
-        here = (_moved(one, path, project) if user == path else one for one in project.diagnostics)
+        here = (_move_to_line(one, path, project) if user == path else one for one in project.diagnostics)
         found += [one for one in here if project.files.get(one.file or "") == path or one.file == str(path)]
     return list(dict.fromkeys(found))
 
 
-def _moved(found: Diagnostic, path: Path, project: Project) -> Diagnostic:
+def _move_to_line(found: Diagnostic, path: Path, project: Project) -> Diagnostic:
     """A finding of a scene, at the line of that which leads to it, where it is in another file."""
     if found.file is None or found.file == str(path) or project.files.get(found.file) == path:
         return replace(found, location=replace(found.location, file=str(path)))
@@ -54,7 +54,7 @@ def range_of(text: SceneText, place: Location, columns: Columns) -> types.Range:
     return columns.range(text, (place.line or 1) - 1, start, end)
 
 
-def to_client(view: View, text: SceneText, found: Diagnostic, columns: Columns) -> types.Diagnostic:
+def to_client(view: WorkspaceView, text: SceneText, found: Diagnostic, columns: Columns) -> types.Diagnostic:
     """A finding in a text as the protocol has it."""
     hint = f"\n{found.hint}" if found.hint else ""
     return types.Diagnostic(
@@ -63,11 +63,13 @@ def to_client(view: View, text: SceneText, found: Diagnostic, columns: Columns) 
         severity=_SEVERITIES[found.severity],
         code=found.code,
         source="scenecc",
-        related_information=list(_related(view, found, columns)),
+        related_information=list(_list_related(view, found, columns)),
     )
 
 
-def _related(view: View, found: Diagnostic, columns: Columns) -> Iterator[types.DiagnosticRelatedInformation]:
+def _list_related(
+    view: WorkspaceView, found: Diagnostic, columns: Columns
+) -> Iterator[types.DiagnosticRelatedInformation]:
     names: Mapping[str, Path] = {name: path for one in view.projects.values() for name, path in one.files.items()}
     for related in found.related:
         path = names.get(related.location.file or "")

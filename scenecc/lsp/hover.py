@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenecc.lsp.analysis import Leaf, SceneText
     from scenecc.lsp.references import Mention
     from scenecc.lsp.worker import EntityFacts
-    from scenecc.lsp.workspace import View
+    from scenecc.lsp.workspace import WorkspaceView
 
 
 class HoverText(NamedTuple):
@@ -36,20 +36,20 @@ class HoverText(NamedTuple):
     entity: str | None = None
 
 
-def hover_at(view: View, path: Path, line: int, column: int) -> HoverText | None:
+def hover_at(view: WorkspaceView, path: Path, line: int, column: int) -> HoverText | None:
     """What is told at a 0-based place."""
     text = view.text(path)
     leaf = None if text is None else text.leaf_at(line, column)
     if text is None or leaf is None:
         return None
     found = mention_at(view, path, line, column)
-    told = None if found is None else _of_name(view, *found)
+    told = None if found is None else _describe_name(view, *found)
     if told is None:
-        told = _of_key(text, leaf.path), None
+        told = _describe_key(text, leaf.path), None
     return None if not told[0] else HoverText(told[0], leaf.line, leaf.start, leaf.end, told[1])
 
 
-def _of_key(text: SceneText, path: KeyPath) -> str | None:
+def _describe_key(text: SceneText, path: KeyPath) -> str | None:
     """What the innermost key of a path means."""
     while path and not isinstance(path[-1], str):
         path = path[:-1]
@@ -60,7 +60,7 @@ def _of_key(text: SceneText, path: KeyPath) -> str | None:
     return describe_key(inside, lambda below: text.scalars(path[: start + len(below)]))
 
 
-def _of_name(view: View, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
+def _describe_name(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> tuple[str, str | None] | None:
     """The Markdown, and the entity that is meant."""
     defined = definition_of(view, text, leaf, mention)
     if defined is None:
@@ -70,15 +70,16 @@ def _of_name(view: View, text: SceneText, leaf: Leaf, mention: Mention) -> tuple
     if mention.kind in {"file", "scene file"}:
         other = view.text(defined.file) if mention.kind == "scene file" else None
         described = None if other is None else other.scalar(("description",))
-        return f"`{_plain(name)}` — {_plain(str(defined.file))}\n\n{_plain(described or '')}".rstrip(), None
+        head = f"`{_escape_markdown(name)}` — {_escape_markdown(str(defined.file))}"
+        return f"{head}\n\n{_escape_markdown(described or '')}".rstrip(), None
     section = str(defined.path[0]) if defined.path else "link"
     if defined.path[:1] == ("params",):
         other = view.text(defined.file)
-        return f"parameter `{name}`{where}: " + _plain(describe_param(other, name) if other else ""), None
+        return f"parameter `{name}`{where}: " + _escape_markdown(describe_param(other, name) if other else ""), None
     if defined.path[-2:-1] == ("repeat",):
         return f"loop variable `{name}`", None
     entity = _entity(view, text, defined, name)
-    return f"{_SINGULAR.get(section, section)} `{_plain(name)}`{where}", entity
+    return f"{_SINGULAR.get(section, section)} `{_escape_markdown(name)}`{where}", entity
 
 
 _SINGULAR = {
@@ -91,7 +92,7 @@ _SINGULAR = {
 }
 
 
-def _entity(view: View, text: SceneText, defined: Definition, name: str) -> str | None:
+def _entity(view: WorkspaceView, text: SceneText, defined: Definition, name: str) -> str | None:
     """The entity of the whole scene that a name means."""
     objects = view.objects(text.path)
     while name and name not in objects:
@@ -101,10 +102,12 @@ def _entity(view: View, text: SceneText, defined: Definition, name: str) -> str 
 
 def with_facts(told: HoverText, facts: EntityFacts) -> str:
     """The Markdown with what `scenecc inspect` tells of the entity."""
-    listed = (f"- {_plain(label)} {_plain(words)}".replace("  ", " ") for label, words in facts.facts)
+    listed = (
+        f"- {_escape_markdown(label)} {_escape_markdown(words)}".replace("  ", " ") for label, words in facts.facts
+    )
     return f"{told.text} ({facts.kind})\n\n" + "\n".join(listed)
 
 
-def _plain(text: str) -> str:
+def _escape_markdown(text: str) -> str:
     """A scene's text, which no editor takes for a link, an image or a page of its own."""
     return "".join(f"\\{one}" if one in "<>[]()!*`#" else one for one in cut(text, 500))

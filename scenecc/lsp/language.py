@@ -128,14 +128,14 @@ def _step(schema: Schema, step: str | int) -> Schema | None:
         return None
     for pattern, below in schema.get("patternProperties", {}).items():
         # A name that is half typed is one.
-        if pattern != f"^{NOTE_PREFIX}" and (not step or _compiled(pattern).search(step[:200])):
+        if pattern != f"^{NOTE_PREFIX}" and (not step or _compile_pattern(pattern).search(step[:200])):
             return below
     below: Any = schema.get("additionalProperties")
     return None if isinstance(below, bool) else below
 
 
 @lru_cache(maxsize=64)
-def _compiled(pattern: str) -> re.Pattern[str]:
+def _compile_pattern(pattern: str) -> re.Pattern[str]:
     return re.compile(pattern)
 
 
@@ -151,7 +151,7 @@ def _alternatives(schema: Schema, present: Mapping[str, str | None]) -> Iterator
     schema = _resolve(schema)
     choices: list[Schema] = [*schema.get("anyOf", ()), *schema.get("oneOf", ())]
     if choices and "properties" not in schema:
-        yield from _of_type(choices, present)
+        yield from _select_by_type(choices, present)
         return
     if "if" in schema:
         yield from _conditional(schema, present)
@@ -161,7 +161,7 @@ def _alternatives(schema: Schema, present: Mapping[str, str | None]) -> Iterator
         yield schema, is_form
 
 
-def _of_type(choices: list[Schema], present: Mapping[str, str | None]) -> Iterator[tuple[Schema, bool]]:
+def _select_by_type(choices: list[Schema], present: Mapping[str, str | None]) -> Iterator[tuple[Schema, bool]]:
     """Of alternatives that are told apart by their `type`, the one that is written, or all."""
     kind = present.get("type")
     wanted = [one for one in choices if _resolve(one).get("properties", {}).get("type", {}).get("const") == kind]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from scenecc.diagnostics.diagnostic import Location, within
+from scenecc.diagnostics.diagnostic import Location, locate_span
 from scenecc.expand.overrides import OVERRIDE_SECTIONS
 from scenecc.lsp.references import SECTIONS_OF, Mention, defined_kind, mentions
 from scenecc.spec.references import WORLD
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Path as KeyPath
     from scenecc.lsp.analysis import Leaf, SceneText
     from scenecc.lsp.worker import SourcePlace
-    from scenecc.lsp.workspace import View
+    from scenecc.lsp.workspace import WorkspaceView
     from scenecc.source.document import Span
 
 
@@ -51,7 +51,7 @@ _DEEPEST: Final = 32
 """Prefabs inside one another that are followed."""
 
 
-def mention_at(view: View, path: Path, line: int, column: int) -> tuple[SceneText, Leaf, Mention] | None:
+def mention_at(view: WorkspaceView, path: Path, line: int, column: int) -> tuple[SceneText, Leaf, Mention] | None:
     """The name at a 0-based place."""
     text = view.text(path)
     leaf = None if text is None else text.leaf_at(line, column)
@@ -59,7 +59,7 @@ def mention_at(view: View, path: Path, line: int, column: int) -> tuple[SceneTex
         return None
     place = leaf_location(text, leaf)
     for mention in mentions(leaf):
-        part = within(place, (mention.start, mention.end))
+        part = locate_span(place, (mention.start, mention.end))
         if (part.column or 1) - 1 <= column <= (part.end_column or 1) - 1:
             return text, leaf, mention
     return None
@@ -74,10 +74,10 @@ def leaf_location(text: SceneText, leaf: Leaf) -> Location:
 
 def mention_location(text: SceneText, leaf: Leaf, start: int, end: int) -> Location:
     """The place of a part of a leaf's value."""
-    return within(leaf_location(text, leaf), (start, end))
+    return locate_span(leaf_location(text, leaf), (start, end))
 
 
-def definition_of(view: View, text: SceneText, leaf: Leaf, mention: Mention) -> Definition | None:
+def definition_of(view: WorkspaceView, text: SceneText, leaf: Leaf, mention: Mention) -> Definition | None:
     """Where the thing is defined that a name in a text means; None where nothing is found."""
     return _Resolver(view, text).definition(leaf, mention)
 
@@ -85,7 +85,7 @@ def definition_of(view: View, text: SceneText, leaf: Leaf, mention: Mention) -> 
 class _Resolver:
     """Looks names up as one file means them."""
 
-    def __init__(self, view: View, text: SceneText, depth: int = 0) -> None:
+    def __init__(self, view: WorkspaceView, text: SceneText, depth: int = 0) -> None:
         self._view = view
         self._text = text
         self._depth = depth
@@ -132,10 +132,10 @@ class _Resolver:
             link = None if one is None else one.links.get(name[end + 1 :])
             if link is not None:
                 return self._at_place(link, name, start=end + 1)
-            return here and self._in_instance(here.path, name, end)
+            return here and self._find_in_instance(here.path, name, end)
         return None
 
-    def _in_instance(self, path: KeyPath, name: str, end: int) -> Definition | None:
+    def _find_in_instance(self, path: KeyPath, name: str, end: int) -> Definition | None:
         """What is inside an instance, of a scene that has no plan yet. `end`: of the instance's name."""
         if "prefix" in self._text.scalars(path):
             return None
@@ -223,13 +223,13 @@ class Use(NamedTuple):
         return self.leaf.at == "key" and self.leaf.path == self.definition.path
 
 
-def uses_of(view: View, wanted: Definition) -> Iterator[Use]:
+def uses_of(view: WorkspaceView, wanted: Definition) -> Iterator[Use]:
     """Every mention of what is defined at a place, in all scene files around, its own key first."""
     for text in sorted(view.scene_files(wanted.file), key=lambda one: one.path != wanted.file):
         yield from uses_in(view, text, wanted)
 
 
-def uses_in(view: View, text: SceneText, wanted: Definition) -> Iterator[Use]:
+def uses_in(view: WorkspaceView, text: SceneText, wanted: Definition) -> Iterator[Use]:
     """The same in one file."""
     name = str(wanted.path[-1]) if wanted.path else ""
     for leaf in text.leaves:

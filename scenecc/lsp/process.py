@@ -25,7 +25,7 @@ class FaultError(Exception):
     """A request met a fault of scenecc. Its text is the traceback."""
 
 
-class Worker:
+class AnalysisProcess:
     """A process, started by the first request, and again by the one after it was stopped."""
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ class Worker:
         return answer
 
     async def _answer(self, request: Any) -> Any:
-        process = await self._started()
+        process = await self._start()
         self._since = time.monotonic()
         try:
             return await _exchange(process, worker.encode_message(request))
@@ -81,7 +81,7 @@ class Worker:
             with suppress(ProcessLookupError):
                 self._process.kill()
 
-    async def _started(self) -> asyncio.subprocess.Process:
+    async def _start(self) -> asyncio.subprocess.Process:
         if self._process is None or self._process.returncode is not None:
             pipe = asyncio.subprocess.PIPE
             # With this process's path: nothing of the current folder is imported that this one would not import.

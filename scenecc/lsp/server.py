@@ -19,8 +19,8 @@ from pygls.lsp.server import LanguageServer
 from scenecc.lsp import worker
 from scenecc.lsp.findings import findings_in, to_client
 from scenecc.lsp.positions import Columns, path_of
-from scenecc.lsp.process import FaultError, Worker, WorkerStopped
-from scenecc.lsp.workspace import View, Workspace, editor_path
+from scenecc.lsp.process import AnalysisProcess, FaultError, WorkerStopped
+from scenecc.lsp.workspace import Workspace, WorkspaceView, editor_path
 from scenecc.selection_link import Place, SelectionLink
 from scenecc.version import VERSION
 
@@ -67,15 +67,15 @@ class SceneServer(LanguageServer):
         super().__init__("scenecc", VERSION, text_document_sync_kind=full)  # pyright: ignore[reportUnknownMemberType]
         self.is_ending = False
         self.scenes = Workspace(options)
-        self.checker = Worker()
-        self.engine = Worker()
+        self.checker = AnalysisProcess()
+        self.engine = AnalysisProcess()
         self.finding_filter = finding_filter
         self._uris: dict[Path, str] = {}
         self._due: dict[Path, None] = {}
         self._task: asyncio.Task[None] | None = None
         self._changed = 0.0
         self._link: SelectionLink | None = None
-        self._described: dict[tuple[Path, str], tuple[View, asyncio.Task[worker.EntityFacts | None]]] = {}
+        self._described: dict[tuple[Path, str], tuple[WorkspaceView, asyncio.Task[worker.EntityFacts | None]]] = {}
 
     @property
     def columns(self) -> Columns:
@@ -161,7 +161,7 @@ class SceneServer(LanguageServer):
         view = self.scenes.view()
         if path not in view.projects or path not in await asyncio.to_thread(view.judges, path):
             return  # a part is checked with what includes it
-        checked: worker.CheckResult = await self.checker.ask(worker.Check(view.open_scene(path)))
+        checked: worker.CheckAnswer = await self.checker.ask(worker.CheckRequest(view.open_scene(path)))
         read = {path, *checked.files.values()}
         if any(self.scenes.texts.get(each) is not view.texts.get(each) for each in read):
             # It was changed while it was checked; what was found may be wrong by now.
@@ -175,7 +175,7 @@ class SceneServer(LanguageServer):
             affected = {*read, *before.files.values()}
             self._publish(self.scenes.view(), [each for each in self.scenes.texts if each in affected])
 
-    def _publish(self, view: View, paths: list[Path]) -> None:
+    def _publish(self, view: WorkspaceView, paths: list[Path]) -> None:
         for path in paths:
             text = view.texts.get(path)
             if text is not None:
@@ -226,7 +226,7 @@ class SceneServer(LanguageServer):
             place = self.columns.range(text, *span)
             self.window_show_document(types.ShowDocumentParams(self.uri(file), take_focus=False, selection=place))
 
-    async def entity_facts(self, view: View, path: Path, entity: str) -> worker.EntityFacts | None:
+    async def entity_facts(self, view: WorkspaceView, path: Path, entity: str) -> worker.EntityFacts | None:
         """What `scenecc inspect` tells of an entity; None where that is not known in time."""
         known_by = (each for each in view.judges(path) if entity in view.projects[each].objects)
         top = next((each for each in known_by if view.projects[each].is_current), None)

@@ -38,13 +38,13 @@ def symbols_of(text: SceneText) -> list[Symbol]:
     for section in NAME_SECTIONS:
         span = text.key_span((section,))
         if span is not None:
-            below = (_named(text, section, name) for name in text.names(section))
+            below = (_make_symbol(text, section, name) for name in text.names(section))
             found.append(Symbol(section, section, span, span[0], below=tuple(one for one in below if one)))
     found.sort(key=lambda one: one.span[:2])
-    return [_closed(one, text) for one in found]
+    return [_close_section(one, text) for one in found]
 
 
-def _named(text: SceneText, section: str, name: str) -> Symbol | None:
+def _make_symbol(text: SceneText, section: str, name: str) -> Symbol | None:
     span = text.key_span((section, name))
     if span is None:
         return None
@@ -54,7 +54,7 @@ def _named(text: SceneText, section: str, name: str) -> Symbol | None:
     return Symbol(name, section, span, span[0], detail)
 
 
-def _closed(section: Symbol, text: SceneText) -> Symbol:
+def _close_section(section: Symbol, text: SceneText) -> Symbol:
     """A section whose parts end where the next begins."""
     lines = [leaf.line for leaf in text.leaves if leaf.path[:1] == (section.section,)]
     last = max(lines, default=section.last)

@@ -49,8 +49,8 @@ class OpenScene:
 
 
 @frozen
-class Check:
-    """Asks for everything that can be found in a scene without an engine, and what its names mean: a `CheckResult`."""
+class CheckRequest:
+    """Asks for everything that can be found in a scene without an engine, and what its names mean: a `CheckAnswer`."""
 
     scene: OpenScene
 
@@ -100,8 +100,8 @@ class NamedObject:
 
 
 @dataclass(frozen=True, slots=True)
-class CheckResult:
-    """The answer to a `Check`.
+class CheckAnswer:
+    """The answer to a `CheckRequest`.
 
     Attributes:
         diagnostics: as `validate` has them.
@@ -133,7 +133,7 @@ _NO_YAML: Final = "SC003"
 """The code of a text that is no YAML."""
 
 
-def answer(request: Check | Describe) -> CheckResult | EntityFacts | None:
+def answer(request: CheckRequest | Describe) -> CheckAnswer | EntityFacts | None:
     """The answer to a request."""
     if isinstance(request, Describe):
         return _all_described(request.scene).get(request.entity)
@@ -142,8 +142,8 @@ def answer(request: Check | Describe) -> CheckResult | EntityFacts | None:
     if document is None:
         found = sink.diagnostics()
         # What is empty or missing in a text that is half typed is still to come.
-        return CheckResult([one for one in found if one.code == _NO_YAML] or found, {}, None)
-    return _checked(document, request.scene.options, memory, sink)
+        return CheckAnswer([one for one in found if one.code == _NO_YAML] or found, {}, None)
+    return _check_document(document, request.scene.options, memory, sink)
 
 
 def _read(scene: OpenScene, sink: Sink) -> tuple[Document | None, PathCache]:
@@ -154,14 +154,14 @@ def _read(scene: OpenScene, sink: Sink) -> tuple[Document | None, PathCache]:
     return read_text(text, str(scene.path), sink, limits, scene.path), PathCache(scene.texts)
 
 
-def _checked(document: Document, options: Options, memory: PathCache, sink: Sink) -> CheckResult:
+def _check_document(document: Document, options: Options, memory: PathCache, sink: Sink) -> CheckAnswer:
     """`sink`: has the comments of the document that silence findings."""
     from scenecc.pipeline import compile_source  # noqa: PLC0415
 
     result = compile_source(document, options, sink, drawn=False, memory=memory)
     files = memory.files_by_name(document)
     objects = None if result is None else _Finder(result, files, sink).objects()
-    return CheckResult(sink.diagnostics(), files, objects)
+    return CheckAnswer(sink.diagnostics(), files, objects)
 
 
 class _Finder:

@@ -18,7 +18,7 @@ from scenecc.source.text import is_scene_text
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
     from scenecc.files import State
-    from scenecc.lsp.worker import CheckResult, NamedObject
+    from scenecc.lsp.worker import CheckAnswer, NamedObject
     from scenecc.options import Options
 
 _FIRST_BYTES: Final = 2**16
@@ -44,7 +44,7 @@ class Project:
     objects: Mapping[str, NamedObject] = field(default_factory=dict[str, "NamedObject"])
     is_current: bool = False
 
-    def after(self, checked: CheckResult, diagnostics: list[Diagnostic]) -> Project:
+    def after(self, checked: CheckAnswer, diagnostics: list[Diagnostic]) -> Project:
         """The project after another check. `diagnostics`: those of it that are wanted."""
         is_current = checked.objects is not None
         objects = self.objects if checked.objects is None else checked.objects
@@ -84,12 +84,12 @@ class Workspace:
         self.texts.pop(path, None)
         self.projects.pop(path, None)
 
-    def view(self) -> View:
+    def view(self) -> WorkspaceView:
         """All of it as it is now, for another thread."""
-        return View(self.options, {**self.texts}, {**self.projects}, self._disk)
+        return WorkspaceView(self.options, {**self.texts}, {**self.projects}, self._disk)
 
 
-class View:
+class WorkspaceView:
     """What is open and what was found at one time; it changes no more.
 
     Attributes:

@@ -265,7 +265,7 @@ class YamlEnv(BaseEnv):
         controlled = {agent.robot.name for agent in self._agents()}
         objects = {**self.scene_builder.scene_objects, **self.scene_builder.articulations}
         return {
-            name: self._in_all(each, each.get_state())
+            name: self._spread_rows(each, each.get_state())
             for name, each in objects.items()
             if name not in controlled and getattr(each, "px_body_type", None) != "static"
         }
@@ -279,7 +279,7 @@ class YamlEnv(BaseEnv):
     def _agents(self) -> list[Any]:
         return [] if self.agent is None else list(getattr(self.agent, "agents", [self.agent]))
 
-    def _in_all(self, each: Any, rows: Any) -> Any:
+    def _spread_rows(self, each: Any, rows: Any) -> Any:
         """A row for every environment: zeros where the object is not."""
         if len(rows) == self.num_envs:
             return rows

@@ -84,7 +84,7 @@ def sim_config(
     sink = Sink()
     given = {"asset_roots": asset_roots, "allow_outside_assets": allow_outside_assets, "limits": limits}
     options = Options.of_call(sim_config, {"params": params, **given})
-    config = maniskill.sim_config(compile_or_raise(source, options, sink).plan, sink, control_freq)
+    config = maniskill.plan_sim_config(compile_or_raise(source, options, sink).plan, sink, control_freq)
     if config is None:
         raise SceneError(sink.diagnostics())
     return config

@@ -73,7 +73,7 @@ class MeshBuilder:
         own = None if shape.material is None else self._looks.look(shape.material, row)
         parts, scale = self._parts(shape.geometry, row, own)
         if visibility != 1 or flat:
-            shown = [self._shaded(part.surface, flat=flat) for part in parts]
+            shown = [self._shade_surface(part.surface, flat=flat) for part in parts]
             looks = [replace(part.look, visibility=visibility) for part in parts]
             parts = tuple(map(MeshPart, shown, looks))
         mirrored = isinstance(shape.geometry, Mesh) and scale[0] * scale[1] * scale[2] < 0
@@ -105,20 +105,20 @@ class MeshBuilder:
             self._primitives[key] = primitives.scaled_surface(kind, sizes)
         return self._primitives[key]
 
-    def _shaded(self, surface: Surface, *, flat: bool) -> Surface:
+    def _shade_surface(self, surface: Surface, *, flat: bool) -> Surface:
         return self._flat.setdefault(surface, replace(surface, normals=None)) if flat else surface
 
     def collision(self, shape: MeasuredShape, body: MeasuredBody) -> MeshShape:
         """One collision shape of a body."""
         endless = shape.kind == "plane"
         if shape.mesh is not None:
-            surface, scale = self._cooked(shape.mesh), (1.0, 1.0, 1.0)
+            surface, scale = self._cook_surface(shape.mesh), (1.0, 1.0, 1.0)
         else:
             surface, scale = self._primitive(shape.kind, (1.0, 1.0) if endless else shape.sizes)
         parts = (MeshPart(surface, _COLLISION_MATERIALS[body.body_type]),)
         return MeshShape("", shape.kind, parts, shape.pose, scale, endless=endless, origin=shape.shape.origin)
 
-    def _cooked(self, mesh: MeasuredMesh) -> Surface:
+    def _cook_surface(self, mesh: MeasuredMesh) -> Surface:
         if mesh.digest not in self._meshes:
             self._meshes[mesh.digest] = primitives.make_surface(mesh.vertices, mesh.triangles, None, None)
         return self._meshes[mesh.digest]

@@ -61,10 +61,10 @@ class MeshFiles:
             AssetError: it cannot be read, or a package is missing.
         """
         if file.path not in self._paths:
-            self._paths[file.path] = self._found(file)
+            self._paths[file.path] = self._read_parts(file)
         return self._paths[file.path]
 
-    def _found(self, file: AssetFile) -> tuple[MeshPart, ...]:
+    def _read_parts(self, file: AssetFile) -> tuple[MeshPart, ...]:
         data = _read_file(file.path, file.sha256)
         key = (file.path.suffix.lower(), sha256(data).hexdigest(), *file.names)
         if key not in self._contents:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from scenecc.assets.errors import AssetError
-from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.frozen import frozen
 from scenecc.files import ChangedError, read_checked
 
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from PIL.Image import Image as Pixels
 
+    from scenecc.diagnostics import Origin
     from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.plan import ScenePlan, Value
 
@@ -144,11 +144,6 @@ class MeshShape:
     turned: bool = False
     endless: bool = False
     origin: Origin | None = field(default=None, compare=False)
-
-
-def report_mesh_error(problem: AssetError, place: Origin | None, sink: Sink) -> None:
-    """Reports an `AssetError` at the origin of its shape."""
-    sink.report(problem.code, problem.message, place or Location(None), hint=problem.hint)
 
 
 _READABLE_SUFFIXES: Final = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tga"})

@@ -20,9 +20,9 @@ from scenecc.placing.regions import (
     headings,
     points_in_regions,
     rectangle_of,
-    turned,
+    turn_points,
 )
-from scenecc.placing.surfaces import Surface, extent, highest_below, is_within, upward_surfaces
+from scenecc.placing.surfaces import SupportSurface, extent, highest_below, is_within, upward_surfaces
 from scenecc.plan.body import groups_collide
 from scenecc.variation.evaluation import Batch, to_field_rows
 
@@ -115,7 +115,7 @@ class Placer:
             name: [part.moved(matrices(pose[:, 3:]), pose[:, :3]) for part in self.own_parts(name)]
             for name, pose in self.poses.items()
         }
-        self._surfaces: dict[tuple[str, str | None], list[Surface]] = {}
+        self._surfaces: dict[tuple[str, str | None], list[SupportSurface]] = {}
         self.by_member = {member: one for one in plan.placements for member in one.entities}
 
     def own_parts(self, name: str) -> list[Part]:
@@ -151,7 +151,7 @@ class Placer:
             return pose
         return rotation_arrays.compose(pose, link_pose(self._entities[mount.entity], mount.link, self.batch))
 
-    def surfaces(self, mount: Mount) -> list[Surface]:
+    def surfaces(self, mount: Mount) -> list[SupportSurface]:
         """The upward surfaces of a body that has its place."""
         key = (mount.entity, mount.link)
         if key not in self._surfaces:
@@ -270,13 +270,13 @@ class _Trial:
                 # One scene alone says why.
                 self._why.clear()
                 few = min(_TRIES_TOGETHER, done)
-                self._tried(np.repeat(left[:1], few), np.arange(done - few, done))
+                self._try_poses(np.repeat(left[:1], few), np.arange(done - few, done))
                 reasons = [f"{count} of {few} are {reason}" for reason, count in self._why.most_common(3) if count]
                 why = f"of the last tries in scene {scenes[0]}, " + ", ".join(reasons)
                 raise PlacingError(name, scenes, f"`{name}` fits nowhere in {done} tries", why)
             rows = np.repeat(left, count)
             tries = done + np.tile(np.arange(count), len(left))
-            pose, fits = self._tried(rows, tries)
+            pose, fits = self._try_poses(rows, tries)
             fits, pose = fits.reshape(-1, count), pose.reshape(-1, count, 7)
             first, settled = fits.argmax(axis=1), fits.any(axis=1)
             found[left[settled]] = pose[np.flatnonzero(settled), first[settled]]
@@ -290,7 +290,7 @@ class _Trial:
         drawn = (self._batch if batch is None else batch).evaluate(value.recipe)
         return np.asarray(to_field_rows(drawn), np.float64)
 
-    def _carrying_surfaces(self) -> list[Surface]:
+    def _carrying_surfaces(self) -> list[SupportSurface]:
         placer, placement = self._placer, self._placement
         if placement.kind == "above":
             return []
@@ -299,7 +299,7 @@ class _Trial:
         from scenecc.plan import Mount  # noqa: PLC0415 - few placements are inside of something
 
         return [
-            Surface(one.there & (one.z + placement.gap < self._top), one.z, one.corners)
+            SupportSurface(one.there & (one.z + placement.gap < self._top), one.z, one.corners)
             for name in placer.bodies
             if name not in placement.entities
             for one in placer.surfaces(placement.target if name == placement.target.entity else Mount(name))
@@ -312,7 +312,7 @@ class _Trial:
         tops = [(one.corners, one.there) for one in self._surfaces if one.corners is not None]
         return rectangle_of(tops, self._origin, self._heading)
 
-    def _tried(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
+    def _try_poses(self, rows: Indices, tries: NDArray[np.int64]) -> tuple[Floats, Flags]:
         """The poses (M, 7) of some tries, and which of them fit."""
         batch = self._batch.only(rows) if not tries.any() else self._batch.tried(rows, tries)
         pose = self._upright(rows, batch)
@@ -339,16 +339,16 @@ class _Trial:
         placement, heading = self._placement, self._heading[rows]
         point = points_in_regions(placement, self._rectangle, rows, batch, lambda v: self._value(v, rows, batch))
         pose: Any = np.zeros((len(rows), 7))
-        pose[:, :2] = self._origin[rows, :2] + turned(point, heading)
+        pose[:, :2] = self._origin[rows, :2] + turn_points(point, heading)
         axes = about_z(heading)
         pose[:, 3:] = axes
         if placement.rotation is not None:
-            pose[:, 3:] = rotation_arrays.multiply(axes, self._value(placement.rotation, rows, batch))
+            pose[:, 3:] = rotation_arrays.multiply_quaternions(axes, self._value(placement.rotation, rows, batch))
         towards: Floats | None = None
         if placement.facing is not None:
             towards = self._placer.pose_of(placement.facing)[rows, :2]
         elif placement.facing_point is not None:
-            towards = self._origin[rows, :2] + turned(self._value(placement.facing_point, rows, batch), heading)
+            towards = self._origin[rows, :2] + turn_points(self._value(placement.facing_point, rows, batch), heading)
         if towards is not None:
             away = towards - pose[:, :2]
             pose[:, 3:] = about_z(np.array([math.atan2(y, x) for x, y in away.tolist()]))
@@ -399,7 +399,7 @@ class _Trial:
                 # Where hulls are apart, triangles are: of these there may be millions of pairs.
                 least_ = np.full(len(close), wanted)
                 close = close[~are_apart(own.cores(close), part.cores(rows[close]), least_)]
-                self._refuse(free, self._meeting(own, close, part, rows[close], wanted), name)
+                self._refuse(free, self._find_meeting(own, close, part, rows[close], wanted), name)
             elif close.size:
                 mine.append(own.cores(close))
                 others.append(part.cores(rows[close]))
@@ -434,7 +434,7 @@ class _Trial:
             found += [one for one, is_near in zip(some, near, strict=True) if is_near or one.part.is_plane]
         return found
 
-    def _meeting(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
+    def _find_meeting(self, own: Part, close: Indices, part: Part, rows: Indices, wanted: float) -> Indices:
         """Those of `close`, rows of a part, in which its triangles or those of another meet or are too near."""
         meet = np.zeros(len(close), np.bool_)
         for pair, first, second in core_pair_lots(own, close, part, rows, wanted):

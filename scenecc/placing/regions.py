@@ -48,7 +48,7 @@ def about_z(angle: Floats) -> Floats:
     return found
 
 
-def turned(points: Floats, angle: Floats) -> Floats:
+def turn_points(points: Floats, angle: Floats) -> Floats:
     """Points (B, 2) turned about z by angles (B,) [rad]."""
     c, s = unit_vectors(angle).T
     return np.stack([c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]], axis=1)
@@ -102,7 +102,7 @@ def rectangle_of(polygons: Sequence[tuple[Any, NDArray[np.bool_]]], origin: Floa
     low, high = np.full((len(origin), 2), np.inf), np.full((len(origin), 2), -np.inf)
     for corners, there in polygons:
         for number in range(corners.shape[1]):
-            local = turned(corners[:, number] - origin[:, :2], -heading)
+            local = turn_points(corners[:, number] - origin[:, :2], -heading)
             low = np.where(there[:, None], np.minimum(low, local), low)
             high = np.where(there[:, None], np.maximum(high, local), high)
     return np.concatenate([low, high], axis=1)

@@ -40,7 +40,7 @@ _CIRCLE: Final = np.stack(
 
 
 @dataclass(slots=True)
-class Surface:
+class SupportSurface:
     """A level convex polygon over the scenes of a batch.
 
     Attributes:
@@ -53,16 +53,16 @@ class Surface:
     z: Floats
     corners: Floats | None
 
-    def taken(self, rows: NDArray[np.intp]) -> Surface:
+    def taken(self, rows: NDArray[np.intp]) -> SupportSurface:
         """Some rows of it, in any order."""
-        return Surface(self.there[rows], self.z[rows], None if self.corners is None else self.corners[rows])
+        return SupportSurface(self.there[rows], self.z[rows], None if self.corners is None else self.corners[rows])
 
 
-def upward_surfaces(part: Part) -> list[Surface]:
+def upward_surfaces(part: Part) -> list[SupportSurface]:
     """The level surfaces of a part in the world that look up."""
     up = part.turn[:, 2]
     if part.is_plane:
-        return [Surface(part.there & (up[:, 0] > LEVEL), part.p[:, 2], None)]
+        return [SupportSurface(part.there & (up[:, 0] > LEVEL), part.p[:, 2], None)]
     if part.points is not None:
         return _mesh_surfaces(part)
     if part.margin.any():
@@ -70,7 +70,7 @@ def upward_surfaces(part: Part) -> list[Surface]:
     if part.disk.any():
         there = part.there & (np.abs(up[:, 0]) > LEVEL)
         return [_face(part, there, 0, part.disk[:, None, None] * _CIRCLE)] if there.any() else []
-    found: list[Surface] = []
+    found: list[SupportSurface] = []
     steepest = np.abs(up).argmax(axis=1)
     for axis in range(3):
         there = part.there & (steepest == axis) & (np.abs(up[:, axis]) > LEVEL)
@@ -80,7 +80,7 @@ def upward_surfaces(part: Part) -> list[Surface]:
     return found
 
 
-def _face(part: Part, there: Flags, axis: int, flat: Floats) -> Surface:
+def _face(part: Part, there: Flags, axis: int, flat: Floats) -> SupportSurface:
     """The upper of the two faces of a part across an axis. `flat`: its corners (B, k, 2) along the two other axes."""
     side = np.where(part.turn[:, 2, axis] > 0, 1.0, -1.0)
     local = np.empty((*flat.shape[:2], 3))
@@ -89,10 +89,10 @@ def _face(part: Part, there: Flags, axis: int, flat: Floats) -> Surface:
     # Seen from the other side, the corners run the other way round.
     local[:, :, (axis + 2) % 3] = flat[:, :, 1] * side[:, None]
     corners = np.matmul(local, part.turn.transpose(0, 2, 1)) + part.p[:, None]
-    return Surface(there, corners[:, :, 2].max(axis=1), corners[:, :, :2])
+    return SupportSurface(there, corners[:, :, 2].max(axis=1), corners[:, :, :2])
 
 
-def _mesh_surfaces(part: Part) -> list[Surface]:
+def _mesh_surfaces(part: Part) -> list[SupportSurface]:
     """The level tops of a hull, and of a mesh of triangles its level triangles; those of a convex polygon are one."""
     assert part.points is not None
     state = np.concatenate([part.turn.reshape(-1, 9), part.scale], axis=1)
@@ -101,7 +101,7 @@ def _mesh_surfaces(part: Part) -> list[Surface]:
     each = [
         _level_polygons((part.points * part.scale[row]) @ part.turn[row].T, part.triangles) for row in first.tolist()
     ]
-    found: list[Surface] = []
+    found: list[SupportSurface] = []
     for number in range(max(map(len, each))):
         widest = max(len(polygons[number][1]) for polygons in each if len(polygons) > number)
         z, corners = np.zeros(len(each)), np.zeros((len(each), widest, 2))
@@ -110,7 +110,7 @@ def _mesh_surfaces(part: Part) -> list[Surface]:
                 z[row], polygon = polygons[number]
                 corners[row, : len(polygon)], corners[row, len(polygon) :] = polygon, polygon[-1]
         there = part.there & np.array([len(polygons) > number for polygons in each])[same]
-        found.append(Surface(there, z[same] + part.p[:, 2], corners[same] + part.p[:, None, :2]))
+        found.append(SupportSurface(there, z[same] + part.p[:, 2], corners[same] + part.p[:, None, :2]))
     return found
 
 
@@ -188,7 +188,7 @@ def is_within(parts: Sequence[Part], corners: Floats) -> Flags:
     return fits
 
 
-def highest_below(parts: Sequence[Part], surfaces: Sequence[Surface], levels: Floats | None) -> Floats:
+def highest_below(parts: Sequence[Part], surfaces: Sequence[SupportSurface], levels: Floats | None) -> Floats:
     """How high the highest surface is that is below the whole footprint of parts (B,) [m]; -inf: there is none.
 
     Args:
@@ -213,7 +213,9 @@ def highest_below(parts: Sequence[Part], surfaces: Sequence[Surface], levels: Fl
     return _joined_surfaces(parts, surfaces, levels, best)
 
 
-def _joined_surfaces(parts: Sequence[Part], surfaces: Sequence[Surface], levels: Floats | None, best: Floats) -> Floats:
+def _joined_surfaces(
+    parts: Sequence[Part], surfaces: Sequence[SupportSurface], levels: Floats | None, best: Floats
+) -> Floats:
     """As `highest_below`, where several coplanar surfaces may carry together what none of them carries alone."""
     ended = [surface for surface in surfaces if surface.corners is not None]
     if len(ended) < 2:

@@ -111,7 +111,7 @@ class Subject:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class FramedView:
     """Where a camera stands.
 
     Attributes:
@@ -137,7 +137,7 @@ def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
     np.maximum.at(highs, solids.bodies, solids.boxes[:, 1])
     boxes = np.stack([lows, highs], axis=1)
     real = np.asarray(np.isfinite(boxes).all(axis=(1, 2)))
-    chosen = real & np.isin(np.arange(count), list(focus)) if focus else _moving(boxes, real, solids.motions)
+    chosen = real & np.isin(np.arange(count), list(focus)) if focus else _find_moving(boxes, real, solids.motions)
     if not chosen.any():
         return Subject(np.array([[[-0.5] * 3, [0.5] * 3]]), np.zeros((0, 2, 3)), -0.5)
     others = solids.boxes[~chosen[solids.bodies] & np.isfinite(solids.boxes).all(axis=(1, 2))]
@@ -145,7 +145,7 @@ def find_subject(solids: Solids, focus: Collection[int] = ()) -> Subject:
     return Subject(subject.boxes, others, _support(subject))
 
 
-def _moving(boxes: NDArray[np.float64], real: NDArray[np.bool_], motions: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _find_moving(boxes: NDArray[np.float64], real: NDArray[np.bool_], motions: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which bodies move, or could, and which of their size stand beside them."""
     standing = real & ~_are_floors(boxes, real)
     levels = (real & (motions == Motion.DYNAMIC), standing & (motions == Motion.KINEMATIC), standing)
@@ -193,7 +193,7 @@ def frame_subject(
     eye: Sequence[float] | None = None,
     look_at: Sequence[float] | None = None,
     fovy: float = FRAMING_FOVY,
-) -> View:
+) -> FramedView:
     """Where a camera sees all of a subject.
 
     It looks in the direction of `FRAMING_DIRECTION`, or, where an obstacle hides the subject, from another side.
@@ -215,7 +215,7 @@ def frame_subject(
         forward = (subject.center if target is None else target) - place
         inside = float(np.linalg.norm(forward)) < 1e-9 * subject.radius
         return _view(subject, place, -_direction(0, None) if inside else forward)
-    best: tuple[float, View] | None = None
+    best: tuple[float, FramedView] | None = None
     for elevation in _ELEVATIONS:
         for turn in _TURNS:
             back = _direction(turn, elevation)
@@ -230,13 +230,13 @@ def frame_subject(
     return best[1]
 
 
-def _view(subject: Subject, place: NDArray[np.float64], forward: NDArray[np.float64]) -> View:
+def _view(subject: Subject, place: NDArray[np.float64], forward: NDArray[np.float64]) -> FramedView:
     length = float(np.linalg.norm(forward))
     q, known = rotation_arrays.looking(forward[None])
     if not known[0]:  # straight down or up: the top of the picture is +x
         q, _ = rotation_arrays.looking(forward[None] + length * np.array([[1e-4, 0, 0]]))
     reach = max(length, float(np.linalg.norm(subject.center - place)) + subject.radius)
-    return View(np.concatenate([place, q[0]]), 0.01 * min(length, reach), 100 * reach)
+    return FramedView(np.concatenate([place, q[0]]), 0.01 * min(length, reach), 100 * reach)
 
 
 def _direction(turn: float, elevation: float | None) -> NDArray[np.float64]:

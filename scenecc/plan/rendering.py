@@ -1,19 +1,16 @@
-"""Lights and cameras of a plan, and how it is rendered: one camera, default lights, SAPIEN's shadow defaults."""
+"""Lights and cameras of a plan, and SAPIEN's shadow defaults."""
 
 from __future__ import annotations
 
-from dataclasses import field, replace
-from math import radians
+from dataclasses import field
 from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.plan.body import BodyStructure, Mount, Texture
-from scenecc.plan.value import Value, literal, per_scene
+from scenecc.plan.value import Value, literal
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
-    from scenecc.plan.articulation import ArticulationStructure
-    from scenecc.plan.scene import ScenePlan
+    from scenecc.plan.body import Mount, Texture
 
 
 @frozen
@@ -235,113 +232,6 @@ FRAMING_DIRECTION: Final = (1.0, 0.75, 0.75)
 
 FLAT_THICKNESS: Final = 1e-4
 """What is thinner than this [m] is ground, or paint: it counts for such a camera where there is nothing else."""
-
-
-def restrict_to_camera(plan: ScenePlan, camera: Camera | None, *, collision: bool, unlit: bool = False) -> ScenePlan:
-    """The plan with this camera alone, or none.
-
-    Args:
-        plan: the plan.
-        camera: one of its own, or one of these resized.
-        collision: whether its pictures will show what collides: nothing else is seen in it then.
-        unlit: whether to leave out its lights and its environment too.
-    """
-    if unlit:
-        plan = replace(plan, lights=(), environment=None)
-    entities = plan.entities
-    if collision:
-        entities = tuple(
-            replace(one, structures=tuple(map(_remove_structure_visuals, one.structures))) for one in entities
-        )
-    return replace(plan, entities=entities, cameras=() if camera is None else (camera,))
-
-
-def resize_camera(camera: Camera, width: int, height: int) -> Camera:
-    """The camera with pictures of another size [px].
-
-    Its angles, or its `top`, stay as they are; a matrix is scaled with the picture, so that it shows the same.
-    """
-    lens = camera.lens
-    if isinstance(lens, Intrinsic):
-        x, y = width / camera.width, height / camera.height
-        lens = replace(
-            lens,
-            fx=_scale_value(lens.fx, x),
-            fy=_scale_value(lens.fy, y),
-            cx=_scale_value(lens.cx, x),
-            cy=_scale_value(lens.cy, y),
-            skew=_scale_value(lens.skew, x),
-        )
-    return replace(camera, width=width, height=height, lens=lens)
-
-
-def _scale_value(value: Value, factor: float) -> Value:
-    return per_scene(value.data * factor)
-
-
-def _remove_structure_visuals(
-    structure: BodyStructure | ArticulationStructure,
-) -> BodyStructure | ArticulationStructure:
-    if isinstance(structure, BodyStructure):
-        return _remove_body_visuals(structure)
-    return replace(
-        structure, links=tuple(replace(link, body=_remove_body_visuals(link.body)) for link in structure.links)
-    )
-
-
-def _remove_body_visuals(body: BodyStructure) -> BodyStructure:
-    return replace(body, visuals=(), visibility=None, shading_mode=None)
-
-
-@frozen
-class RigLight:
-    """A directional light of a rig; `azimuth` [rad] is to the camera's right, seen from the subject."""
-
-    azimuth: float
-    elevation: float
-    brightness: float
-
-
-@frozen
-class LightRig:
-    """Lights for a scene that has none.
-
-    Attributes:
-        ambient: brightness from everywhere.
-        lights: key, fill and rim, white; the first throws a shadow where `shadow` is set.
-        background: of what is beyond the scene, as "#rrggbb".
-    """
-
-    ambient: float
-    lights: tuple[RigLight, ...]
-    shadow: bool
-    background: str
-
-
-Preset = Literal["studio", "plain", "dark"]
-
-
-def _rig(ambient: float, key: float, fill: float, rim: float, background: str, *, shadow: bool = True) -> LightRig:
-    """The directions keep apart the shades of the sides and the top of a box, however it is turned around z."""
-    places = ((-68, 49, key), (30, 16, fill), (-170, 43, rim))
-    lights = tuple(RigLight(radians(azimuth), radians(elevation), value) for azimuth, elevation, value in places)
-    return LightRig(ambient, lights, shadow, background)
-
-
-LIGHT_RIGS: Final[dict[Preset, LightRig]] = {
-    "studio": _rig(0.15, 2.0, 0.12, 0.6, "#e6e8eb"),
-    "plain": _rig(0.24, 1.65, 0.04, 0.3, "#ffffff", shadow=False),
-    "dark": _rig(0.04, 1.35, 0.06, 0.85, "#16181d"),
-}
-"""By what `preset` calls them. No diffuse surface is brighter than white under them, and none is black."""
-
-DEFAULT_PRESET: Final[Preset] = "studio"
-
-
-def is_unlit(plan: ScenePlan) -> bool:
-    """Whether a plan has neither a light nor an ambient light nor a map, so that it is seen under these."""
-    around = plan.environment
-    return not plan.lights and (around is None or (around.ambient_light is None and around.map is None))
 
 
 def shadow_parameters(light: Light) -> dict[str, Value]:

@@ -14,18 +14,11 @@ from scenecc.diagnostics.messages import index_ranges, suggest
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, integer
 from scenecc.pipeline import select_scenes
-from scenecc.plan.rendering import (
-    DEFAULT_PRESET,
-    LIGHT_RIGS,
-    RAY_TRACING_SHADERS,
-    SHADERS_WITHOUT_NORMALS,
-    Preset,
-    ShaderName,
-    is_unlit,
-    resize_camera,
-)
+from scenecc.plan.light_rigs import DEFAULT_PRESET, LIGHT_RIGS, Preset, is_unlit
+from scenecc.plan.rendering import RAY_TRACING_SHADERS, SHADERS_WITHOUT_NORMALS, ShaderName
 from scenecc.plan.schema import PIXEL_BOUNDS
 from scenecc.render.images import Film, What, sheet_size
+from scenecc.render.plan_cameras import resize_camera
 
 if TYPE_CHECKING:
     from pathlib import Path

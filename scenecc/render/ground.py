@@ -57,13 +57,13 @@ def draw_ground(
     found = linear
     for axis, color in ((1, _X_AXIS), (0, _Y_AXIS)):
         across = points[..., axis]
-        found = _ruled(found, across, where, cell, 1.0, _STRENGTH, ink)
-        found = _ruled(found, across, where, _HEAVY * cell, 1.6, _HEAVY_STRENGTH, ink)
-        found = _ruled(found, across, where, np.inf, 2.0, 0.8, np.array(color))
+        found = _draw_lines(found, across, where, cell, 1.0, _STRENGTH, ink)
+        found = _draw_lines(found, across, where, _HEAVY * cell, 1.6, _HEAVY_STRENGTH, ink)
+        found = _draw_lines(found, across, where, np.inf, 2.0, 0.8, np.array(color))
     return found
 
 
-def _ruled(
+def _draw_lines(
     picture: NDArray[np.float64],
     across: NDArray[np.float64],
     where: NDArray[np.bool_],

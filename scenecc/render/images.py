@@ -41,10 +41,10 @@ def encoded(what: What, pixels: NDArray[Any]) -> NDArray[Any]:
         what: what the picture shows.
         pixels: (H, W, C) as a camera gives them.
     """
-    return millimetres(pixels) if what == "depth" else shown(what, pixels)
+    return millimetres(pixels) if what == "depth" else film_pixels(what, pixels)
 
 
-def shown(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
+def film_pixels(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
     """The pixels of a film (H, W, 3): as `encoded`, a depth in shades of grey."""
     if what == "color":
         # Cut off, not rounded: as in SAPIEN's examples and in ManiSkill.
@@ -149,7 +149,7 @@ def png(pixels: NDArray[Any]) -> bytes:
     """A PNG of (H, W) uint16 or (H, W, 3) uint8."""
     from PIL import Image
 
-    return _saved(Image.fromarray(np.ascontiguousarray(pixels)))
+    return _encode_png(Image.fromarray(np.ascontiguousarray(pixels)))
 
 
 def png_of_ids(ids: NDArray[Any]) -> bytes:
@@ -160,10 +160,10 @@ def png_of_ids(ids: NDArray[Any]) -> bytes:
         return png(colors(ids))
     image = Image.fromarray(ids.astype(np.uint8))
     image.putpalette(colors(np.arange(_MOST_IN_A_PALETTE + 1)).tobytes())
-    return _saved(image)
+    return _encode_png(image)
 
 
-def film(kind: Film, frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
+def encode_film(kind: Film, frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
     """A film that plays `rate` frames a second.
 
     Args:
@@ -248,7 +248,7 @@ def _even(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.ascontiguousarray(np.pad(frame, ((0, height % 2), (0, width % 2), (0, 0)), "edge"))
 
 
-def _saved(image: Images.Image) -> bytes:
+def _encode_png(image: Images.Image) -> bytes:
     file = BytesIO()
     image.save(file, "PNG", optimize=True)
     return file.getvalue()

@@ -10,8 +10,8 @@ import numpy as np
 
 from scenecc.plan.framing import cell_size
 from scenecc.render.ground import draw_ground
-from scenecc.render.images import Film, What, sheet, shown
-from scenecc.render.images import film as filmed
+from scenecc.render.images import Film, What, film_pixels, sheet
+from scenecc.render.images import encode_film as filmed
 from scenecc.render.overlays import Overlay
 from scenecc.render.projection import Projection
 
@@ -88,7 +88,7 @@ class FrameRecorder:
         self._batch = batch
         self._setup = setup
         self._choices = setup.choices
-        self._camera = self._framing(setup.width, setup.height)
+        self._camera = self._framing_camera(setup.width, setup.height)
         if setup.camera is not None:
             self._camera = batch.cameras[setup.camera.name]
         self._what: What = setup.what
@@ -96,7 +96,7 @@ class FrameRecorder:
         self._progress = progress or _ignore
         self._subjects: dict[int, Subject] = {}
 
-    def _framing(self, width: int, height: int) -> Any:
+    def _framing_camera(self, width: int, height: int) -> Any:
         choices = self._choices
         return self._batch.framed(
             width,
@@ -117,7 +117,7 @@ class FrameRecorder:
         setup, index = self._setup, self._batch.scene_idxs[0]
         factor = min(1.0, _TILE_SIDE / max(setup.width, setup.height))
         width, height = (max(1, round(factor * side)) for side in (setup.width, setup.height))
-        tile = self._framing(width, height)
+        tile = self._framing_camera(width, height)
         tile.capture("color", [index])  # the first picture compiles shaders
         started = time.perf_counter()
         tile.capture("color", [index], shift=(0.25, 0.25))  # SAPIEN takes no picture anew of which nothing changed
@@ -158,7 +158,7 @@ class FrameRecorder:
             self._progress(number, count)
             self._batch.step(stride if number else 0, check=True)
             pictures = [self._picture(index) for index in self._batch.scene_idxs]
-            tiles = [shown(self._what, picture.pixels) for picture in pictures]
+            tiles = [film_pixels(self._what, picture.pixels) for picture in pictures]
             yield labelled(tiles, pictures) if self._setup.grid else tiles[0]
 
     def _stills(self) -> tuple[Picture, ...]:

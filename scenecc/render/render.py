@@ -19,10 +19,11 @@ from scenecc.errors import SceneError
 from scenecc.extras import install_hint
 from scenecc.options import Options
 from scenecc.pipeline import Source, build_batch, compile_or_raise
-from scenecc.plan.rendering import RAY_TRACING_SHADERS, restrict_to_camera
+from scenecc.plan.rendering import RAY_TRACING_SHADERS
 from scenecc.render.choices import RenderArguments, RenderChoices, check_choices, choose_pictures, raise_errors
-from scenecc.render.images import NO_ENCODER, What, colors, encoded, has_encoder, png, png_of_ids, shown
+from scenecc.render.images import NO_ENCODER, What, colors, encoded, film_pixels, has_encoder, png, png_of_ids
 from scenecc.render.legends import depth_colors, depth_range, with_depth_bar, with_names
+from scenecc.render.plan_cameras import restrict_to_camera
 from scenecc.render.recorder import FrameRecorder, Picture, labelled
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ class Rendering:
         """The picture or sheet in colours, (H, W, 3), with its legend at the right."""
         found = [picture.pixels for picture in self.pictures]
         low, high = depth_range(found) if self.what == "depth" else (0.0, 1.0)
-        tiles = [depth_colors(one, low, high) if self.what == "depth" else shown(self.what, one) for one in found]
+        tiles = [depth_colors(one, low, high) if self.what == "depth" else film_pixels(self.what, one) for one in found]
         whole = labelled(tiles, self.pictures) if self.grid else tiles[0]
         if self.what == "depth":
             return with_depth_bar(whole, low, high)

@@ -208,7 +208,7 @@ class RobotFiles:
                 findings.report("SC488", f"{found.message}: {repaired}", location)
                 return None
             if found.code in _NO_FILE:
-                looked = f"looked for {self._looked(reference)}" if found.code == _FILE_NOT_FOUND else None
+                looked = f"looked for {self._searched_places(reference)}" if found.code == _FILE_NOT_FOUND else None
                 repair = None if repaired is None else f"with `repair: [files]` in the scene {repaired}"
                 hint = "; ".join(part for part in (looked, hint, repair) if part) or None
             findings.report(found.code, found.message, location, hint=hint)
@@ -217,7 +217,7 @@ class RobotFiles:
 
     def _search(self, reference: str) -> ResolvedFile | Refusal:
         if reference.startswith(_PACKAGE_SCHEME):
-            return self._in_packages(reference[len(_PACKAGE_SCHEME) :])
+            return self._find_in_packages(reference[len(_PACKAGE_SCHEME) :])
         return resolve_asset_reference(reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
 
     def find_sibling(self, name: str) -> ResolvedFile | None:
@@ -231,16 +231,16 @@ class RobotFiles:
         self.scope.memory.note(ResolvedFile(file.path, uri), self.owner.uri)
         return self.found.setdefault(uri, DescribedFile(uri, file.path, location))
 
-    def _in_packages(self, written: str) -> ResolvedFile | Refusal:
+    def _find_in_packages(self, written: str) -> ResolvedFile | Refusal:
         # `package:///PACKAGE/PATH` is written too, and read by pinocchio among others.
         inner = written.lstrip("/")
-        found = self._in_folders(inner) if inner else None
+        found = self._find_in_folders(inner) if inner else None
         if isinstance(found, ResolvedFile) or (found is not None and written == inner):
             return found
         shown = shorten_uri(_PACKAGE_SCHEME + written)
         return Refusal("SC403", f"`{shown}` names no file", "write package://PACKAGE/PATH")
 
-    def _in_folders(self, inner: str) -> ResolvedFile | Refusal:
+    def _find_in_folders(self, inner: str) -> ResolvedFile | Refusal:
         given = None if self.package is None else self.package(inner)
         if isinstance(given, ResolvedFile):
             return given
@@ -258,7 +258,7 @@ class RobotFiles:
                 first = found
         return first or Refusal(_FILE_NOT_FOUND, f"there is no file `{shorten_uri(_PACKAGE_SCHEME + inner)}`")
 
-    def _looked(self, reference: str) -> str:
+    def _searched_places(self, reference: str) -> str:
         """Where a reference was searched, in words."""
         folder = self.owner.path.parent
         if not reference.startswith(_PACKAGE_SCHEME):

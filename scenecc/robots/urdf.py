@@ -40,7 +40,7 @@ from scenecc.robots.urdf_joints import (
     scale_mimics,
 )
 from scenecc.robots.urdf_links import UrdfMaterials, read_geometry, read_inertial, read_origin
-from scenecc.robots.xml import SourceElement, XmlBounds, parse_xml, read_text
+from scenecc.robots.xml import SourceElement, XmlBounds, parse_xml, read_text_attribute
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -233,7 +233,7 @@ def _names_unknown_link(element: SourceElement, links: Mapping[str, None]) -> bo
 
 
 def _read_pair(element: SourceElement, links: Mapping[str, None], findings: FileReport) -> IgnoredPair | None:
-    names = [read_text(element, attribute, findings) for attribute in ("link1", "link2")]
+    names = [read_text_attribute(element, attribute, findings) for attribute in ("link1", "link2")]
     is_good = True
     for attribute, name in zip(("link1", "link2"), names, strict=True):
         if name is not None and name not in links:
@@ -376,10 +376,10 @@ class _UrdfReader:
         if findings.errors:
             return None
         check_urdf_schema(self._root, findings)
-        links = self._named("link")
+        links = self._index_by_name("link")
         rows = [
             row
-            for element in self._named("joint").values()
+            for element in self._index_by_name("joint").values()
             if (row := read_joint_element(element, findings)) is not None
         ]
         if not links and not findings.errors:
@@ -405,11 +405,11 @@ class _UrdfReader:
             else RobotDescription(robots, tuple(self._files.found.values()))
         )
 
-    def _named(self, tag: str) -> dict[str, SourceElement]:
+    def _index_by_name(self, tag: str) -> dict[str, SourceElement]:
         """The elements of a kind by name, in the order of the file; two of one name are SC460."""
         named: dict[str, SourceElement] = {}
         for element in self._root.all(tag):
-            name = read_text(element, "name", self._findings)
+            name = read_text_attribute(element, "name", self._findings)
             first = element if name is None else named.setdefault(name, element)
             if first is not element:
                 self._findings.report(

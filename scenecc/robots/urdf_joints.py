@@ -19,9 +19,9 @@ from scenecc.robots.poses import axis_pose, compose_poses
 from scenecc.robots.urdf_links import read_origin
 from scenecc.robots.xml import (
     SourceElement,
-    read_number,
+    read_number_attribute,
     read_optional_number,
-    read_text,
+    read_text_attribute,
     read_vector3,
     warn_if_degrees,
 )
@@ -61,13 +61,13 @@ class JointElement:
 
 def read_joint_element(element: SourceElement, findings: FileReport) -> JointElement | None:
     """Name, type and links of a <joint>; None, reported, where one is missing or wrong."""
-    name, kind = read_text(element, "name", findings), read_text(element, "type", findings)
+    name, kind = read_text_attribute(element, "name", findings), read_text_attribute(element, "type", findings)
     ends: list[str | None] = []
     for tag in ("parent", "child"):
         end = element.find(tag)
         if end is None:
             findings.report("SC455", f"<joint> has no <{tag}>", element.location)
-        ends.append(None if end is None else read_text(end, "link", findings))
+        ends.append(None if end is None else read_text_attribute(end, "link", findings))
     parent, child = ends
     if kind is not None and kind not in _URDF_TYPES:
         findings.report(
@@ -188,7 +188,7 @@ def _read_limit(
 ) -> float | None:
     """One end of a <limit>; None, reported, where it is missing or wrong."""
     if end in element.attributes:
-        return read_number(element, end, findings, infinite=True)
+        return read_number_attribute(element, end, findings, infinite=True)
     if "limits" in repair:
         message = f"<limit> of the joint `{cut(row.name)}` has no `{end}`: there is no limit on that side"
         findings.report("SC488", message, element.location)
@@ -235,7 +235,7 @@ def _read_mimic(element: SourceElement, findings: FileReport) -> DescribedMimic 
     mimic = element.find("mimic")
     if mimic is None:
         return None
-    source = read_text(mimic, "joint", findings)
+    source = read_text_attribute(mimic, "joint", findings)
     multiplier, is_read = read_optional_number(mimic, "multiplier", findings)
     offset, is_offset_read = read_optional_number(mimic, "offset", findings)
     if source is None or not (is_read and is_offset_read):

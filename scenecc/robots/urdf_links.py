@@ -21,7 +21,14 @@ from scenecc.robots.description import (
     ball_moment,
 )
 from scenecc.robots.poses import compose_poses, pose_numbers, pose_of_matrix
-from scenecc.robots.xml import SourceElement, read_number, read_numbers, read_text, read_vector3, warn_if_degrees
+from scenecc.robots.xml import (
+    SourceElement,
+    read_number_attribute,
+    read_numbers,
+    read_text_attribute,
+    read_vector3,
+    warn_if_degrees,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -114,7 +121,7 @@ def _read_solid(
         read = [("size", size) for size in read_vector3(kind, "size", findings) or ()]
     else:
         names = ("radius",) if kind.tag == "sphere" else ("radius", "length")
-        read = [(name, read_number(kind, name, findings)) for name in names]
+        read = [(name, read_number_attribute(kind, name, findings)) for name in names]
     sizes = [size for _, size in read if size is not None]
     hint = None
     if sizes and len(sizes) == len(read) and _is_empty(kind.tag, sizes, is_visual=element.tag == "visual"):
@@ -169,7 +176,7 @@ def _read_mesh(
     *,
     is_visual: bool,
 ) -> MeshGeometry | None:
-    reference = read_text(kind, "filename", findings)
+    reference = read_text_attribute(kind, "filename", findings)
     repaired = "the <visual> is left out" if is_visual else None
     file = reference and files.find(reference, kind.at("filename"), findings, repaired=repaired)
     scales = read_vector3(kind, "scale", findings) if "scale" in kind.attributes else (1.0, 1.0, 1.0)
@@ -214,7 +221,7 @@ def read_inertial(
         findings.report("SC455", "<inertial> has no <mass>", element.location, hint=hint)
     if tensor is None and repaired is None:
         findings.report("SC455", "<inertial> has no <inertia>", element.location, hint=_INERTIA_HINT)
-    mass = None if mass_element is None else read_number(mass_element, "value", findings)
+    mass = None if mass_element is None else read_number_attribute(mass_element, "value", findings)
     pose = read_origin(element, scale, findings)
     inertia = _read_tensor(tensor, findings)
     if mass_element is not None and mass is not None and mass < 0:
@@ -239,7 +246,7 @@ def read_inertial(
 
 def _read_tensor(tensor: SourceElement | None, findings: FileReport) -> NDArray[np.float64]:
     """(3, 3) inertia of an <inertia> [kg·m²]; zeros where there is none, or a number of it is reported as wrong."""
-    read = [0.0 if tensor is None else read_number(tensor, name, findings) for name in _INERTIA_KEYS]
+    read = [0.0 if tensor is None else read_number_attribute(tensor, name, findings) for name in _INERTIA_KEYS]
     # To the bit: a number of -0.0 stays one.
     xx, xy, xz, yy, yz, zz = (0.0 if number is None else number for number in read)
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=np.float64)
@@ -358,7 +365,7 @@ class UrdfMaterials:
         return self._read[id(meant)]
 
     def _add_shared(self, element: SourceElement) -> None:
-        name = read_text(element, "name", self._findings)
+        name = read_text_attribute(element, "name", self._findings)
         if name is None:
             return
         first = self._elements.setdefault(name, element)
@@ -393,7 +400,7 @@ class UrdfMaterials:
             return DescribedMaterial(base_color=(red, green, blue, alpha))
         if texture is None:
             return DescribedMaterial()
-        reference = read_text(texture, "filename", self._findings)
+        reference = read_text_attribute(texture, "filename", self._findings)
         if reference is None:
             return None
         before = self._findings.errors

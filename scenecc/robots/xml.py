@@ -318,7 +318,7 @@ def parse_number(text: str) -> float | None:
     return float(text) if len(text) <= _MAX_NUMBER_CHARS and _NUMBER_PATTERN.fullmatch(text) else None
 
 
-def read_text(element: SourceElement, attribute: str, findings: FileReport) -> str | None:
+def read_text_attribute(element: SourceElement, attribute: str, findings: FileReport) -> str | None:
     """The value of an attribute that must be there and not be blank (SC455)."""
     value = element.attributes.get(attribute, "").strip()
     if value:
@@ -329,11 +329,11 @@ def read_text(element: SourceElement, attribute: str, findings: FileReport) -> s
     return None
 
 
-def read_number(
+def read_number_attribute(
     element: SourceElement, attribute: str, findings: FileReport, *, infinite: bool = False
 ) -> float | None:
     """The number of an attribute that must be there (SC455), finite unless `infinite`, and none too large (SC456)."""
-    if read_text(element, attribute, findings) is None:
+    if read_text_attribute(element, attribute, findings) is None:
         return None
     found = _parse_numbers(
         element, attribute, element.attributes[attribute].split() or [""], 1, findings, infinite=infinite
@@ -347,7 +347,7 @@ def read_optional_number(
     """The number of an attribute, None where it is not there, and whether all is well."""
     if attribute not in element.attributes:
         return None, True
-    found = read_number(element, attribute, findings, infinite=infinite)
+    found = read_number_attribute(element, attribute, findings, infinite=infinite)
     return found, found is not None
 
 
@@ -359,7 +359,7 @@ def read_vector3(element: SourceElement, attribute: str, findings: FileReport) -
 
 def read_numbers(element: SourceElement, attribute: str, count: int, findings: FileReport) -> tuple[float, ...] | None:
     """So many numbers, parted by blanks, of an attribute that must be there (SC455, SC456)."""
-    if read_text(element, attribute, findings) is None:
+    if read_text_attribute(element, attribute, findings) is None:
         return None
     return _parse_numbers(element, attribute, element.attributes[attribute].split(), count, findings, infinite=False)
 

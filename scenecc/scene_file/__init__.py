@@ -8,11 +8,11 @@ Node = dict[str, Any]
 """A mapping of a scene document."""
 
 
-def is_mapping(value: object) -> TypeGuard[Node]:
+def is_mapping_node(value: object) -> TypeGuard[Node]:
     """Whether a node is a mapping."""
     return isinstance(value, dict)
 
 
-def is_list(value: object) -> TypeGuard[list[Any]]:
+def is_list_node(value: object) -> TypeGuard[list[Any]]:
     """Whether a node is a list."""
     return isinstance(value, list)

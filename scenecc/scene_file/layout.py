@@ -106,7 +106,7 @@ def scene_text(document: Mapping[str, Any], *, comments: Comments | None = None)
     writer = _Writer(comments or {})
     lines = list(writer.comment((), ""))
     blank = False
-    for name, value in _ordered(document, ""):
+    for name, value in _order_entries(document, ""):
         entry = list(writer.entry(name, value, (name,), 0))
         # One blank line around each section of several lines.
         long = name in _SECTIONS or len(entry) > _SHORT
@@ -138,7 +138,7 @@ class _Writer:
             yield from (f"{indent}  {line}".rstrip() for line in value.splitlines())
         elif _is_scalar(value) or not value or (not section and self._fits(value, path, len(head) + 1)):
             yield f"{head} {_flow(value, path, inside=False)}"
-        elif not section and (lines := self._filled(f"{head} ", value, path, column)):
+        elif not section and (lines := self._fill_lines(f"{head} ", value, path, column)):
             yield from lines
         else:
             yield head
@@ -151,7 +151,7 @@ class _Writer:
                 yield from self._item(inner, (*path, index), column)
             return
         before = 0
-        for name, inner in _ordered(value, path[-1]):
+        for name, inner in _order_entries(value, path[-1]):
             lines = list(self.entry(name, inner, (*path, name), column))
             if path == ("entities",) and before and max(before, len(lines)) > _SHORT:
                 yield ""
@@ -164,7 +164,7 @@ class _Writer:
         yield from self.comment(path, " " * column)
         if _is_scalar(value) or not value or self._fits(value, path, column + 2):
             yield head + _flow(value, path, inside=False)
-        elif lines := self._filled(head, value, path, column + 2):
+        elif lines := self._fill_lines(head, value, path, column + 2):
             yield from lines
         else:
             lines = list(self.block(value, path, column + 2))
@@ -173,7 +173,7 @@ class _Writer:
             yield head + lines[above][column + 2 :]
             yield from lines[above + 1 :]
 
-    def _filled(self, head: str, value: Any, path: tuple[str | int, ...], column: int) -> list[str]:
+    def _fill_lines(self, head: str, value: Any, path: tuple[str | int, ...], column: int) -> list[str]:
         """A value in brackets over several lines; empty if that would be hard to read."""
         numbers = not _is_mapping(value) and all(map(_is_scalar, value))
         block = path[:-1] == ("entities",) and "use" not in value
@@ -204,7 +204,7 @@ def _fill(head: str, value: Any, path: tuple[str | int, ...], column: int) -> It
     yield line
 
 
-def _ordered(value: Mapping[str, Any], owner: str | int) -> list[tuple[str, Any]]:
+def _order_entries(value: Mapping[str, Any], owner: str | int) -> list[tuple[str, Any]]:
     """The entries of a mapping in the order in which they are written."""
     entries = list(value.items())
     if owner in NAMED:
@@ -239,7 +239,7 @@ def _flow(value: Any, path: tuple[str | int, ...], *, inside: bool) -> str:
 
 def _flow_items(value: Any, path: tuple[str | int, ...]) -> list[str]:
     if _is_mapping(value):
-        entries = [(name, inner, (*path, name)) for name, inner in _ordered(value, path[-1] if path else "")]
+        entries = [(name, inner, (*path, name)) for name, inner in _order_entries(value, path[-1] if path else "")]
         return [f"{_key_text(name, here)}: {_flow(inner, here, inside=True)}" for name, inner, here in entries]
     items = cast("Sequence[Any]", value)
     if not isinstance(items, list | tuple):

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from scenecc.scene_file import Node, is_list, is_mapping
+from scenecc.scene_file import Node, is_list_node, is_mapping_node
 
 _STRUCTURE: Final = frozenset(
     re.findall(
@@ -47,7 +47,7 @@ def merge_scenes(documents: Sequence[Mapping[str, Any]]) -> Node:
         merged |= {} if values[0] is None else {section: values[0]}
     surroundings = [document.get("environment", {}) for document in documents]
     if any(surroundings):
-        common = _merged(surroundings, count)
+        common = _merge_nodes(surroundings, count)
         if common is None:
             raise UnlikeScenes("the scenes differ in `environment`")
         merged["environment"] = common
@@ -70,7 +70,7 @@ def _section(sections: list[Node], count: int, section: str) -> Node:
             if any(key in node for node in nodes):
                 nodes = [node if key in node else {**node, key: default} for node in nodes]
         # A cycle goes by the index of the scene, not by those that have the object.
-        node = _merged(nodes, count if len(present) == count else 0)
+        node = _merge_nodes(nodes, count if len(present) == count else 0)
         if node is None and section == "entities" and not any(_is_articulation(each) for each in nodes):
             node = _variants(nodes)
         if node is None:
@@ -103,17 +103,17 @@ def _indices(present: list[int]) -> Any:
     return present
 
 
-def _merged(nodes: list[Any], count: int) -> Any:
+def _merge_nodes(nodes: list[Any], count: int) -> Any:
     """One node for those of all scenes; None where they differ in structure."""
     first = nodes[0]
     if all(node == first for node in nodes):
         return first
-    if all(map(is_mapping, nodes)):
+    if all(map(is_mapping_node, nodes)):
         return _merged_mappings(nodes, count)
-    if all(map(is_list, nodes)) and any(map(is_mapping, first)):
+    if all(map(is_list_node, nodes)) and any(map(is_mapping_node, first)):
         if any(len(node) != len(first) for node in nodes):
             return None
-        items = [_merged(list(column), count) for column in zip(*nodes, strict=True)]
+        items = [_merge_nodes(list(column), count) for column in zip(*nodes, strict=True)]
         return None if None in items else items
     alike = all(isinstance(node, type(first)) or _are_numbers(node, first) for node in nodes)
     return _form(nodes, count) if alike else None
@@ -130,7 +130,7 @@ def _merged_mappings(nodes: list[Node], count: int) -> Node | None:
         if key == "pose" and differ:
             found[key] = _form(values, count)
         else:
-            found[key] = None if key in _STRUCTURE and differ else _merged(values, count)
+            found[key] = None if key in _STRUCTURE and differ else _merge_nodes(values, count)
     return None if None in found.values() else found
 
 
@@ -151,7 +151,7 @@ def _form(values: list[Any], count: int) -> Any:
 def _variants(nodes: list[Node]) -> Node | None:
     """Bodies whose structure differs, as `variants`."""
     outside = [{key: value for key, value in node.items() if key in _OF_ENTITY} for node in nodes]
-    common = _merged(outside, len(nodes))
+    common = _merge_nodes(outside, len(nodes))
     if common is None:
         return None
     inside = [{key: value for key, value in node.items() if key not in _OF_ENTITY} for node in nodes]

@@ -10,7 +10,7 @@ from itertools import product
 from typing import Any, Final
 
 from scenecc.names import UniqueNames
-from scenecc.scene_file import Node, is_list, is_mapping
+from scenecc.scene_file import Node, is_list_node, is_mapping_node
 
 _SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
 
@@ -30,7 +30,7 @@ def simplify(document: Mapping[str, Any]) -> Node:
     found: Node = json.loads(json.dumps(document))
     _name_materials(found)
     for shapes in _shape_lists(found.get("entities", {})):
-        shapes[:] = _repeated(shapes)
+        shapes[:] = _fold_repeats(shapes)
     if "entities" in found:
         found["entities"] = _repeated_entities(found["entities"], _referred_to(found))
     return found
@@ -38,12 +38,12 @@ def simplify(document: Mapping[str, Any]) -> Node:
 
 def _shape_lists(node: Any) -> Iterator[list[Node]]:
     """The lists of shapes of all bodies and links."""
-    if is_list(node):
+    if is_list_node(node):
         for item in node:
             yield from _shape_lists(item)
-    elif is_mapping(node):
+    elif is_mapping_node(node):
         for key, value in node.items():
-            if key in _SHAPE_LISTS and is_list(value):
+            if key in _SHAPE_LISTS and is_list_node(value):
                 yield value
             else:
                 yield from _shape_lists(value)
@@ -71,11 +71,11 @@ def _name_materials(document: Node) -> None:
 
 
 def _materials(node: Any, owner: str) -> Iterator[tuple[str, Node]]:
-    if is_list(node):
+    if is_list_node(node):
         for item in node:
             yield from _materials(item, owner)
-    elif is_mapping(node):
-        if is_mapping(node.get("material")) and not node["material"].keys() - {"physical", "visual"}:
+    elif is_mapping_node(node):
+        if is_mapping_node(node.get("material")) and not node["material"].keys() - {"physical", "visual"}:
             yield owner, node
         for key, value in node.items():
             if key != "material":
@@ -94,7 +94,7 @@ def _material_name(material: Node, owner: str, taken: Node) -> str:
 # ---- repetition
 
 
-def _repeated(items: list[Node]) -> list[Node]:
+def _fold_repeats(items: list[Node]) -> list[Node]:
     """Shapes of which runs of equal ones are one with `repeat`."""
     found: list[Node] = []
     start = 0
@@ -117,7 +117,7 @@ def _run_end(items: Sequence[Node], start: int) -> int:
     """The end of a run of items with the same keys and at most one value that differs from the first's."""
     end = start + 1
     while end < len(items) and items[end].keys() == items[start].keys():
-        differing = list(_differing(items[start], items[end], ()))
+        differing = list(_differing_paths(items[start], items[end], ()))
         if len(differing) > 1:
             break
         end += 1
@@ -126,7 +126,7 @@ def _run_end(items: Sequence[Node], start: int) -> int:
 
 def _copies(items: Sequence[Node]) -> Node | None:
     """One item with `repeat` for several; None where more than one value differs between them."""
-    paths = {path for other in items[1:] for path in _differing(items[0], other, ())}
+    paths = {path for other in items[1:] for path in _differing_paths(items[0], other, ())}
     if "repeat" in items[0] or len(paths) > 1:
         return None
     if not paths:
@@ -142,7 +142,7 @@ def _copies(items: Sequence[Node]) -> Node | None:
 def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
     """The loop variables that run through values, and the value that reads them."""
     key = str(next(part for part in reversed(path) if isinstance(part, str)))
-    if all(is_list(value) and len(value) == len(values[0]) for value in values):
+    if all(is_list_node(value) and len(value) == len(values[0]) for value in values):
         moving = [axis for axis in range(len(values[0])) if any(value[axis] != values[0][axis] for value in values)]
         ranges = [list(dict.fromkeys(value[axis] for value in values)) for axis in moving]
         names = [_AXES[axis] if len(values[0]) == len(_AXES) else f"{key}_{axis}" for axis in moving]
@@ -153,19 +153,19 @@ def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
     return {key: values}, f"${{{key}}}"
 
 
-def _differing(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator[tuple[str | int, ...]]:
+def _differing_paths(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator[tuple[str | int, ...]]:
     """The paths of values that differ; lists of numbers are one value."""
-    if is_mapping(first) and is_mapping(second) and first.keys() == second.keys():
+    if is_mapping_node(first) and is_mapping_node(second) and first.keys() == second.keys():
         for key in first:
-            yield from _differing(first[key], second[key], (*path, key))
+            yield from _differing_paths(first[key], second[key], (*path, key))
     elif (
-        is_list(first)
-        and is_list(second)
+        is_list_node(first)
+        and is_list_node(second)
         and len(first) == len(second)
         and any(isinstance(item, dict | list) for item in first)
     ):
         for index, pair in enumerate(zip(first, second, strict=True)):
-            yield from _differing(*pair, (*path, index))
+            yield from _differing_paths(*pair, (*path, index))
     elif first != second:
         yield path
 
@@ -179,16 +179,16 @@ def _value_at(node: Any, path: tuple[str | int, ...]) -> Any:
 def _with_value(node: Any, path: tuple[str | int, ...], value: Any) -> Any:
     if not path:
         return value
-    if is_mapping(node):
+    if is_mapping_node(node):
         return {key: _with_value(inner, path[1:], value) if key == path[0] else inner for key, inner in node.items()}
     return [_with_value(inner, path[1:], value) if index == path[0] else inner for index, inner in enumerate(node)]
 
 
 def _holds_form(value: Any) -> bool:
     """Whether a loop variable cannot hold a value: texts may be references or expressions, and mappings forms."""
-    if is_list(value):
+    if is_list_node(value):
         return any(map(_holds_form, value))
-    return is_mapping(value) or (isinstance(value, str) and "${" in value)
+    return is_mapping_node(value) or (isinstance(value, str) and "${" in value)
 
 
 _FIXED_KEYS: Final = frozenset(
@@ -217,10 +217,10 @@ def _entity_run(
     last = _run_end(nodes, start)
     last = next((index for index in range(start, last) if names[index] in referred), last)
     for end in range(last, start + _LEAST_COPIES - 1, -1):
-        paths = {path for other in nodes[start + 1 : end] for path in _differing(nodes[start], other, ())}
+        paths = {path for other in nodes[start + 1 : end] for path in _differing_paths(nodes[start], other, ())}
         if len(paths) > 1 or any(path[0] in _FIXED_KEYS for path in paths):
             continue
-        node, stem = _copies(nodes[start:end]), _numbered(names[start:end])
+        node, stem = _copies(nodes[start:end]), _numbered_prefix(names[start:end])
         if node is None:
             continue
         if stem is not None:
@@ -231,7 +231,7 @@ def _entity_run(
     return start + 1, None, names[start]
 
 
-def _numbered(names: list[str]) -> str | None:
+def _numbered_prefix(names: list[str]) -> str | None:
     """NAME of NAME_0, NAME_1, …; None: the names are others."""
     stem, _, first = names[0].rpartition("_")
     return stem if stem and first == "0" and names == [f"{stem}_{i}" for i in range(len(names))] else None
@@ -243,10 +243,10 @@ def _referred_to(document: Node) -> frozenset[str]:
 
     def visit(node: Any) -> None:
         """Adds what a node and all below it refer to."""
-        if is_list(node):
+        if is_list_node(node):
             for item in node:
                 visit(item)
-        elif is_mapping(node):
+        elif is_mapping_node(node):
             for key, value in node.items():
                 if key in ("relative_to", "mount", "parent", "child") and isinstance(value, str):
                     found.add(value.split("/")[0])

@@ -33,7 +33,7 @@ def scenes_in_doubt(batch: SceneBatch, depth: float) -> list[int]:
     return [
         index
         for index, scene in zip(batch.scene_idxs, batch.scenes, strict=True)
-        if _in_doubt(scene.physx_system, depth)
+        if _is_in_doubt(scene.physx_system, depth)
     ]
 
 
@@ -53,7 +53,7 @@ def is_plane(shape: Any) -> bool:
     return type(shape).__name__ == "PhysxCollisionShapePlane"
 
 
-def _in_doubt(system: Any, depth: float) -> bool:
+def _is_in_doubt(system: Any, depth: float) -> bool:
     solid = solid_components(system)
     boxes = bounding_boxes(solid)
     endless = (boxes[:, 1] - boxes[:, 0] > _ENDLESS).any(axis=1)

@@ -145,9 +145,9 @@ class Judge:
             self._observe(step)
         for one in self._due.get(step, ()):
             if isinstance(one, Settled):
-                yield from self._unsettled(one)
+                yield from self._find_unsettled(one)
             else:
-                yield from self._unmet(one, self._of_contacts(one) | self._values)
+                yield from self._unmet(one, self._observe_contacts(one) | self._values)
 
     def _observe(self, step: int) -> None:
         for one in self._due.get(step, ()):
@@ -159,11 +159,11 @@ class Judge:
                         self._values[reading] = {}
                         self._faults[reading.name] = f"distances from {error} cannot be measured"
 
-    def _of_contacts(self, condition: Condition) -> dict[Reading, Mapping[int, Any]]:
+    def _observe_contacts(self, condition: Condition) -> dict[Reading, Mapping[int, Any]]:
         touching = [reading for reading in condition.readings if reading.kind == "touching"]
         return {reading: self._observer.touching(*reading.of) for reading in touching}
 
-    def _unsettled(self, settled: Settled) -> Iterator[Finding]:
+    def _find_unsettled(self, settled: Settled) -> Iterator[Finding]:
         end = poses(self._moving)
         away = np.linalg.norm(end[:, :3] - self._start[:, :3], axis=1)
         cosine = np.abs(np.einsum("ij,ij->i", end[:, 3:], self._start[:, 3:]))
@@ -214,7 +214,7 @@ class Judge:
                 because = f" ({condition.because})" if condition.because else ""
                 # Rounded to four digits, a number that misses `== 0.15` would be shown as 0.15.
                 digits = 9 if "==" in condition.that.text else 4
-                shown = "; ".join(f"`{name}` is {_shown(known[name], digits)}" for name in list(known.read))
+                shown = "; ".join(f"`{name}` is {_format_value(known[name], digits)}" for name in list(known.read))
                 message = f"{when} this does not hold{because}" + (f": {shown}" if shown else "")
                 yield Finding("SC861", (expectation_key(condition.name),), scene, 0.0, message)
 
@@ -261,9 +261,9 @@ def _failure(condition: Condition, scene: int, message: str, span: tuple[int, in
     return Finding("SC862", (expectation_key(condition.name),), scene, 0.0, message, span=span)
 
 
-def _shown(value: Any, digits: int) -> str:
+def _format_value(value: Any, digits: int) -> str:
     if isinstance(value, float):
         return f"{value:.{digits}g}"
     if isinstance(value, list):
-        return f"[{', '.join(_shown(item, digits) for item in value)}]"  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+        return f"[{', '.join(_format_value(item, digits) for item in value)}]"  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
     return show(value)

@@ -121,7 +121,7 @@ class Observer:
         }
 
     def _distance(self, a: str, b: str) -> dict[int, float]:
-        first, second = self._placed(a), self._placed(b)
+        first, second = self._find_parts(a), self._find_parts(b)
         scenes = self._batch.scene_idxs
         least = np.full(len(scenes), np.inf)
         for one in first:
@@ -129,7 +129,7 @@ class Observer:
                 np.minimum(least, part_distances(one, other), out=least)
         return {scene: gap for scene, gap in zip(scenes, least.tolist(), strict=True) if gap < math.inf}
 
-    def _placed(self, name: str) -> list[Part]:
+    def _find_parts(self, name: str) -> list[Part]:
         """The colliding parts of a body, or of all links of an articulation, where they are now."""
         found = find_body(name, self._entities)
         assert found is not None, "names were looked up"

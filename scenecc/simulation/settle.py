@@ -78,7 +78,7 @@ def simulate(
                 speed = np.linalg.norm(velocities(moving)[:, :3], axis=1)
                 fastest = np.maximum(fastest, speed - np.sqrt(2 * gravity * way))
         if end == last and seconds:
-            yield from _moved(batch, seconds, moving, start, fastest)
+            yield from _find_moved(batch, seconds, moving, start, fastest)
             yield from _sunk(batch, rules, deep)
             yield from beyond_limits(batch, seconds)
             yield from _fallen(batch, [body for body in moving if not body.moves_at_start], seconds)
@@ -86,7 +86,7 @@ def simulate(
             yield from judge.judge(end)
 
 
-def _moved(
+def _find_moved(
     batch: SceneBatch, seconds: float, moving: list[MovingBody], start: Floats, fastest: Floats
 ) -> Iterator[Finding]:
     """Bodies that topple or are thrown.

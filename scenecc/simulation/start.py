@@ -200,15 +200,17 @@ def _errors(constraint: Constraint, row: int, component: Any) -> Iterator[tuple[
     joint = constraint.joint
     pose = component.relative_pose
     if isinstance(joint, Connection):
-        yield from _beyond(component.distance, 0.0, 0.0, TORN, "its frames are {} apart")
+        yield from _find_beyond(component.distance, 0.0, 0.0, TORN, "its frames are {} apart")
     elif isinstance(joint, Distance) and joint.stiffness is None:
         low, high = map(float, joint.limits.row(row))
-        yield from _beyond(component.distance, low, high, TORN, f"its frames are {{}} beyond {low:g}…{high:g} m apart")
+        yield from _find_beyond(
+            component.distance, low, high, TORN, f"its frames are {{}} beyond {low:g}…{high:g} m apart"
+        )
     elif isinstance(joint, Weld):
         distance = math.hypot(*map(float, pose.p))
-        yield from _beyond(distance, 0.0, 0.0, TORN, "its frames are {} apart")
+        yield from _find_beyond(distance, 0.0, 0.0, TORN, "its frames are {} apart")
         turn = 2 * math.acos(min(1.0, abs(float(pose.q[0]))))
-        yield from _beyond(turn, 0.0, 0.0, TORN_TURN, "its frames are turned by {} against each other")
+        yield from _find_beyond(turn, 0.0, 0.0, TORN_TURN, "its frames are turned by {} against each other")
     elif isinstance(joint, Drive):
         twist = 2 * math.atan2(float(pose.q[1]), float(pose.q[0]))
         twist = math.remainder(twist, 2 * math.pi)
@@ -217,13 +219,13 @@ def _errors(constraint: Constraint, row: int, component: Any) -> Iterator[tuple[
                 continue
             low, high = map(float, limit.limits.row(row))
             if limit.axis == "twist":
-                yield from _beyond(twist, low, high, TORN_TURN, "its twist is {} beyond its limits")
+                yield from _find_beyond(twist, low, high, TORN_TURN, "its twist is {} beyond its limits")
             else:
                 where = float(pose.p["xyz".index(limit.axis)])
-                yield from _beyond(where, low, high, TORN, f"along {limit.axis} it is {{}} beyond its limits")
+                yield from _find_beyond(where, low, high, TORN, f"along {limit.axis} it is {{}} beyond its limits")
 
 
-def _beyond(value: float, low: float, high: float, tolerance: float, text: str) -> Iterator[tuple[float, str]]:
+def _find_beyond(value: float, low: float, high: float, tolerance: float, text: str) -> Iterator[tuple[float, str]]:
     excess = max(low - value, value - high)
     if excess > tolerance:
         shown = f"{math.degrees(excess):.3g}°" if tolerance == TORN_TURN else length_text(excess)

@@ -171,14 +171,14 @@ class _EventWalk:
             get()  # the start of the stream
             if not isinstance(get(), StreamEndEvent):
                 event: NodeEvent = get()
-                root = self._opened(event)
+                root = self._open_node(event)
                 self._fill(event, root)
             self.is_whole = True
         except (yaml.YAMLError, _WalkFinished, RecursionError):
             pass  # with the limit of depth raised; the places above are still found
         return root
 
-    def _opened(self, event: NodeEvent) -> WrittenNode:
+    def _open_node(self, event: NodeEvent) -> WrittenNode:
         """A node as far as its first event tells."""
         if isinstance(event, AliasEvent):
             return self._anchors.get(event.anchor or "", WrittenNode(_event_span(event, event)))
@@ -201,7 +201,7 @@ class _EventWalk:
         else:
             node.items = items = list[WrittenNode]()
             while not isinstance(event, SequenceEndEvent):
-                items.append(self._opened(event))
+                items.append(self._open_node(event))
                 self._fill(event, items[-1])
                 event = get()
         node.is_block = not start.flow_style
@@ -210,7 +210,7 @@ class _EventWalk:
     def _entry(self, event: NodeEvent, entries: dict[str, WrittenEntry]) -> None:
         """Reads a key and its value. On a duplicate the first entry stays."""
         span = _event_span(event, event)
-        node = self._opened(event)
+        node = self._open_node(event)
         self._fill(event, node)
         key = node.text or ""
         known = entries.get(key)
@@ -221,7 +221,7 @@ class _EventWalk:
             if self._last is not None and span[:2] >= self._last:
                 raise _WalkFinished
         event = self._get()
-        value = self._opened(event)
+        value = self._open_node(event)
         if not is_merge and first is None:
             entries[key] = WrittenEntry(span, value)
         self._fill(event, value)
@@ -321,7 +321,7 @@ class _Copier:
     def copy(self, value: Any, path: Path) -> _CopiedValue:
         """The copy of any value; None, reported, of what no scene can hold."""
         if isinstance(value, (Mapping, list, tuple)):
-            return self._shared(value, path)
+            return self._share_value(value, path)
         numpy = sys.modules.get("numpy")
         if numpy is not None and isinstance(value, (numpy.ndarray, numpy.generic)):
             return self._array(value, path)
@@ -336,7 +336,7 @@ class _Copier:
             return self._container(value, path)
         return _CopiedValue(self._scalar(value, path), 1, 0)
 
-    def _shared(self, value: Any, path: Path) -> _CopiedValue:
+    def _share_value(self, value: Any, path: Path) -> _CopiedValue:
         known = self._copies.get(id(value))
         if known is not None:
             copy = known[0]

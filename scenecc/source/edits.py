@@ -75,7 +75,7 @@ class TextEdits:
     def _find(self, path: Path) -> Any:
         node = self._root
         for step in path:
-            below = _below(node, step)
+            below = _step_below(node, step)
             if below is None:
                 raise EditError(f"`{step}` is not written there: a merge key or a prefab gives it")
             # An alias leads to a node that is written elsewhere.
@@ -85,7 +85,7 @@ class TextEdits:
         return node
 
 
-def _below(node: Any, step: str | int) -> Any:
+def _step_below(node: Any, step: str | int) -> Any:
     if isinstance(node, yaml.MappingNode):
         return next((value for key, value in node.value if key.value == step), None)
     if isinstance(node, yaml.SequenceNode) and isinstance(step, int) and step < len(node.value):

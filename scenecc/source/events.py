@@ -21,6 +21,8 @@ from yaml.events import (
     StreamStartEvent,
 )
 
+from scenecc.diagnostics.coded_error import CodedError
+
 Scalar = str | int | float | bool
 
 MAX_INTEGER_CHARS = 100
@@ -192,25 +194,15 @@ _SCALAR_TAGS = ("str", "int", "float", "bool", "null")
 _TAG_HINT = "remove the tag: scene files know `!!str`, `!!int`, `!!float`, `!!bool`, `!!null`, `!!map` and `!!seq`"
 
 
-class NodeError(Exception):
-    """A node that cannot be read.
-
-    Attributes:
-        code, message, hint: what to report.
-    """
-
-    def __init__(self, code: str, message: str, hint: str) -> None:
-        super().__init__(message)
-        self.code = code
-        self.message = message
-        self.hint = hint
+class NodeError(CodedError):
+    """A node that cannot be read."""
 
 
 def scalar_value(event: NodeEvent) -> Scalar | None:
     """The value of any scalar. None is null.
 
     Raises:
-        Refused: a tag that is unknown or does not fit, or a number that cannot be held.
+        NodeError: a tag that is unknown or does not fit, or a number that cannot be held.
     """
     if event.tag is not None:
         return _tagged_scalar_value(event, event.tag)

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, BinaryIO, Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from scenecc.diagnostics.coded_error import CodedError
 from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
 from scenecc.files import ARCHIVE, PACKS, cache_folder, open_regular
@@ -86,8 +87,11 @@ class Manifest(BaseModel):
     files: dict[str, str]
 
 
-class InvalidPackError(Exception):
-    """An archive is no pack, or must not be used. Its second argument is the hint."""
+class InvalidPackError(CodedError):
+    """An archive is no pack, or must not be used."""
+
+    def __init__(self, message: str, hint: str | None) -> None:
+        super().__init__("SC019", message, hint)
 
 
 @frozen
@@ -141,7 +145,7 @@ def open_pack(name: str, sink: Sink) -> Pack | None:
                 return None
         return Pack(folder, manifest, digest)
     except InvalidPackError as error:
-        sink.report("SC019", str(error.args[0]), Location(name), hint=error.args[1])
+        error.report(sink, Location(name))
     except OSError as error:
         sink.report("SC001", f"cannot open the file: {error.strerror or error}", Location(name))
     return None

@@ -21,7 +21,7 @@ from scenecc.spec.nodes import EXPANDED, any_varying, is_mapping, is_sequence, i
 from scenecc.spec.values import MAX_DRAW_COMPONENTS, Domain
 from scenecc.variation import forms
 from scenecc.variation.conversions import to_rgba
-from scenecc.variation.distributions import DISTRIBUTIONS, WIDEST_INTEGERS, Condition, Distribution
+from scenecc.variation.distributions import DISTRIBUTIONS, WIDEST_INTEGERS, Distribution, OperandRule
 from scenecc.variation.forms import FORM_KEYS, Template
 from scenecc.variation.operations import ExpressionError
 
@@ -236,7 +236,7 @@ def _convert_to_integers(reader: FormReader, bound: Any, loc: Loc) -> Any:
     return parts if is_sequence(bound) else forms.Vector(parts)
 
 
-def _check_limit(reader: FormReader, bound: Any, condition: Condition, loc: Loc) -> None:
+def _check_limit(reader: FormReader, bound: Any, condition: OperandRule, loc: Loc) -> None:
     """Reports an operand that a condition holds to a limit, on the wrong side of it."""
     above = condition.greater is not None
     words = ("at least", "greater than") if above else ("at most", "less than")

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
 
 
-def is_number(value: Any) -> bool:
+def is_finite_number(value: Any) -> bool:
     """A finite number."""
     return type(value) is int or (type(value) is float and math.isfinite(value))
 
 
 def is_vector(value: Any) -> bool:
     """A list of finite numbers."""
-    return is_sequence(value) and len(value) > 0 and all(map(is_number, value))
+    return is_sequence(value) and len(value) > 0 and all(map(is_finite_number, value))
 
 
 def is_color(value: Any) -> bool:
@@ -59,11 +59,11 @@ def _is_flag(value: Any) -> bool:
 
 
 def _is_scalar(value: Any) -> bool:
-    return isinstance(value, str | bool) or is_number(value)
+    return isinstance(value, str | bool) or is_finite_number(value)
 
 
 PARAM_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "number": (is_number, "a number"),
+    "number": (is_finite_number, "a number"),
     "integer": (_is_whole, "a whole number"),
     "string": (_is_text, "a text"),
     "boolean": (_is_flag, "true or false"),
@@ -85,7 +85,7 @@ def infer_param_kind(default: Any) -> str | None:
     """The type of a parameter that is written as its default alone; None where it has none."""
     if type(default) is bool:
         return "boolean"
-    if is_number(default):
+    if is_finite_number(default):
         return "number"
     if isinstance(default, str):
         return "color" if is_color_text(default) else "string"
@@ -153,8 +153,8 @@ class ParamType:
         """As `misfit`, of a value that a draw gives: alternatives of a draw are floats, however they are written."""
         if self.kind == "integer" and type(value) is float and value.is_integer():
             value = int(value)
-        elif self.kind == "choice" and is_number(value):
-            value = next((option for option in self.options if is_number(option) and option == value), value)
+        elif self.kind == "choice" and is_finite_number(value):
+            value = next((option for option in self.options if is_finite_number(option) and option == value), value)
         return self.misfit(value)
 
     def outside(self, low: Any, high: Any) -> ParamIssue | None:

@@ -41,13 +41,13 @@ def on_processes(do: Callable[[Work, Unit], Outcome], work: Work, units: Sequenc
         for number, result in completed(partial(do, work), left, jobs):
             if isinstance(result, Died):
                 died.append(left[number])
-                yield left[number], _ending(result.status)
+                yield left[number], _describe_ending(result.status)
             else:
                 yield left[number], result
         left = died
 
 
-def _ending(status: int | None) -> str:
+def _describe_ending(status: int | None) -> str:
     return f"signal {-status}" if status is not None and status < 0 else f"status {status}"
 
 

@@ -24,7 +24,7 @@ from scenecc.source.paths import PathCache
 from scenecc.source.provenance import content_hash
 from scenecc.sweeps.executors import ATTEMPTS, on_processes, on_ray
 from scenecc.sweeps.folder import SweepFolder, fail
-from scenecc.sweeps.units import Do, Entry, Outcome, Settings, Work, do_unit, table_row
+from scenecc.sweeps.units import Do, Entry, FindingSettings, Outcome, Work, do_unit, table_row
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -74,7 +74,7 @@ _TYPES: Final[dict[str, Any]] = {
     "camera": str | None,
     "size": tuple[int, int] | None,
     "progress": Callable[[int, int], None] | None,
-    "settings": Callable[[str], Settings] | None,
+    "settings": Callable[[str], FindingSettings] | None,
 }
 
 _MOST: Final = 2**64
@@ -96,7 +96,7 @@ def sweep(
     ray_address: str | None = None,
     shard: tuple[int, int] | None = None,
     progress: Callable[[int, int], None] | None = None,
-    settings: Callable[[str], Settings] | None = None,
+    settings: Callable[[str], FindingSettings] | None = None,
     **options: Unpack[SweepOptions],
 ) -> Sweep:
     """Does the same with all scenes of files and seeds, and writes a table with a row for each scene.
@@ -252,7 +252,7 @@ def _collect(
                     folder.log(unit, died=outcome, attempt=deaths[unit])
                     if deaths[unit] < ATTEMPTS:
                         continue
-                    outcome = _died(work, unit)
+                    outcome = _record_death(work, unit)
                 elif outcome.fault is not None:
                     host = outcome.worker.rpartition(":")[0]
                     hint = "while a sweep runs, its files stay as they are, at the same path on each machine"
@@ -266,7 +266,7 @@ def _collect(
                 progress(before, total)
 
 
-def _died(work: Work, unit: Unit) -> Outcome:
+def _record_death(work: Work, unit: Unit) -> Outcome:
     """In place of what a unit would have given: a finding at its file."""
     entry, sink = work.entries[unit.entry], Sink()
     scenes = f"scenes {unit.first} to {unit.end - 1}" if unit.end - unit.first > 1 else f"scene {unit.first}"

@@ -53,7 +53,7 @@ class Unit(NamedTuple):
     end: int
 
 
-class Settings(Protocol):
+class FindingSettings(Protocol):
     """What is wanted of the findings of a file. It can be pickled, and its `repr` tells all but the rules."""
 
     @property
@@ -86,7 +86,7 @@ class Entry:
     seeds: Sequence[int]
     used: Mapping[str, str]
     named: Mapping[str, str]
-    settings: Settings | None = None
+    settings: FindingSettings | None = None
 
     @property
     def parameters(self) -> str:

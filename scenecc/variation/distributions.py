@@ -32,7 +32,7 @@ WIDEST_INTEGERS = 2**53
 
 
 @frozen
-class Condition:
+class OperandRule:
     """What has to hold of the operands: one is at least another, or at least, or at most, a limit.
 
     Attributes:
@@ -80,7 +80,7 @@ class Distribution:
     description: ClassVar[str]
     companion_description: ClassVar[str] = ""
     listed: ClassVar[str] = "both bounds"
-    conditions: ClassVar[tuple[Condition, ...]] = (Condition("the lower bound is above the upper one", 1, 0),)
+    conditions: ClassVar[tuple[OperandRule, ...]] = (OperandRule("the lower bound is above the upper one", 1, 0),)
     between: ClassVar[tuple[int, int] | None] = (0, 1)
     whole: ClassVar[bool] = False
     cost: ClassVar[int] = 1
@@ -90,7 +90,7 @@ class Distribution:
         own = len(self.operands)
         return [(self.key, i) if i < own else (str(self.companion), i - own) for i in range(count)]
 
-    def holding(self, count: int) -> list[Condition]:
+    def holding(self, count: int) -> list[OperandRule]:
         """The conditions that concern the first so many operands."""
         return [one for one in self.conditions if max(one.greater or 0, one.less or 0) < count]
 
@@ -145,8 +145,8 @@ class LogUniform(Distribution):
     description = "[low, high]: the logarithm is uniform."
     conditions = (
         *Distribution.conditions,
-        Condition("the lower bound is not positive", 0, strict=True, because=" for its logarithm to be drawn"),
-        Condition("the upper bound is not positive", 1, strict=True, because=" for its logarithm to be drawn"),
+        OperandRule("the lower bound is not positive", 0, strict=True, because=" for its logarithm to be drawn"),
+        OperandRule("the upper bound is not positive", 1, strict=True, because=" for its logarithm to be drawn"),
     )
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
@@ -169,8 +169,8 @@ class Normal(Distribution):
     companion_description = "[low, high]: what a normal draw stays within."
     listed = "mean, std and clip"
     conditions = (
-        Condition("the standard deviation is negative", 1),
-        Condition("the lower edge of `clip` is above the upper one", 3, 2),
+        OperandRule("the standard deviation is negative", 1),
+        OperandRule("the lower edge of `clip` is above the upper one", 3, 2),
     )
     between = None
 
@@ -206,8 +206,8 @@ class Triangular(Distribution):
     description = "[low, mode, high]: most often near the mode."
     listed = "low, mode and high"
     conditions = (
-        Condition("the lower bound is above the mode", 1, 0),
-        Condition("the mode is above the upper bound", 2, 1),
+        OperandRule("the lower bound is above the mode", 1, 0),
+        OperandRule("the mode is above the upper bound", 2, 1),
     )
     between = (0, 2)
 
@@ -231,7 +231,7 @@ class _Ranged(Distribution):
     companion_description = "[low, high]: between what a `beta` or `truncated_normal` draws."
     between = (2, 3)
 
-    edges_crossed: ClassVar[Condition] = Condition("the lower edge of `range` is above the upper one", 3, 2)
+    edges_crossed: ClassVar[OperandRule] = OperandRule("the lower edge of `range` is above the upper one", 3, 2)
 
 
 class Beta(_Ranged):
@@ -249,8 +249,8 @@ class Beta(_Ranged):
             condition
             for i, name in enumerate(("a", "b"))
             for condition in (
-                Condition(f"`{name}` is below {SHAPE_BOUNDS[0]:g}", i, limit=SHAPE_BOUNDS[0]),
-                Condition(f"`{name}` is above {SHAPE_BOUNDS[1]:g}", None, i, limit=SHAPE_BOUNDS[1]),
+                OperandRule(f"`{name}` is below {SHAPE_BOUNDS[0]:g}", i, limit=SHAPE_BOUNDS[0]),
+                OperandRule(f"`{name}` is above {SHAPE_BOUNDS[1]:g}", None, i, limit=SHAPE_BOUNDS[1]),
             )
         ),
         _Ranged.edges_crossed,
@@ -300,7 +300,7 @@ class TruncatedNormal(_Ranged):
     description = "[mean, std]: a normal distribution within `range`, drawn inside and not put on the edges."
     listed = "mean, std and range"
     cost = 5
-    conditions = (Condition("the standard deviation is not positive", 1, strict=True), _Ranged.edges_crossed)
+    conditions = (OperandRule("the standard deviation is not positive", 1, strict=True), _Ranged.edges_crossed)
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
         """Numbers (B, n), by the inverse of the distribution function."""

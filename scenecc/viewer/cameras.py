@@ -33,7 +33,7 @@ _NEAREST: Final = 0.1
 
 
 @frozen
-class View:
+class BrowserView:
     """Where a browser's camera stands.
 
     Attributes:
@@ -50,7 +50,7 @@ class View:
     mounted: bool = False
 
 
-def first_view(views: Sequence[View], solids: Solids, *, grid: bool) -> View | None:
+def first_view(views: Sequence[BrowserView], solids: Solids, *, grid: bool) -> BrowserView | None:
     """The view that a page opens at: that of the file's first camera that stands in the world, or of what moves.
 
     Where scenes stand side by side it is None: all that is shown. `solids`: of the scene.
@@ -60,19 +60,19 @@ def first_view(views: Sequence[View], solids: Solids, *, grid: bool) -> View | N
     return next((view for view in views if not view.mounted), None) or subject_view(solids)
 
 
-def subject_view(solids: Solids) -> View:
+def subject_view(solids: Solids) -> BrowserView:
     """A view of what moves in a scene, as `scenecc render` frames it."""
     subject = find_subject(solids)
     pose = frame_subject(subject, *_ASPECT).pose
     forward = np.array(rotate(normalized(pose[3:].tolist()), (1.0, 0.0, 0.0)))
     distance = max(float((subject.center - pose[:3]) @ forward), _NEAREST)
     middle = pose[:3] + distance * forward
-    return View("", to_vector(middle - _BACK * distance * forward), to_vector(middle), FRAMING_FOVY)
+    return BrowserView("", to_vector(middle - _BACK * distance * forward), to_vector(middle), FRAMING_FOVY)
 
 
 def camera_views(
     plan: ScenePlan, scenes: tuple[MeasuredScene, ...], origins: Mapping[int, Vec3], middle: NDArray[np.float64]
-) -> Iterator[View]:
+) -> Iterator[BrowserView]:
     """The cameras of scenes as they stand at the start. A browser knows no roll: what is up on the page is up.
 
     Args:
@@ -92,7 +92,7 @@ def camera_views(
                 distance = max(float((middle - position) @ forward), _NEAREST)
                 ax, ay, az = map(float, position + distance * forward)
                 name = camera.name if len(scenes) == 1 else f"{camera.name} ({scene.index})"
-                yield View(name, position, (ax, ay, az), _fov(camera, row, distance), camera.mount is not None)
+                yield BrowserView(name, position, (ax, ay, az), _fov(camera, row, distance), camera.mount is not None)
 
 
 def _mount(camera: Camera, scene: MeasuredScene) -> Pose7:

@@ -19,7 +19,7 @@ _OVERLAPS = frozenset({"SC850", "SC851"})
 
 
 @frozen
-class CheckResult:
+class SceneFindings:
     """What was found.
 
     Attributes:
@@ -31,7 +31,7 @@ class CheckResult:
     overlapping: frozenset[tuple[int, str]]
 
 
-def check_start(loaded: Loaded, scene_idxs: Sequence[int]) -> CheckResult:
+def check_start(loaded: Loaded, scene_idxs: Sequence[int]) -> SceneFindings:
     """Builds scenes once more and checks their start, as `scenecc check` does without settling.
 
     Raises:
@@ -44,4 +44,4 @@ def check_start(loaded: Loaded, scene_idxs: Sequence[int]) -> CheckResult:
     report_findings(found, origins_of(loaded.plan), None, sink, several_seeds=False)
     overlapping = {(one.scene, name) for one in found if one.code in _OVERLAPS for name in one.names}
     told = sorted(sink.diagnostics(), key=lambda one: (one.file or "", one.line or 0, one.column or 0))
-    return CheckResult(tuple(told), frozenset(overlapping))
+    return SceneFindings(tuple(told), frozenset(overlapping))

@@ -51,14 +51,14 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
     handle: Any
     read: Callable[[Any], Any]
     if row.type in {"boolean", "choice"}:
-        handle, read = _listed(gui, row, value, hint)
+        handle, read = _add_choices(gui, row, value, hint)
     elif row.type in {"number", "integer"} and _is_number(value):
         handle, read = _number(gui, row, value, hint), partial(_read_number, whole=row.type == "integer")
     else:
         # The text of an expression is no value that can be given.
         unsaid = value is None or (value == row.value and row.type not in _TEXTS and _is_expression(value))
-        handle = gui.add_text(row.name, initial_value="" if unsaid else _written(value), hint=hint)
-        read = partial(read_text, kind=row.type)
+        handle = gui.add_text(row.name, initial_value="" if unsaid else _format_value(value), hint=hint)
+        read = partial(read_param_text, kind=row.type)
 
     def update(event: Any) -> None:
         del event
@@ -68,10 +68,10 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
     return handle
 
 
-def _listed(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[Any, Callable[[Any], Any]]:
+def _add_choices(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[Any, Callable[[Any], Any]]:
     """A list to choose from. What the file draws or computes is none of it, and stands first."""
     values = row.options or (True, False)
-    words = [_written(option) for option in values]
+    words = [_format_value(option) for option in values]
     # A number and a text may be written the same.
     labels = [json.dumps(option) if words.count(word) > 1 else word for option, word in zip(values, words, strict=True)]
     options: dict[str, Any] = {_AS_IN_THE_FILE: AS_WRITTEN, **dict(zip(labels, values, strict=True))}
@@ -81,7 +81,7 @@ def _listed(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[An
     return handle, lambda word: options.get(word, AS_WRITTEN)
 
 
-def read_text(text: str, kind: str) -> Any:
+def read_param_text(text: str, kind: str) -> Any:
     """The text that was typed as the value of a parameter: YAML on one line, or the text itself for a string.
 
     Nothing is no value, but where a text is wanted that may be empty.
@@ -129,12 +129,12 @@ def _is_same(option: Any, value: Any) -> bool:
 
 
 def _is_expression(value: Any) -> bool:
-    return "${" in _written(value)
+    return "${" in _format_value(value)
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _written(value: Any) -> str:
+def _format_value(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

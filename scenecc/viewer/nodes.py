@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scenecc.meshes.builder import BodyMeshes, EntityMeshes, SceneMeshes
     from scenecc.meshes.surface import MeshPart, MeshShape
     from scenecc.meshes.surface import SurfaceMaterial as Material
-    from scenecc.viewer.cameras import View
+    from scenecc.viewer.cameras import BrowserView
     from scenecc.viewer.options import ViewOptions
 
 
@@ -62,7 +62,7 @@ class SurfaceNode:
     """A surface of a body.
 
     Attributes:
-        digest: of its file, see `Files`.
+        digest: of its file, see `SurfaceFiles`.
         position, wxyz: in the body's frame. scale: along its own axes.
         body: that has it.
     """
@@ -90,7 +90,7 @@ class Instances:
     """Copies of one surface, of many bodies: one node. It compares by identity.
 
     Attributes:
-        digest: of its file, see `Files`.
+        digest: of its file, see `SurfaceFiles`.
         rows: (N,) the body of each copy, as a row of `BodyPoses`.
         places: (N, 7) p [m] then q (wxyz) of each in its body's frame.
         scales: (N, 3) along its own axes.
@@ -186,7 +186,7 @@ class PageContent:
     shadows: bool
     origins: Mapping[int, Vec3]
     solids: Solids
-    views: tuple[View, ...] = ()
+    views: tuple[BrowserView, ...] = ()
 
     def moved(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> PageContent:
         """The same with some bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
@@ -194,12 +194,12 @@ class PageContent:
         for key, pose in zip(keys, poses.tolist(), strict=True):
             path = self.bodies.get(key)
             if path is not None:
-                position, wxyz = _placed(tuple(pose))
+                position, wxyz = _split_pose(tuple(pose))
                 nodes[path] = replace(nodes[path], position=position, wxyz=wxyz)
         return replace(self, nodes=nodes, poses=self.poses.moved(keys, poses))
 
 
-class Files:
+class SurfaceFiles:
     """Surfaces as files. What was made once is kept as long as something shown uses it."""
 
     def __init__(self) -> None:
@@ -211,7 +211,7 @@ class Files:
         """The digest of a part's file, which is in `contents`."""
         key = (self._surface(part.surface), part.look, turned)
         if key not in self._digests:
-            content = part_to_glb(_shaded(part), turned=turned)
+            content = part_to_glb(_shade_part(part), turned=turned)
             digest = sha256(content).hexdigest()
             self._digests[key] = digest
             self.contents[digest] = content
@@ -233,7 +233,7 @@ class Files:
 
 
 def page_content(
-    visual: tuple[SceneMeshes, ...], colliding: tuple[SceneMeshes, ...] | None, look: ViewOptions, files: Files
+    visual: tuple[SceneMeshes, ...], colliding: tuple[SceneMeshes, ...] | None, look: ViewOptions, files: SurfaceFiles
 ) -> PageContent:
     """All that is shown.
 
@@ -290,7 +290,7 @@ def _is_solid(body: BodyMeshes) -> bool:
 class _Painter:
     """Gathers what is seen of bodies, and makes nodes of it once it is known how many copies there are of each."""
 
-    def __init__(self, look: ViewOptions, files: Files) -> None:
+    def __init__(self, look: ViewOptions, files: SurfaceFiles) -> None:
         self._look = look
         self._files = files
         self.poses: dict[Key, Pose7] = {}
@@ -312,7 +312,7 @@ class _Painter:
                     surfaces += self._shape(f"{role} {number}", fitted, key, see_through=see_through)
 
     def _shape(self, name: str, shape: MeshShape, key: Key, *, see_through: bool) -> Iterator[tuple[str, SurfaceNode]]:
-        place = _placed(shape.pose)
+        place = _split_pose(shape.pose)
         parts = [_seen_through(part) for part in shape.parts] if see_through else shape.parts
         for number, part in enumerate(parts):
             # Parts of one shape: one path each.
@@ -354,7 +354,7 @@ class _Painter:
             path = f"{path}/{step}"
             nodes.setdefault(path, Frame((0.0, 0.0, 0.0), _UNTURNED))
         path = f"{path}/{last}"
-        nodes[path] = Frame(*_placed(self.poses[key]), axes=self._look.frames)
+        nodes[path] = Frame(*_split_pose(self.poses[key]), axes=self._look.frames)
         return path
 
     def _each(self) -> Iterator[tuple[str, SurfaceNode]]:
@@ -397,7 +397,7 @@ def _tiles_cut(shape: MeshShape, half: float | None) -> MeshShape:
     return replace(shape, parts=tuple(parts), scale=(*small, 1.0))
 
 
-def _shaded(part: MeshPart) -> MeshPart:
+def _shade_part(part: MeshPart) -> MeshPart:
     """A part as viser shades it as SAPIEN does.
 
     viser computes normals itself, by all triangles that have a vertex; where the file gives normals, it writes over
@@ -422,6 +422,6 @@ def _escaped(name: str) -> str:
     return name.replace("/", _SLASH)
 
 
-def _placed(pose: tuple[float, ...]) -> tuple[Vec3, Quat]:
+def _split_pose(pose: tuple[float, ...]) -> tuple[Vec3, Quat]:
     x, y, z, qw, qx, qy, qz = pose
     return (x, y, z), (qw, qx, qy, qz)

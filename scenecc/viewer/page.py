@@ -27,7 +27,7 @@ import websockets.asyncio.server as below
 from scenecc.geometry.rotations import to_pose, to_vector
 from scenecc.interrupt import interrupts_wait
 from scenecc.plan.rendering import FRAMING_DIRECTION
-from scenecc.viewer.cameras import View
+from scenecc.viewer.cameras import BrowserView
 from scenecc.viewer.nodes import BodyPoses, Frame, Instances, SurfaceNode
 
 if TYPE_CHECKING:
@@ -238,7 +238,7 @@ class Page:
         self._bodies: Mapping[Key, str] = {}
         self._poses = BodyPoses.of({}, {})
         self._overview, self._radius = overview(np.zeros((0, 3))), 1.0
-        self._views: Mapping[str, View] = {}
+        self._views: Mapping[str, BrowserView] = {}
         # viser's own lights are so bright that colours are hardly the file's.
         server.scene.configure_default_lights(enabled=False)
         server.scene.configure_environment_map(environment_intensity=_AROUND)
@@ -258,7 +258,7 @@ class Page:
                 self._remove(path)
             self._bodies, self._poses, self._origins = picture.bodies, picture.poses, picture.origins
             for path, node in picture.nodes.items():
-                self._put(path, node, contents)
+                self._put_node(path, node, contents)
             self._follow()
         self._overview, self._radius = overview(picture.corners), bounds(picture.corners)[1]
         self._views = {view.name: view for view in picture.views}
@@ -351,7 +351,7 @@ class Page:
             self._marks.pop(path)[1].remove()
 
     @interrupts_wait()
-    def open_at(self, view: View | None = None) -> None:
+    def open_at(self, view: BrowserView | None = None) -> None:
         """Lets browsers that come from now on begin at a view; None: that of all that is shown."""
         self._look_from(self._server.initial_camera, view or self._overview)
 
@@ -369,7 +369,7 @@ class Page:
         self.frame(self._server.get_clients().values())
         self.open_at()
 
-    def _look_from(self, camera: Any, view: View) -> None:
+    def _look_from(self, camera: Any, view: BrowserView) -> None:
         camera.position, camera.look_at, camera.fov = view.position, view.look_at, view.fov
 
     def _remove(self, path: str) -> None:
@@ -379,7 +379,7 @@ class Page:
         if self._server.scene.get_handle_by_name(path) is handle:
             handle.remove()
 
-    def _put(self, path: str, node: Node, contents: Mapping[str, bytes]) -> None:
+    def _put_node(self, path: str, node: Node, contents: Mapping[str, bytes]) -> None:
         before = self._nodes.get(path)
         handle: Any = self._handles.get(path)
         if isinstance(node, Frame) and isinstance(before, Frame):
@@ -393,7 +393,7 @@ class Page:
         elif isinstance(node, SurfaceNode) and isinstance(before, SurfaceNode) and node.is_moved(before):
             handle.position, handle.wxyz, handle.scale = node.position, node.wxyz, node.scale
         else:
-            handle = self._added(path, node, contents)
+            handle = self._add_node(path, node, contents)
         self._nodes[path], self._handles[path] = node, handle
 
     def _place(self, handle: Any, node: Instances) -> None:
@@ -401,7 +401,7 @@ class Page:
         poses = node.poses(self._poses)
         handle.batched_positions, handle.batched_wxyzs = poses[:, :3], poses[:, 3:]
 
-    def _added(self, path: str, node: Node, contents: Mapping[str, bytes]) -> Any:
+    def _add_node(self, path: str, node: Node, contents: Mapping[str, bytes]) -> Any:
         scene = self._server.scene
         if isinstance(node, Frame):
             return scene.add_frame(
@@ -451,8 +451,8 @@ def bounds(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
 
 
-def overview(corners: NDArray[np.float64]) -> View:
+def overview(corners: NDArray[np.float64]) -> BrowserView:
     """The view that has all of these points (N, 3) [m] in it: as SAPIEN's pictures do."""
     middle, radius = bounds(corners)
     back = np.array(FRAMING_DIRECTION) / np.linalg.norm(FRAMING_DIRECTION)
-    return View("", to_vector(middle + _DISTANCE * radius * back), to_vector(middle), _FOV)
+    return BrowserView("", to_vector(middle + _DISTANCE * radius * back), to_vector(middle), _FOV)

@@ -39,7 +39,7 @@ def check_written(name: str, data: Mapping[str, Any]) -> None:
     for key in ("use", "variants", "place", "repeat"):
         if key in written:
             raise EditError(f"`{key}` gives it its pose")
-    _written(written.get("pose", [0, 0, 0]))
+    _read_pose(written.get("pose", [0, 0, 0]))
 
 
 def _maker(name: str, entities: Mapping[str, Any]) -> str:
@@ -68,7 +68,7 @@ def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: 
         EditError: it cannot be written; the message says why.
     """
     pose = data["entities"][name].get("pose")
-    old = _written(pose or [0, 0, 0])
+    old = _read_pose(pose or [0, 0, 0])
     mapping = _mapping(pose)
     if "relative_to" in mapping and "anchor" in mapping:
         raise EditError("it has `relative_to` and `anchor`")
@@ -77,13 +77,16 @@ def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: 
     else:
         wanted = compose(new, compose(invert(start), old))
     edits, path = TextEdits(text), ("entities", name, "pose")
-    position, rotation = _rounded(wanted[:3], old[:3], 4, _SAME_PLACE), _kept(normalized(wanted[3:]), old[3:])
+    position, rotation = (
+        _rounded(wanted[:3], old[:3], 4, _SAME_PLACE),
+        _changed_rotation(normalized(wanted[3:]), old[3:]),
+    )
     if pose is None:
-        q = "" if rotation is None else f", q: {_listed(_digits(rotation, 6))}"
-        edits.add_key(path[:2], "pose", f"{{p: {_listed(position)}{q}}}" if q else _listed(position))
+        q = "" if rotation is None else f", q: {_format_list(_digits(rotation, 6))}"
+        edits.add_key(path[:2], "pose", f"{{p: {_format_list(position)}{q}}}" if q else _format_list(position))
     elif isinstance(pose, list):
         if rotation is not None:
-            edits.wrap(path, "{p: ", f", q: {_listed(_digits(rotation, 6))}}}")
+            edits.wrap(path, "{p: ", f", q: {_format_list(_digits(rotation, 6))}}}")
         _set_numbers(edits, path, old[:3], position)
     else:
         if rotation is not None:
@@ -91,11 +94,11 @@ def with_pose(text: str, data: Mapping[str, Any], name: str, start: Pose7, new: 
         if "p" in mapping:
             _set_numbers(edits, (*path, "p"), old[:3], position)
         elif any(position):
-            edits.add_key(path, "p", _listed(position))
+            edits.add_key(path, "p", _format_list(position))
     return edits.result()
 
 
-def _written(written: Any) -> Pose7:
+def _read_pose(written: Any) -> Pose7:
     """A pose of plain numbers, without what it is relative to. Raises EditError if it is none."""
     if isinstance(written, list):
         x, y, z = _numbers(written, 3, "pose")
@@ -151,7 +154,7 @@ def _turn(edits: TextEdits, path: Path, mapping: Mapping[str, Any], rotation: Qu
     elif "q" in mapping:
         _set_numbers(edits, (*path, "q"), mapping["q"], _digits(rotation, 6))
     else:
-        edits.add_key(path, "q", _listed(_digits(rotation, 6)))
+        edits.add_key(path, "q", _format_list(_digits(rotation, 6)))
 
 
 def _set_numbers(edits: TextEdits, path: Path, old: Sequence[float], new: Sequence[float]) -> None:
@@ -166,7 +169,7 @@ def _rounded(new: Sequence[float], old: Sequence[float], digits: int, same: floa
     ]
 
 
-def _kept(new: Quat, old: Sequence[float]) -> Quat | None:
+def _changed_rotation(new: Quat, old: Sequence[float]) -> Quat | None:
     """The rotation; None where it is the old one."""
     sign = copysign(1.0, sum(a * b for a, b in zip(new, old, strict=True)))
     w, x, y, z = (sign * one for one in new)
@@ -187,7 +190,7 @@ def _digits(numbers: Any, digits: int) -> list[float]:
     return [round(one, digits) for one in numbers]
 
 
-def _listed(numbers: Sequence[float]) -> str:
+def _format_list(numbers: Sequence[float]) -> str:
     return f"[{', '.join(map(_number, numbers))}]"
 
 

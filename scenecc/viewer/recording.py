@@ -48,7 +48,7 @@ def shot(browser: viser.ClientHandle) -> NDArray[np.uint8]:
     return np.ascontiguousarray(found[..., :3])
 
 
-def film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
+def record_film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
     """An MP4 of what a browser shows, `RATE` pictures a second.
 
     Args:
@@ -65,7 +65,7 @@ def film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
         yield (first := shot(browser))
         while advance():
             # A window may change its size meanwhile.
-            yield _fitted(shot(browser), first)
+            yield _fit_picture(shot(browser), first)
 
     try:
         return mp4(frames(), RATE)
@@ -75,7 +75,7 @@ def film(browser: viser.ClientHandle, advance: Callable[[], bool]) -> bytes:
         raise _error("SC816", str(error)) from error
 
 
-def _fitted(frame: NDArray[np.uint8], first: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _fit_picture(frame: NDArray[np.uint8], first: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """A picture cut or filled up to the size of another."""
     made = np.full_like(first, 255)
     height, width = (min(a, b) for a, b in zip(first.shape[:2], frame.shape[:2], strict=True))

@@ -19,12 +19,12 @@ from scenecc.source.edits import EditError
 from scenecc.viewer.cameras import first_view
 from scenecc.viewer.controls import AsWritten
 from scenecc.viewer.editor import FileEditor
-from scenecc.viewer.nodes import Files
+from scenecc.viewer.nodes import SurfaceFiles
 from scenecc.viewer.page import Page
 from scenecc.viewer.panel import Panel
 from scenecc.viewer.selected import Selected
 from scenecc.viewer.tasks import FileWatcher, TaskQueue, interrupts_kept
-from scenecc.viewer.world import World, check_scene, load
+from scenecc.viewer.world import World, check_selected_scene, load
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
@@ -76,8 +76,8 @@ class Session:
         self._look = self._built = look
         self._given: dict[str, Any] = {}
         self._mail = TaskQueue()
-        self._files = Files()
-        self._page = Page(server, lambda key: self._mail.post("select", lambda: self.pick(key)), self._dragged)
+        self._files = SurfaceFiles()
+        self._page = Page(server, lambda key: self._mail.post("select", lambda: self.pick(key)), self._drag)
         self._panel = Panel(server, self._mail, self, self._page, look, links=links)
         self._watch = FileWatcher(lambda: self._mail.post("reload", self.reload))
         self._watched: frozenset[Path] = frozenset()
@@ -105,7 +105,7 @@ class Session:
             self._watch.see([self._path])
         loading = self._load({})
         if loading.loaded is not None:
-            check_scene(self._look, loading.loaded.plan)
+            check_selected_scene(self._look, loading.loaded.plan)
         self._try(lambda: self._take(loading))
 
     def run(self) -> None:
@@ -130,7 +130,7 @@ class Session:
         afresh = loading.loaded is None and bool(self._given)
         if afresh and (plain := self._load({})).loaded is not None:
             # What was given by hand no longer fits to the file.
-            self._given = self._fitting()
+            self._given = self._fitting_values()
             loading = self._load(self._given) if self._given else plain
         self._take(loading, afresh=afresh)
 
@@ -192,7 +192,7 @@ class Session:
     def step(self, n: int) -> None:
         """Simulates some steps."""
         if self._world is not None:
-            self._simulated(self._world, n)
+            self._simulate_steps(self._world, n)
 
     def select(self, key: Key) -> None:
         """Tells what is known of a body and of what it belongs to, and editors where that is written."""
@@ -219,7 +219,7 @@ class Session:
     def hide(self, *, hidden: bool) -> None:
         """Shows the entity of the selected body no longer, or again."""
         if self._selected is not None:
-            self._show_but(_with(self._look.hidden, self._selected[1], inside=hidden))
+            self._show_but(_with_name(self._look.hidden, self._selected[1], inside=hidden))
 
     def show_all(self) -> None:
         """Shows all entities that were hidden."""
@@ -228,7 +228,7 @@ class Session:
     def lock(self, *, locked: bool) -> None:
         """Keeps the entity of the selected body from clicks and moves, or no longer."""
         if self._selected is not None:
-            self._locked = _with(self._locked, self._selected[1], inside=locked)
+            self._locked = _with_name(self._locked, self._selected[1], inside=locked)
             self._moves = self._moves and not locked
             self._tell_selected()
 
@@ -265,7 +265,7 @@ class Session:
         world = self._world
         if world is None:
             return
-        from scenecc.viewer.recording import RATE, film
+        from scenecc.viewer.recording import RATE, record_film
 
         if self._playing:
             self.play()
@@ -279,11 +279,11 @@ class Session:
             owed += 1 / RATE
             steps = int(owed / world.timestep + _ROUNDING)
             owed -= steps * world.timestep
-            self._simulated(world, steps)
+            self._simulate_steps(world, steps)
             return left > 0 and not self._panel.stop.is_set()
 
         try:
-            content = film(browser, advance)
+            content = record_film(browser, advance)
         finally:
             self._panel.tell_recording(recording=False)
         browser.send_file_download("scene.mp4", content, save_immediately=True)
@@ -326,7 +326,7 @@ class Session:
     def _hear(self, places: list[Place]) -> None:
         self._mail.post("select written", lambda: self.select_written(places))
 
-    def _dragged(self, key: Key, pose: Pose7, done: bool) -> None:  # noqa: FBT001 - as the page calls it
+    def _drag(self, key: Key, pose: Pose7, done: bool) -> None:  # noqa: FBT001 - as the page calls it
         if done:
             self._mail.post("drop", lambda: self.drop(key, pose))
         else:
@@ -380,7 +380,7 @@ class Session:
         params = {name: value for name, value in self._options.params.items() if name not in names}
         self._options = replace(self._options, params=params)
 
-    def _fitting(self) -> dict[str, Any]:
+    def _fitting_values(self) -> dict[str, Any]:
         """Those of the values that were given by hand that the file takes."""
         kept: dict[str, Any] = {}
         for name, value in self._given.items():
@@ -405,9 +405,9 @@ class Session:
         while self._owed >= timestep and time.monotonic() < until:
             self._world.step()
             self._owed -= timestep
-        self._simulated(self._world)
+        self._simulate_steps(self._world)
 
-    def _simulated(self, world: World, n: int = 0) -> None:
+    def _simulate_steps(self, world: World, n: int = 0) -> None:
         """Simulates some more steps, and shows where everything is; one that diverges stops, and its poses stay."""
         if self._moves:
             self.move(on=False)
@@ -516,5 +516,5 @@ class Session:
         self._report(diagnostics)
 
 
-def _with(names: frozenset[str], name: str, *, inside: bool) -> frozenset[str]:
+def _with_name(names: frozenset[str], name: str, *, inside: bool) -> frozenset[str]:
     return names | {name} if inside else names - {name}

@@ -69,7 +69,7 @@ def view_scene(
     writes = place.is_local or place.token is not None
     around: Any = {"path": path, "report": told or _ignore, "links": place.is_local, "writes": writes}
     with (
-        _served(place, label) as server,
+        _serve(place, label) as server,
         closing(Session(server, _again(source), compile_options, look, **around)) as session,
     ):
         session.serve(lambda: (ready or _ignore)(address(place, server.get_port())))
@@ -110,7 +110,7 @@ def page_of_source(
         ValueError: an argument is out of its range.
     """
     _need_packages()
-    from scenecc.viewer.world import World, check_scene, record
+    from scenecc.viewer.world import World, check_selected_scene, record_page
 
     look = look or ViewOptions()
     steps = integer(steps, "steps", 0)
@@ -118,19 +118,19 @@ def page_of_source(
     loading = load(source, compile_options, {})
     if loading.loaded is None:
         raise SceneError(loading.diagnostics)
-    check_scene(look, loading.loaded.plan)
+    check_selected_scene(look, loading.loaded.plan)
     world = World(loading.loaded, look, progress)
     try:
         # viser writes a page from what a server shows; nobody is told of this one.
-        with _served(PageAddress(port=0), loading.loaded.plan.name) as server:
-            page = record(server, world, look, steps, progress)
+        with _serve(PageAddress(port=0), loading.loaded.plan.name) as server:
+            page = record_page(server, world, look, steps, progress)
     finally:
         world.close()
     return ScenePage(page, loading.loaded.sink.diagnostics())
 
 
 @contextmanager
-def _served(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
+def _serve(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
     from scenecc.interrupt import interrupts_wait
     from scenecc.viewer.page import close_server
 
@@ -138,14 +138,14 @@ def _served(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
     try:
         # Half of a server is nothing that could be stopped.
         with interrupts_wait():
-            server = _opened(place, label)
+            server = _open_server(place, label)
         yield server
     finally:
         if server is not None:
             close_server(server)
 
 
-def _opened(place: PageAddress, label: str) -> viser.ViserServer:
+def _open_server(place: PageAddress, label: str) -> viser.ViserServer:
     """Raises SceneError if the address or the port cannot be had."""
     from scenecc.viewer.page import open_server
 

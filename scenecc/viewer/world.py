@@ -18,14 +18,13 @@ from scenecc.errors import SceneError
 from scenecc.geometry.rotations import to_pose
 from scenecc.inspect.entities import entity_item
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes
-from scenecc.meshes.surface import report_mesh_error
 from scenecc.options import integer
 from scenecc.pipeline import CompiledSource, build_batch, compile_source, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure
 from scenecc.selection_link import Place
 from scenecc.source.paths import PathCache
 from scenecc.viewer.cameras import camera_views, first_view
-from scenecc.viewer.nodes import Files, page_content
+from scenecc.viewer.nodes import SurfaceFiles, page_content
 from scenecc.viewer.page import Page, bounds, titled
 
 if TYPE_CHECKING:
@@ -76,11 +75,11 @@ class World:
             progress=progress,
         )
         # With the engine, which is known to be there now.
-        from scenecc.backends.sapien.measure import PoseTracker, measure
+        from scenecc.backends.sapien.measure import PoseTracker, measure_bodies
 
         try:
             loaded.result.reset_replayed(self._batch, loaded.sink.another())
-            self._measured = measure(self._batch)
+            self._measured = measure_bodies(self._batch)
             self._moving = PoseTracker(self._batch)
         except BaseException:
             self._batch.close()
@@ -116,13 +115,13 @@ class World:
         """(N, 7) p [m] then q (wxyz) of all bodies that can move, in the world of their scene."""
         return self._moving.poses()
 
-    def picture(self, look: ViewOptions, files: Files) -> PageContent:
+    def picture(self, look: ViewOptions, files: SurfaceFiles) -> PageContent:
         """All that is shown of it, as it stood at the start.
 
         Raises:
             SceneError: a file cannot be shown, or a package for it is missing.
         """
-        found = page_content(self._visual, self._colliding if look.collision else None, look, files)
+        found = page_content(self._visual, self._colliding_meshes if look.collision else None, look, files)
         views = camera_views(self.loaded.plan, self._measured.scenes, found.origins, bounds(found.corners)[0])
         return replace(found, views=tuple(views))
 
@@ -187,7 +186,7 @@ class World:
 
     def written(self, key: Key) -> list[Place]:
         """Where the entity of a body is written, innermost first: in a prefab, and where that is used."""
-        return self._written.get(key[1], [])
+        return self._find_places.get(key[1], [])
 
     def written_at(self, places: Collection[Place]) -> list[Key]:
         """The first bodies of the entities that are written at one of some places."""
@@ -195,12 +194,12 @@ class World:
             (scene.index, one.entity.name, 0)
             for scene in self._measured.scenes
             for one in scene.entities
-            if any(place in places for place in self._written[one.entity.name])
+            if any(place in places for place in self._find_places[one.entity.name])
         ]
 
     def box(self, key: Key) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """The lowest and highest corner of a body in its own frame, planes left out [m]; None where it has none."""
-        for scenes in (self._visual, self._colliding):
+        for scenes in (self._visual, self._colliding_meshes):
             for body in _bodies_of(scenes, key):
                 if len(body.corners):
                     turn, place = body.place[:3, :3], body.place[:3, 3]
@@ -221,7 +220,7 @@ class World:
         self._batch.close()
 
     @cached_property
-    def _written(self) -> dict[str, list[Place]]:
+    def _find_places(self) -> dict[str, list[Place]]:
         """Places of each entity, by its name."""
         files = {name: os.path.realpath(path) for name, path in self.loaded.files.items()}
         return {
@@ -235,19 +234,19 @@ class World:
 
     @cached_property
     def _visual(self) -> tuple[SceneMeshes, ...]:
-        return self._drawn("visual")
+        return self._draw_scenes("visual")
 
     @cached_property
-    def _colliding(self) -> tuple[SceneMeshes, ...]:
-        return self._drawn("collision")
+    def _colliding_meshes(self) -> tuple[SceneMeshes, ...]:
+        return self._draw_scenes("collision")
 
-    def _drawn(self, show: Literal["visual", "collision"]) -> tuple[SceneMeshes, ...]:
+    def _draw_scenes(self, show: Literal["visual", "collision"]) -> tuple[SceneMeshes, ...]:
         drawer = self.loaded.drawer
         try:
             return tuple(build_scene_meshes(drawer, scene, show) for scene in self._measured.scenes)
         except AssetError as problem:
             sink = self.loaded.sink.another()
-            report_mesh_error(problem, drawer.at, sink)
+            problem.report(sink, drawer.at)
             raise SceneError(sink.diagnostics()) from problem
 
 
@@ -284,7 +283,7 @@ def _bodies_of(scenes: tuple[SceneMeshes, ...], key: Key) -> tuple[BodyMeshes, .
     return _entity_bodies(scenes, key)[key[2] : key[2] + 1]
 
 
-def check_scene(look: ViewOptions, plan: ScenePlan) -> None:
+def check_selected_scene(look: ViewOptions, plan: ScenePlan) -> None:
     """Raises SceneError if the plan has no such scene as is looked at, ValueError if none can have it."""
     sink = Sink()
     if select_scenes(str(integer(look.scene, "scene", 0)), plan.num_scenes, sink, "scene") is None or sink.failed:
@@ -368,7 +367,7 @@ def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
         return Loading(None, sink.diagnostics(), files)
     # What was compiled already takes no other parameters.
     listed = () if isinstance(source, CompiledSource) else tuple(list_result_params(found, options.limits))
-    drawer = MeshBuilder(found.plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
+    drawer = MeshBuilder(found.plan, lambda problem, origin: problem.report(sink, origin))
     named = memory.files_by_name(found.document) if found.document is not None else {}
     return Loading(Loaded(found.plan, listed, params, sink, drawer, found, named), sink.diagnostics(), files)
 
@@ -376,7 +375,7 @@ def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
 _FRAMES_A_SECOND: Final = 30
 
 
-def record(
+def record_page(
     server: viser.ViserServer,
     world: World,
     look: ViewOptions,
@@ -388,7 +387,7 @@ def record(
     Raises:
         SceneError: a file cannot be shown, a package for it is missing, or the simulation diverges.
     """
-    files, page = Files(), Page(server)
+    files, page = SurfaceFiles(), Page(server)
     picture = world.picture(look, files)
     page.show(picture, files.contents)
     page.open_at(first_view(picture.views, picture.solids, grid=look.grid))

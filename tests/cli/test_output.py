@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from scenecc.cli import output
-from scenecc.cli.output import folder_refusal, refusal, write, write_files
+from scenecc.cli.output import folder_refusal, refusal, write_files, write_output
 
 
 def test_a_file_is_written_whole_with_ordinary_permissions(tmp_path: Path) -> None:
     target = tmp_path / "plan.json"
-    assert write(str(target), "{}\n") is None
+    assert write_output(str(target), "{}\n") is None
     other = tmp_path / "other"
     other.touch()
     assert target.read_text() == "{}\n"
@@ -30,7 +30,7 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path, monkeypa
         raise OSError(28, os.strerror(28))
 
     monkeypatch.setattr(output.os, "fsync", full)
-    reason = write(str(target), "new")
+    reason = write_output(str(target), "new")
     assert reason is not None
     assert reason[0] == "SC818"
     assert "No space left" in reason[1]
@@ -47,7 +47,7 @@ def test_an_interruption_leaves_the_old_file_and_nothing_else(tmp_path: Path, mo
 
     monkeypatch.setattr(output.os, "fsync", interrupted)
     with pytest.raises(SystemExit):
-        write(str(target), "new")
+        write_output(str(target), "new")
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
     assert target.read_text() == "old"
 
@@ -56,7 +56,7 @@ def test_permissions_of_the_old_file_stay(tmp_path: Path) -> None:
     target = tmp_path / "plan.json"
     target.write_text("old")
     target.chmod(0o640)
-    write(str(target), "new")
+    write_output(str(target), "new")
     assert stat.S_IMODE(target.stat().st_mode) == 0o640
 
 
@@ -64,14 +64,14 @@ def test_a_link_is_written_through(tmp_path: Path) -> None:
     target, link = tmp_path / "plan.json", tmp_path / "link"
     target.write_text("old")
     link.symlink_to(target)
-    assert write(str(link), "new") is None
+    assert write_output(str(link), "new") is None
     assert link.is_symlink()
     assert target.read_text() == "new"
 
 
 def test_a_device_is_written_to(tmp_path: Path) -> None:
-    assert write("/dev/null", "text") is None
-    reason = write("/dev/full", "text")
+    assert write_output("/dev/null", "text") is None
+    reason = write_output("/dev/full", "text")
     assert reason is not None
     assert reason[0] == "SC818"
     assert "No space left" in reason[1]
@@ -86,8 +86,8 @@ def test_a_folder_and_a_folder_that_is_not_there_are_refused(tmp_path: Path) -> 
 
 
 def test_refused_targets_are_not_written_either(tmp_path: Path) -> None:
-    assert write(str(tmp_path), "text") is not None
-    assert write(str(tmp_path / "no" / "plan.json"), "text") is not None
+    assert write_output(str(tmp_path), "text") is not None
+    assert write_output(str(tmp_path / "no" / "plan.json"), "text") is not None
     assert list(tmp_path.iterdir()) == []
 
 
@@ -160,7 +160,7 @@ def test_a_folder_in_the_place_of_a_file_stays(tmp_path: Path) -> None:
 
 def test_a_file_system_without_files_that_have_no_name_will_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenecc.files.os.O_TMPFILE", os.O_DIRECTORY)  # a folder cannot be opened to be written
-    assert write(str(tmp_path / "plan.json"), "new") is None
+    assert write_output(str(tmp_path / "plan.json"), "new") is None
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
     assert (tmp_path / "plan.json").read_text() == "new"
 
@@ -225,7 +225,7 @@ def test_standard_output_takes_one_file() -> None:
 
 
 def test_bytes_are_written_as_they_are(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
-    assert write(str(tmp_path / "a.glb"), b"\x00\xff\r\n") is None
+    assert write_output(str(tmp_path / "a.glb"), b"\x00\xff\r\n") is None
     assert (tmp_path / "a.glb").read_bytes() == b"\x00\xff\r\n"
-    assert write("-", b"\x00\xff\r\n") is None
+    assert write_output("-", b"\x00\xff\r\n") is None
     assert capfdbinary.readouterr().out == b"\x00\xff\r\n"

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from scenecc.cli.paths import find
+from scenecc.cli.paths import find_files
 
 SCENE = "scenecc: 1\nentities: {}\n"
 OTHER = "services:\n  scenecc: 1\n"
@@ -27,7 +27,7 @@ def test_a_folder_is_searched_for_scenes_and_sorted() -> None:
     for name in ("s/b.yml", "s/a.yaml", "s/deep/er/c.YAML", "s/notes.txt", "s/.hidden/d.yaml", "s/.e.yaml"):
         put(name)
     put("s/compose.yaml", OTHER)
-    found = find(["s"])
+    found = find_files(["s"])
     assert found.files == ["s/a.yaml", "s/b.yml", "s/deep/er/c.YAML"]
     assert found.skipped == ["s/compose.yaml"]
 
@@ -47,27 +47,27 @@ def test_a_folder_is_searched_for_scenes_and_sorted() -> None:
 )
 def test_a_scene_is_known_by_its_key_however_broken_the_rest(text: str | bytes) -> None:
     put("s/x.yaml", text)
-    assert find(["s"]).files == ["s/x.yaml"]
+    assert find_files(["s"]).files == ["s/x.yaml"]
 
 
 @pytest.mark.parametrize("text", ["", "a: 1\n", "  scenecc: 1\n", "scenecc_version: 1\n", "- scenecc: 1\n", OTHER])
 def test_another_yaml_file_is_no_scene(text: str) -> None:
     put("s/x.yaml", text)
-    found = find(["s"])
+    found = find_files(["s"])
     assert (found.files, found.skipped, found.empty) == ([], ["s/x.yaml"], ["s"])
 
 
 def test_a_named_file_is_taken_unless_only_scenes_are_wanted() -> None:
     put("compose.yaml", OTHER)
     put("scene.txt")
-    assert find(["compose.yaml", "scene.txt"]).files == ["compose.yaml", "scene.txt"]
-    found = find(["compose.yaml", "scene.txt"], scenes_only=True)
+    assert find_files(["compose.yaml", "scene.txt"]).files == ["compose.yaml", "scene.txt"]
+    found = find_files(["compose.yaml", "scene.txt"], scenes_only=True)
     assert (found.files, found.skipped) == (["scene.txt"], ["compose.yaml"])
 
 
 def test_nothing_is_checked_twice_and_nothing_lost() -> None:
     put("s/a.yaml")
-    found = find(["s/a.yaml", "s", "-", "gone.yaml", "s/a.yaml"])
+    found = find_files(["s/a.yaml", "s", "-", "gone.yaml", "s/a.yaml"])
     assert found.files == ["s/a.yaml", "-"]
     assert found.missing == ["gone.yaml"]
 
@@ -77,7 +77,7 @@ def test_links_that_lead_nowhere_or_in_circles_end() -> None:
     Path("s/dangling.yaml").symlink_to("nowhere.yaml")
     Path("s/loop").symlink_to("..")
     os.mkfifo("s/pipe.yaml")
-    assert find(["s"]).files == ["s/a.yaml"]
+    assert find_files(["s"]).files == ["s/a.yaml"]
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
@@ -87,5 +87,5 @@ def test_what_cannot_be_read_is_named() -> None:
     put("s/c.yaml")
     Path("s/locked").chmod(0)
     Path("s/c.yaml").chmod(0)
-    assert sorted(path for path, _ in find(["s"]).unreadable) == ["s/c.yaml", "s/locked"]
+    assert sorted(path for path, _ in find_files(["s"]).unreadable) == ["s/c.yaml", "s/locked"]
     Path("s/locked").chmod(0o700)

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from scenecc import SummaryRow
-from scenecc.cli.tables import built, index_ranges, plain, planned, stage_times
+from scenecc.cli.tables import built, escape_text, index_ranges, planned, stage_times
 from scenecc.inspect import VaryingField
 
 
@@ -53,7 +53,7 @@ def test_names_cannot_steer_a_terminal_or_a_runner(names: list[str]) -> None:
     for line in lines:
         assert not re.match(r"\s*::|.*##\[", line)
         assert not any(unicodedata.category(char) in {"Cc", "Cs", "Zl", "Zp"} or char == "\u202e" for char in line)
-    assert plain("red.box-2 é") == "red.box-2 é"
+    assert escape_text("red.box-2 é") == "red.box-2 é"
 
 
 def test_a_plans_fields_stand_below_its_objects() -> None:

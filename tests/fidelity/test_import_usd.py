@@ -14,7 +14,7 @@ from plugins.plan_parts import ROOT
 
 from scenecc import compile_scene, open_scene
 from scenecc.backends.sapien import instantiate
-from scenecc.backends.sapien.measure import measure
+from scenecc.backends.sapien.measure import measure_bodies
 from scenecc.diagnostics import Sink
 from scenecc.importers.import_scene import import_scene
 from scenecc.plan import Gear, ScenePlan
@@ -29,7 +29,7 @@ def measured(plan: ScenePlan) -> MeasuredScene:
     batch = instantiate(plan, Sink(), scene_idxs=[0], render=False)
     assert batch is not None
     with batch:
-        return measure(batch).scenes[0]
+        return measure_bodies(batch).scenes[0]
 
 
 def bodies(scene: MeasuredScene, *, imported: bool = False) -> dict[str, MeasuredBody]:

@@ -10,7 +10,7 @@ from plugins.maniskill_scenes import new_scene
 from plugins.trajectory import first_difference, trajectory
 
 import scenecc
-from scenecc.decompiler.reading import Facts, read_scene
+from scenecc.decompiler.reading import LiveObject, read_scene
 from scenecc.decompiler.verify import differences
 
 STEPS = 200
@@ -64,7 +64,7 @@ def _door(scene: Any) -> None:
     door.set_qpos(np.array([0.3], np.float32))
 
 
-def _facts(scene: Any) -> Facts:
+def _facts(scene: Any) -> LiveObject:
     return read_scene(scene.sub_scenes[0])
 
 

@@ -11,7 +11,7 @@ import pytest
 from plugins.maniskill_tasks import Captured, LeftOut, references
 
 from scenecc import SceneError, load_scene
-from scenecc.decompiler.reading import Facts, read_scene
+from scenecc.decompiler.reading import LiveObject, read_scene
 from scenecc.decompiler.verify import differences
 
 PHYSICS = {
@@ -56,7 +56,7 @@ def tasks(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Captured | Left
     return references(tmp_path_factory, "table-scenes", tuple(PLACED.values()))
 
 
-def without_objects(facts: Facts) -> Facts:
+def without_objects(facts: LiveObject) -> LiveObject:
     """A scene without what a task adds to the table."""
     return replace(facts, parts=tuple(part for part in facts.parts if part.name not in {"cube", "goal_site"}))
 

@@ -8,7 +8,7 @@ from scenecc.lsp import worker
 from scenecc.lsp.completion import completions
 from scenecc.lsp.hover import HoverText, hover_at
 from scenecc.lsp.names import definition_of, mention_at, mention_location, uses_of
-from scenecc.lsp.workspace import View, Workspace
+from scenecc.lsp.workspace import Workspace, WorkspaceView
 from scenecc.options import Options
 
 CURSOR = "¦"
@@ -58,14 +58,14 @@ class Editor:
         return self._cursor
 
     @property
-    def view(self) -> View:
+    def view(self) -> WorkspaceView:
         return self.workspace.view()
 
     def check(self) -> None:
         """What the server does when nobody types."""
         for path, project in self.workspace.projects.items():
-            checked = worker.answer(worker.Check(self.view.open_scene(path)))
-            assert isinstance(checked, worker.CheckResult)
+            checked = worker.answer(worker.CheckRequest(self.view.open_scene(path)))
+            assert isinstance(checked, worker.CheckAnswer)
             self.workspace.projects[path] = project.after(checked, checked.diagnostics)
 
     def type(self, name: str, text: str) -> None:

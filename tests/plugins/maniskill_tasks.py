@@ -26,7 +26,7 @@ from pathlib import Path
 import pytest
 from plugins.trajectory import Trajectory
 
-from scenecc.decompiler.reading import Facts, Plain
+from scenecc.decompiler.reading import LiveObject, Plain
 
 STEPS = 200
 TIMEOUT = 600
@@ -89,7 +89,7 @@ class Captured:
     robots: tuple[Robot, ...]
     hidden: tuple[str, ...]
     cameras: tuple[Camera, ...]
-    scene: Facts
+    scene: LiveObject
     trajectory: Trajectory
 
     def bare(self) -> Captured:
@@ -162,7 +162,7 @@ _OF_OTHERS = frozenset({"links", "joints", "active_joints", "parent", "articulat
 """Properties that hold names of other objects."""
 
 
-def renamed(facts: Facts, rename: Callable[[str], str]) -> Facts:
+def renamed(facts: LiveObject, rename: Callable[[str], str]) -> LiveObject:
     """The same tree with other names, also where one object names another; shapes keep theirs."""
 
     def called(name: str, value: Plain) -> Plain:

@@ -65,3 +65,59 @@ def test_public_names_are_documented() -> None:
     for public in scenecc.__all__:
         if public != "__version__":
             assert getattr(scenecc, public).__doc__, public
+
+
+_SAME_FUNCTIONS = (
+    # The operations for one rotation and for arrays of them.
+    {"geometry/rotations.py", "geometry/rotation_arrays.py"},
+    # Both backends.
+    {"backends/sapien/__init__.py", "backends/maniskill/__init__.py"},
+    # The facade passes on what it names.
+    {"scene.py", "spec/json_schema.py"},
+    {"scene.py", "expand/listing.py"},
+)
+"""Modules that may have functions of the same names."""
+
+_ENTRY_POINTS = {"main": "", "prepare": "", "render": "diagnostics/formats/", "write": "emit/"}
+"""Functions that modules of a folder have under one name, because a table or an interpreter calls them by it."""
+
+
+def _public_definitions() -> dict[str, set[str]]:
+    """The public classes and functions of modules: name → the modules that define it. Those of `cli` are commands."""
+    found: dict[str, set[str]] = {}
+    for path in MODULES:
+        module = str(path.relative_to(ROOT / "scenecc"))
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if not isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) or node.name[0] == "_":
+                continue
+            command = module.startswith("cli/") and path.stem.rstrip("_") == node.name
+            entry = node.name in _ENTRY_POINTS and module.startswith(_ENTRY_POINTS[node.name])
+            if not command and not entry:
+                found.setdefault(node.name, set()).add(module)
+    return found
+
+
+def test_a_public_name_means_one_class_or_function() -> None:
+    twice = {
+        name: sorted(modules)
+        for name, modules in _public_definitions().items()
+        if len(modules) > 1 and not any(modules <= family for family in _SAME_FUNCTIONS)
+    }
+    assert twice == {}
+
+
+def test_code_message_and_hint_are_one_exception() -> None:
+    found = [
+        f"{name(path)}: {node.name}"
+        for path in MODULES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef) and node.name != "CodedError" and _takes_code_and_hint(node)
+    ]
+    assert found == []
+
+
+def _takes_code_and_hint(node: ast.ClassDef) -> bool:
+    """Whether it is an exception whose arguments are those of `CodedError`."""
+    makers = [one for one in node.body if isinstance(one, ast.FunctionDef) and one.name == "__init__"]
+    given = {arg.arg for maker in makers for arg in (*maker.args.args, *maker.args.kwonlyargs)}
+    return bool(node.bases) and {"code", "message", "hint"} <= given

@@ -39,7 +39,7 @@ def rows(*columns: st.SearchStrategy[Any]) -> st.SearchStrategy[list[tuple[Any, 
 
 @given(rows(QUATERNIONS, QUATERNIONS))
 def test_products(cases: list[Any]) -> None:
-    assert_same(scalar.multiply, arrays.multiply, cases)
+    assert_same(scalar.multiply_quaternions, arrays.multiply_quaternions, cases)
 
 
 @given(rows(QUATERNIONS, VECTORS))

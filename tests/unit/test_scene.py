@@ -126,7 +126,7 @@ def test_a_suffix_can_stand_for_another_target_and_must_stand_for_one(file: Path
 
 def test_results_tell_what_the_scene_and_the_work_found(tmp_path: Path) -> None:
     path = tmp_path / "warned.yaml"
-    path.write_text(SCENE + "materials: {oak: {visual: {base_color: [1, 0, 0]}}}\n")
+    path.write_text(SCENE.replace("params: {", "params: {unread: 1, "))
     scene = open_scene(path)
     (unused,) = scene.diagnostics
     assert unused.severity == "warning"

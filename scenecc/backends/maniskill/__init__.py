@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan
     from scenecc.plan.scene import Physics
 
-__all__ = ["LoadedScene", "ManiSkillScene", "instantiate", "sim_config"]
+__all__ = ["LoadedScene", "ManiSkillScene", "instantiate", "plan_sim_config"]
 
 INSTALL_HINT = install_hint("maniskill", "torch")
 
@@ -50,7 +50,7 @@ def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink, *, audit: bo
     return build_plan(plan, scene, sink, audit=audit)
 
 
-def sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> Any:
+def plan_sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> Any:
     """ManiSkill's configuration with what the plan says of physics; None after a failure, which the sink is told.
 
     Raises:
@@ -61,7 +61,7 @@ def sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> 
     from scenecc.backends.maniskill import build
 
     physics: Physics = plan.physics
-    return build.sim_config(physics, sink, control_freq)
+    return build.physics_sim_config(physics, sink, control_freq)
 
 
 def __getattr__(name: str) -> object:

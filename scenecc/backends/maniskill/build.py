@@ -13,7 +13,7 @@ from scenecc.backends.maniskill.loaded_scene import LoadedScene, ManiSkillEntity
 from scenecc.backends.sapien.assets import report_changed_files
 from scenecc.backends.sapien.audit.scenes import BuiltScenes, audit_scenes
 from scenecc.backends.sapien.constraints import ConstraintSet
-from scenecc.backends.sapien.engine import EngineFailure, engine_settings, physx, report_failure
+from scenecc.backends.sapien.engine import EngineFailure, engine_settings, physx
 from scenecc.backends.sapien.objects import DrawnObjects
 from scenecc.backends.sapien.preparation import PreparedArticulation, PreparedEntity, prepare_entities
 from scenecc.backends.sapien.rendering import LightSet
@@ -55,7 +55,7 @@ def report_conflicts(physics: Physics, scene: Any, sink: Sink) -> bool:
     return found
 
 
-def sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) -> Any:
+def physics_sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) -> Any:
     """ManiSkill's `SimConfig` with what a plan says, and ManiSkill's defaults for the rest.
 
     Args:
@@ -159,7 +159,7 @@ def build_plan(plan: ScenePlan, scene: Any, sink: Sink, *, audit: bool) -> Loade
     try:
         built = deduplicate_planes(plan) if scene.gpu_sim_enabled else plan
     except EngineFailure as failure:
-        report_failure(failure, sink, plan.origin)
+        failure.report(sink, plan.origin)
         return None
     # The environment has no say in these alone.
     with engine_settings(Physics(sdf=plan.physics.sdf)), collector_paused():
@@ -199,7 +199,7 @@ def _fill_scene(
         lit = ManiSkillEntityLookup((0,), lookup.scenes[:1], prepared_entities) if once else lookup
         lights = LightSet(plan, lit, rendered=True) if scene.can_render() else None
     except EngineFailure as failure:
-        report_failure(failure, sink, place)
+        failure.report(sink, place)
         return None
     if audit and not audit_scenes(_built_scenes(plan, prepared_entities, lookup, constraints, lights, scene), sink):
         return None
@@ -254,7 +254,7 @@ def _check_environment(plan: ScenePlan, scene: Any, sink: Sink) -> bool:
     if scene.can_render():
         failures += unsupported_cameras(plan, on_gpu=scene.gpu_sim_enabled)
     for failure in failures:
-        report_failure(failure, sink, plan.origin)
+        failure.report(sink, plan.origin)
     return not contradicted and not failures
 
 

@@ -208,20 +208,20 @@ class LoadedScene:
             KeyError: the plan has no such entity or link.
             RuntimeError: the simulation runs on a GPU, where PhysX gives no points.
         """
-        return self._contact_reader.read(self._stepped(), a, b)
+        return self._contact_reader.read(self._stepped_scenes(), a, b)
 
     def net_contact_force(self, name: str) -> NDArray[np.float32]:
         """(B, 3) [N] of the environments that have the entity, as `SceneBatch.net_contact_force`.
 
         Errors as of `contacts`.
         """
-        return self._contact_reader.net_force(self._stepped(), name, self.scene.timestep)
+        return self._contact_reader.net_force(self._stepped_scenes(), name, self.scene.timestep)
 
     @cached_property
     def _contact_reader(self) -> ContactReader:
         return ContactReader(self._engine_objects)
 
-    def _stepped(self) -> Iterable[tuple[int, Any]]:
+    def _stepped_scenes(self) -> Iterable[tuple[int, Any]]:
         if self.scene.gpu_sim_enabled:
             message = "PhysX gives no points of contact on a GPU: ask ManiSkill's get_net_contact_forces of an actor"
             raise RuntimeError(f"{message} or link, or get_pairwise_contact_forces of its scene")

@@ -73,9 +73,9 @@ def instantiate(
         message, hint = problem
         sink.report("SC805", message, Location(None), hint=hint)
         return None
-    from scenecc.backends.sapien.build import build_batch
+    from scenecc.backends.sapien.build import build_sapien_batch
 
-    return build_batch(plan, sink, chosen, render=render, audit=audit, progress=progress)
+    return build_sapien_batch(plan, sink, chosen, render=render, audit=audit, progress=progress)
 
 
 def __getattr__(name: str) -> object:

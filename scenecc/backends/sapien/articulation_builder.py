@@ -30,7 +30,7 @@ from scenecc.backends.sapien.properties import (
     LINK_FIELDS,
     ROOT_PROPERTIES,
     apply_setters,
-    item_at,
+    row_item,
     select_rows,
     split_setters,
     to_poses,
@@ -72,7 +72,7 @@ class PreparedJoint:
         joint.set_name(self.name)
         joint.set_type(self.type)
         for setter, column in self._setters:
-            setter(joint, item_at(column, row))
+            setter(joint, row_item(column, row))
         apply_setters(self._properties, joint, row)
 
 
@@ -151,7 +151,7 @@ def _prepare_tendon(
     made = [(tendon_coefficients(structure, mimic, over, ends), ends.rest_length) for ends in pulls]
 
     def bind(articulation: Any, links: list[Any], row: int) -> None:
-        coefficients, rest_length = item_at(made, row)
+        coefficients, rest_length = row_item(made, row)
         articulation.create_fixed_tendon(
             [links[number] for number in over],
             coefficients,
@@ -206,7 +206,7 @@ class BatchArticulationBuilder:
             entities.append(entity)
             links.append(link)
         links[0].get_joint().set_type(self._root_type)
-        entities[0].set_pose(item_at(self._poses, row))
+        entities[0].set_pose(row_item(self._poses, row))
         if self._tendons:
             articulation = links[0].get_articulation()
             for tendon in self._tendons:
@@ -250,9 +250,9 @@ class BatchArticulationBuilder:
             if any(joint.qvel is not None for joint in self._structure.active_joints):
                 self._qvel = list(joint_rows(self._structure, "qvel", self._rows, order))
         apply_setters(self._velocities, articulation, row)
-        set_joint_positions(articulation, item_at(self._qpos, row))
+        set_joint_positions(articulation, row_item(self._qpos, row))
         if self._qvel:
-            articulation.set_qvel(item_at(self._qvel, row))
+            articulation.set_qvel(row_item(self._qvel, row))
 
 
 def set_joint_positions(articulation: Any, qpos: NDArray[np.float32]) -> None:

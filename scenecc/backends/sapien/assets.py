@@ -37,7 +37,6 @@ from scenecc.backends.sapien.engine import (
     capture_engine_log,
     physx,
     render,
-    report_failure,
 )
 from scenecc.backends.sapien.objects import DrawnObjects
 from scenecc.backends.sapien.properties import Column, select_rows
@@ -393,7 +392,7 @@ class Resources:
         """`PhysxMaterial` a row, or one for all; None: the default material. `scene_idxs`: by row of the plan."""
         if material is None:
             return [self.default_material]
-        if not material.varies and (fixed := self._fixed(int(material.as_drawn()[0]))) is not None:
+        if not material.varies and (fixed := self._shared_material(int(material.as_drawn()[0]))) is not None:
             return fixed
         indices = np.broadcast_to(select_rows(material, rows), len(rows))
         numbers = np.empty((len(rows), 3))
@@ -430,7 +429,7 @@ class Resources:
             hint="build fewer scenes in one process, or draw friction and restitution from few values (`choice`)",
         )
 
-    def _fixed(self, index: int) -> Column | None:
+    def _shared_material(self, index: int) -> Column | None:
         """A physical material that is the same in every scene, as the column of all shapes that have it."""
         if index not in self._same:
             values = self._plan.physical_materials[index].values()
@@ -564,6 +563,6 @@ def report_changed_files(plan: ScenePlan, sink: Sink) -> bool:
     try:
         check_files_unchanged(plan.files)
     except EngineFailure as failure:
-        report_failure(failure, sink, plan.origin)
+        failure.report(sink, plan.origin)
         return False
     return True

@@ -54,7 +54,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
     from scenecc.plan.framing import Subject
-    from scenecc.plan.rendering import Preset, ShaderName
+    from scenecc.plan.light_rigs import Preset
+    from scenecc.plan.rendering import ShaderName
     from scenecc.source.provenance import Provenance
 
 DIVERGENCE_LIMIT: Final = 1e6
@@ -463,7 +464,7 @@ class SceneBatch:
             KeyError: there is no such entity or link.
             RuntimeError: the batch is closed.
         """
-        stepped = (one for one in self._stepped() if scene_idxs is None or one[0] in scene_idxs)
+        stepped = (one for one in self._stepped_scenes() if scene_idxs is None or one[0] in scene_idxs)
         return self._contact_reader.read(stepped, a, b)
 
     def net_contact_force(self, name: str) -> NDArray[np.float32]:
@@ -472,7 +473,7 @@ class SceneBatch:
         Means over the step, without friction, which SAPIEN does not give. Rows are the scenes that have the entity, as
         of its `pose`. Forces between links of an articulation cancel out. Errors as of `contacts`.
         """
-        return self._contact_reader.net_force(self._stepped(), name, self.timestep)
+        return self._contact_reader.net_force(self._stepped_scenes(), name, self.timestep)
 
     def remove(self, name: str) -> None:
         """Takes an entity out of every scene; `add` puts it back.
@@ -650,7 +651,7 @@ class SceneBatch:
     def _contact_reader(self) -> ContactReader:
         return ContactReader(self._members.objects)
 
-    def _stepped(self) -> Iterator[tuple[int, sapien.Scene]]:
+    def _stepped_scenes(self) -> Iterator[tuple[int, sapien.Scene]]:
         """The scenes whose contacts are of a step: after a reset the engine still gives the old ones."""
         self._check_open()
         return ((i, scene) for i, scene in zip(self._scene_idxs, self._scenes, strict=True) if self._steps[i])

@@ -15,7 +15,6 @@ from scenecc.backends.sapien.engine import (
     physx,
     render,
     render_problem,
-    report_failure,
     sapien,
 )
 from scenecc.backends.sapien.objects import DrawnObjects
@@ -61,7 +60,7 @@ def build_scenes(
             scene.clear()
         if not isinstance(error, EngineFailure):
             raise
-        report_failure(error, sink, plan.origin)
+        error.report(sink, plan.origin)
         return None
 
 
@@ -94,7 +93,7 @@ def fill_scenes(
             progress(number + 1, len(scenes))
 
 
-def build_batch(
+def build_sapien_batch(
     plan: ScenePlan,
     sink: Sink,
     scene_idxs: tuple[int, ...],
@@ -107,7 +106,7 @@ def build_batch(
     try:
         rendered = _should_render(render=render)
     except EngineFailure as failure:
-        report_failure(failure, sink, plan.origin)
+        failure.report(sink, plan.origin)
         return None
     # Without a system that holds it, SAPIEN's renderer is started and ended again for every single material.
     renderer = new_render_system() if rendered else None
@@ -139,7 +138,7 @@ def _add_constraints_and_cameras(
             batch.attach_constraints(ConstraintSet(plan, lookup))
         rendering = LightsAndCameras(plan, lookup, rendered=batch.render)
     except EngineFailure as failure:
-        report_failure(failure, sink, plan.origin)
+        failure.report(sink, plan.origin)
         return False
     batch.attach_rendering(rendering)
     if not audit:

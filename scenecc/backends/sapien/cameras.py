@@ -36,7 +36,7 @@ MILLIMETRES = 1000.0
 """What SAPIEN's shader pack `minimal` counts positions in."""
 
 
-def read_color(camera: Any) -> NDArray[Any]:
+def read_color_image(camera: Any) -> NDArray[Any]:
     """(H, W, 4) float32, as on a screen (not linear), 0 to 1 and above where it is brighter; alpha last."""
     return camera.get_picture("Color")
 
@@ -81,7 +81,7 @@ def read_normal(camera: Any) -> NDArray[Any]:
 
 
 PICTURES: Final[dict[str, Callable[[Any], NDArray[Any]]]] = {
-    "color": read_color,
+    "color": read_color_image,
     "depth": read_depth,
     "segmentation": read_segmentation,
     "position": read_position,
@@ -324,18 +324,18 @@ def attach_component(component: Any, item: Light | Camera, row: int, lookup: Ent
     try:
         if item.mount is not None:
             lookup.entity(item.mount, number).add_component(component)
-            component.local_pose = to_pose(item.pose.row(row))
+            component.local_pose = sapien_pose(item.pose.row(row))
             return
         entity: Any = sapien.Entity()
         entity.name = item.name
         entity.add_component(component)
-        entity.set_pose(to_pose(item.pose.row(row)))
+        entity.set_pose(sapien_pose(item.pose.row(row)))
         lookup.scenes[number].add_entity(entity)
     except RuntimeError as error:
         raise EngineFailure("SC807", f"the renderer cannot make '{item.name}': {error}", origin=item.origin) from error
 
 
-def to_pose(numbers: NDArray[np.float64]) -> Any:
+def sapien_pose(numbers: NDArray[np.float64]) -> Any:
     """A `sapien.Pose` of p, then q (7,)."""
     return to_poses(numbers[None])[0]
 

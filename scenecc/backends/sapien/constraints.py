@@ -12,7 +12,7 @@ from scenecc.backends.sapien.engine import physx
 from scenecc.backends.sapien.live_properties import set_enabled
 from scenecc.backends.sapien.objects import ComponentBatch, is_dynamic
 from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to_scalars, to_vectors, zip_columns
-from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
+from scenecc.backends.sapien.reset import check_drawn_finite, part_in_scenes, sample_value
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
 from scenecc.plan.constraint import WELD_SWING
@@ -320,5 +320,5 @@ def sample_targets(
 def _sample_target(prepared: PreparedConstraint, what: str, recipe: Node, batch: Batch) -> NDArray[np.float64]:
     """(B, 7) or (B, 3) of what a reset draws."""
     found = sample_value(batch, recipe, prepared.constraint.name, what)
-    check_finite(found, batch, prepared.constraint.name, what)
+    check_drawn_finite(found, batch, prepared.constraint.name, what)
     return found

@@ -27,7 +27,7 @@ from scenecc.backends.sapien.live_properties import (
 from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, ComponentBatch, DrawnObjects
 from scenecc.backends.sapien.preparation import StructureRows, group_by_structure
 from scenecc.backends.sapien.properties import JOINT_FRAMES, rows_in_scenes
-from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
+from scenecc.backends.sapien.reset import check_drawn_finite, part_in_scenes, sample_value
 from scenecc.backends.sapien.state import DrawnFieldState
 from scenecc.plan import ArticulationStructure, Value
 from scenecc.plan.articulation import Joint
@@ -116,7 +116,7 @@ class DrawnField:
         assert self.value.recipe is not None
         who, what = self.holder.who, self.name
         drawn = sample_value(batch, self.value.recipe, who, what, cite=True)
-        check_finite(drawn, batch, who, what)
+        check_drawn_finite(drawn, batch, who, what)
         self._check_bounds(drawn, batch)
         return FieldWrite(self, batch.scenes.tolist(), self.engine_rows(drawn, batch.scenes.tolist()))
 
@@ -311,7 +311,7 @@ class _Rule(NamedTuple):
     words: str
 
 
-def _ordered(low: Floats, high: Floats) -> NDArray[np.bool_]:
+def _is_ordered(low: Floats, high: Floats) -> NDArray[np.bool_]:
     return low <= high
 
 
@@ -329,7 +329,7 @@ def _apart(near: Floats, far: Floats) -> NDArray[np.bool_]:
 
 _RULES: dict[type, _Rule] = {
     PhysicalMaterial: _Rule(
-        ("dynamic_friction", "static_friction"), _ordered, "a dynamic friction above the static one"
+        ("dynamic_friction", "static_friction"), _is_ordered, "a dynamic friction above the static one"
     ),
     Joint: _Rule(("limits",), _limits_ordered, "a lower limit above the upper one"),
     Inertial: _Rule(("inertia",), _is_inertia, "a moment of inertia above the sum of the others"),

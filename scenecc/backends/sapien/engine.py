@@ -17,13 +17,14 @@ from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
 
-from scenecc.diagnostics.diagnostic import Location, Origin
+from scenecc.diagnostics.coded_error import CodedError
 from scenecc.plan.scene import CONFIG_KINDS, SCENE_CONFIG_FIELDS, Physics, process_wide_settings
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
+
 
 with warnings.catch_warnings():
     # SAPIEN warns at import where it finds no system libvulkan; physics needs none, and a user can do nothing with it.
@@ -39,22 +40,8 @@ REFUSED_CODE = "SC808"
 """The code of what the engine does not take of a body."""
 
 
-class EngineFailure(Exception):
-    """The engine or the machine cannot do what the plan asks.
-
-    Attributes:
-        code: a row of band 8.
-        message: one sentence, without its place.
-        origin: the node that asked; None: whoever catches it knows better.
-        hint: what to do.
-    """
-
-    def __init__(self, code: str, message: str, *, origin: Origin | None = None, hint: str | None = None) -> None:
-        super().__init__(message)
-        self.code = code
-        self.message = message
-        self.origin = origin
-        self.hint = hint
+class EngineFailure(CodedError):
+    """The engine or the machine cannot do what the plan asks: a code of band 8, unless a file is at fault."""
 
 
 def engine_refusal(what: str, error: Exception, origin: Origin | None) -> EngineFailure:
@@ -225,8 +212,3 @@ def _drain(file: IO[bytes]) -> bytes:
     file.seek(0)
     file.truncate()
     return written
-
-
-def report_failure(failure: EngineFailure, sink: Sink, place: Origin | None) -> None:
-    """Puts a failure into the sink, at the node that asked or else at `place`."""
-    sink.report(failure.code, failure.message, failure.origin or place or Location(None), hint=failure.hint)

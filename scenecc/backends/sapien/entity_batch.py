@@ -112,10 +112,10 @@ class MovingBatch(ComponentBatch):
 
     def _velocity(self, kind: str) -> NDArray[np.float32]:
         getter = f"get_{self._prefix}{kind}_velocity"
-        return freeze_array(np.array([getattr(each, getter)() for each in self._moving()], dtype=np.float32))
+        return freeze_array(np.array([getattr(each, getter)() for each in self._find_moving()], dtype=np.float32))
 
     def _set_velocity(self, kind: str, velocity: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
-        moving, rows = self._free(scene_idxs)
+        moving, rows = self._find_movable(scene_idxs)
         for row, new in zip(rows, spread_vectors(velocity, len(rows)), strict=True):
             getattr(moving[row], f"set_{self._prefix}{kind}_velocity")(new)
 
@@ -130,11 +130,11 @@ class MovingBatch(ComponentBatch):
             raise KeyError(f"'{self.name}' is not in scene {missing[0]} of this batch; it is in {there}")
         return [self._row_of[index] for index in chosen]
 
-    def _moving(self) -> list[Any]:
+    def _find_moving(self) -> list[Any]:
         """What has a velocity in each scene."""
         return self.objs
 
-    def _free(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
+    def _find_movable(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
         """What can be given a velocity in each scene, and the rows of the scenes that are named."""
         raise NotImplementedError
 
@@ -151,7 +151,7 @@ class EntityBatch(MovingBatch):
         """The `sapien.Entity` of each scene. Raises RuntimeError once the batch is closed."""
         return super().objs
 
-    def _moving(self) -> list[Any]:
+    def _find_moving(self) -> list[Any]:
         self._check_open()
         for component in self._components:
             if not isinstance(component, physx.PhysxRigidDynamicComponent):
@@ -159,8 +159,8 @@ class EntityBatch(MovingBatch):
                 raise TypeError(f"'{self.name}' {kind}: it has no velocity")
         return self._components
 
-    def _free(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
-        components = self._moving()
+    def _find_movable(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
+        components = self._find_moving()
         if any(component.get_kinematic() for component in components):
             raise TypeError(f"'{self.name}' is kinematic: the engine moves it by its pose, and ignores a velocity")
         return components, self._rows(scene_idxs)
@@ -396,7 +396,7 @@ class ArticulationBatch(MovingBatch):
     def _spread(self, what: str, numbers: ArrayLike, rows: Sequence[int]) -> Iterable[tuple[int, NDArray[np.float32]]]:
         return zip(rows, spread_joint_values(numbers, [self._dofs[row] for row in rows], self.dof, what), strict=True)
 
-    def _free(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
+    def _find_movable(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
         objs, rows = self.objs, self._rows(scene_idxs)
         if any(root_is_fixed(self._objects.links[row]) for row in rows):
             raise TypeError(f"the root of '{self.name}' is fixed: it has no velocity")

@@ -57,7 +57,7 @@ def _live(prop: EngineProperty) -> LiveProperty:
     return LiveProperty(prop.set, attrgetter(prop.get), prop.convert)
 
 
-def _named(owner: Any, field: str, convert: Callable[[NDArray[Any]], Column] = to_scalars) -> LiveProperty:
+def _make_property(owner: Any, field: str, convert: Callable[[NDArray[Any]], Column] = to_scalars) -> LiveProperty:
     """A property that the engine calls as the plan does."""
     return LiveProperty(getattr(owner, f"set_{field}"), attrgetter(field), convert)
 
@@ -168,21 +168,21 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
         for field in ("linear_damping", "angular_damping", "disable_gravity")
     },
     (BodyStructure, "mass"): MASS_AND_INERTIA,
-    (Inertial, "mass"): _named(_Body, "mass")._replace(stored="inverse"),
+    (Inertial, "mass"): _make_property(_Body, "mass")._replace(stored="inverse"),
     (Inertial, "com"): LiveProperty(
         _Body.set_cmass_local_pose, _pose_getter("cmass_local_pose"), to_poses, stored="pose"
     ),
-    (Inertial, "inertia"): _named(_Body, "inertia", to_vectors)._replace(stored="inverse"),
+    (Inertial, "inertia"): _make_property(_Body, "inertia", to_vectors)._replace(stored="inverse"),
     **{
-        (PhysicalMaterial, field): _named(physx.PhysxMaterial, field)
+        (PhysicalMaterial, field): _make_property(physx.PhysxMaterial, field)
         for field in ("static_friction", "dynamic_friction", "restitution")
     },
     **{
-        (VisualMaterial, field): _named(render.RenderMaterial, field, to_vectors)
+        (VisualMaterial, field): _make_property(render.RenderMaterial, field, to_vectors)
         for field in ("base_color", "emission")
     },
     **{
-        (VisualMaterial, field): _named(render.RenderMaterial, field)
+        (VisualMaterial, field): _make_property(render.RenderMaterial, field)
         for field in ("specular", "roughness", "metallic", "transmission_roughness")
     },
     **{(Joint, field): _live(JOINT_PROPERTIES.by_field[field]) for field in property_fields("joint")},
@@ -191,7 +191,7 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
         (Joint, field): LiveProperty(partial(_set_gain, index), attrgetter(field)) for index, field in enumerate(_GAINS)
     },
     (Constraint, "enabled"): LiveProperty(set_enabled, attrgetter("is_enabled")),
-    (Light, "color"): _named(render.RenderLightComponent, "color", to_vectors),
+    (Light, "color"): _make_property(render.RenderLightComponent, "color", to_vectors),
     **{
         (Intrinsic, field): _matrix_part("set_focal_lengths", _FOCAL_LENGTHS, index)
         for index, field in enumerate(_FOCAL_LENGTHS)
@@ -200,7 +200,7 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
         (Intrinsic, field): _matrix_part("set_principal_point", _PRINCIPAL_POINT, index)
         for index, field in enumerate(_PRINCIPAL_POINT)
     },
-    (Intrinsic, "skew"): _named(_CameraClass, "skew"),
+    (Intrinsic, "skew"): _make_property(_CameraClass, "skew"),
     (Orthographic, "top"): LiveProperty(_set_top, attrgetter("ortho_top")),
     **{(Camera, field): LiveProperty(partial(_set_plane, field), attrgetter(field)) for field in ("near", "far")},
     (Environment, "ambient_light"): LiveProperty(_set_ambient_light, attrgetter("ambient_light"), to_vectors),

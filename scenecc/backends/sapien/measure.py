@@ -46,14 +46,14 @@ _JOINT_NUMBERS: Final = (*JOINT_PROPERTIES.by_field, *DRIVE_DEFAULTS)
 """Of `MeasuredJoint`; SAPIEN's names are the same."""
 
 
-def read_geometry(shape: Any) -> tuple[type[CollisionGeometry], tuple[float, ...]]:
+def read_live_geometry(shape: Any) -> tuple[type[CollisionGeometry], tuple[float, ...]]:
     """What a live colliding shape is in a plan, and the numbers of its fields, which SAPIEN calls the same."""
     geometry = _GEOMETRIES[type(shape)]
     names = geometry.__slots__ if issubclass(geometry, Solid) else ()
     return geometry, tuple(number for name in names for number in np.ravel(getattr(shape, name)).tolist())
 
 
-def measure(batch: SceneBatch) -> EngineSnapshot:
+def measure_bodies(batch: SceneBatch) -> EngineSnapshot:
     """Everything that the engine holds of the bodies in a batch, as they are now: measure before anything is stepped.
 
     Raises:
@@ -121,7 +121,7 @@ class _BatchReader:
         shapes = [shape for shape in structure.collisions for _ in range(part_count(shape.geometry, row, self._files))]
         found: list[MeasuredShape] = []
         for made, shape in zip(component.get_collision_shapes(), shapes, strict=True):
-            geometry, sizes = read_geometry(made)
+            geometry, sizes = read_live_geometry(made)
             mesh = self._mesh(made) if issubclass(geometry, MeshGeometry) else None
             a, b, c, d = map(int, made.get_collision_groups())
             friction = made.get_physical_material()

@@ -8,7 +8,7 @@ import numpy as np
 
 from scenecc.assets.engine import engine_fault
 from scenecc.assets.mesh_uses import mesh_use
-from scenecc.backends.sapien.engine import EngineFailure, report_failure
+from scenecc.backends.sapien.engine import EngineFailure
 from scenecc.backends.sapien.properties import rows_in_scenes, select_rows
 from scenecc.plan import MeshGeometry
 
@@ -32,7 +32,7 @@ def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink:
             code = "SC807" if use == "visual" else "SC801"
             message = f"SAPIEN cannot read '{file.path}': {fault}"
             failure = EngineFailure(code, message, origin=origin, hint="export the mesh again, in another format")
-            report_failure(failure, sink, plan.origin)
+            failure.report(sink, plan.origin)
             failed = True
     return failed
 

@@ -12,7 +12,7 @@ from scenecc.backends.sapien.articulation_builder import BatchArticulationBuilde
 from scenecc.backends.sapien.assets import Resources, refresh_caches
 from scenecc.backends.sapien.builder import BatchActorBuilder
 from scenecc.backends.sapien.cooked_hulls import report_changed_hulls
-from scenecc.backends.sapien.engine import EngineFailure, report_failure
+from scenecc.backends.sapien.engine import EngineFailure
 from scenecc.backends.sapien.mesh_reading import report_unreadable_meshes
 from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, DrawnObjects
 from scenecc.backends.sapien.properties import rows_in_scenes
@@ -234,7 +234,7 @@ class EntityLookup:
             return prepared.components[row]
         if mount.link is None:
             return prepared.links[row][0]
-        return find_link(prepared.links[row], mount.link)
+        return get_link(prepared.links[row], mount.link)
 
     def entity(self, mount: Mount, number: int) -> Any:
         """The `sapien.Entity` of it. Raises KeyError as `component` does."""
@@ -258,7 +258,7 @@ class EntityLookup:
                 yield f"{name}/{link.get_name()}", link.get_entity()
 
 
-def find_link(links: Sequence[Any], name: str) -> Any:
+def get_link(links: Sequence[Any], name: str) -> Any:
     """The link of a name. Raises KeyError."""
     for link in links:
         if link.get_name() == name:
@@ -285,14 +285,14 @@ def prepare_entities(
         except EngineFailure as failure:
             prepared, failures = None, [failure]
         for failure in failures:
-            report_failure(failure, sink, entity.origin)
+            failure.report(sink, entity.origin)
         failed = failed or bool(failures)
         if prepared is not None:
             prepared_entities.append(prepared)
         if crowded is None and resources.crowded():
             crowded = entity
     if crowded is not None and (failure := resources.crowded()):
-        report_failure(failure, sink, crowded.origin)
+        failure.report(sink, crowded.origin)
         failed = True
     if not failed:
         failed = report_changed_hulls(plan, scene_idxs, sink)

@@ -30,7 +30,7 @@ Column = list[Any]
 Item = TypeVar("Item")
 
 
-def item_at(column: Sequence[Item], row: int) -> Item:
+def row_item(column: Sequence[Item], row: int) -> Item:
     """The item of a row."""
     return column[row if len(column) != 1 else 0]
 

@@ -31,10 +31,9 @@ from scenecc.backends.sapien.geometry import RENDER_SHAPES
 from scenecc.backends.sapien.solids import read_solids
 from scenecc.plan import literal
 from scenecc.plan.framing import azimuth_of, find_subject, frame_subject, hidden_share, toward
+from scenecc.plan.light_rigs import DEFAULT_PRESET, LIGHT_RIGS, is_unlit
 from scenecc.plan.rendering import (
     COLLISION_COLORS,
-    DEFAULT_PRESET,
-    LIGHT_RIGS,
     PLANE_HALF_SIZE,
     AreaLight,
     CubeMap,
@@ -43,7 +42,6 @@ from scenecc.plan.rendering import (
     SkyMap,
     SpotLight,
     TexturedLight,
-    is_unlit,
     shadow_parameters,
 )
 from scenecc.plan.schema import PIXEL_BOUNDS
@@ -55,8 +53,9 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.preparation import EntityLookup
     from scenecc.plan import ScenePlan, Value
-    from scenecc.plan.framing import Subject, View
-    from scenecc.plan.rendering import Camera, Environment, Light, LightRig, Preset, ShaderName
+    from scenecc.plan.framing import FramedView, Subject
+    from scenecc.plan.light_rigs import LightRig, Preset
+    from scenecc.plan.rendering import Camera, Environment, Light, ShaderName
 
 
 LIGHT_CLASSES: Final[dict[type, str]] = {
@@ -303,7 +302,7 @@ class LightsAndCameras(LightSet):
         if not plan.cameras:
             self.cameras[DEFAULT_CAMERA] = self.framed()
 
-    def _light_up(self, index: int, view: Callable[[int], View] | None = None) -> None:
+    def _light_up(self, index: int, view: Callable[[int], FramedView] | None = None) -> None:
         """Lights a scene for its first picture if nothing else does: without, every picture would be black.
 
         Not before, so that what is built is what the file says and nothing more. The rig stands as for a camera that
@@ -402,7 +401,7 @@ class LightsAndCameras(LightSet):
                 raise RuntimeError(f"{failure.message}: {failure.hint}") from failure
         present = self._present(camera)
 
-        def view(index: int) -> View:
+        def view(index: int) -> FramedView:
             return frame_subject(self.subject(index, focus), width, height, eye=eye, look_at=look_at)
 
         found = CameraBatch(
@@ -417,7 +416,7 @@ class LightsAndCameras(LightSet):
         self._framed.append(found)
         return found
 
-    def _frame(self, camera: Camera, batch: CameraBatch, number: int, view: Callable[[int], View]) -> None:
+    def _frame(self, camera: Camera, batch: CameraBatch, number: int, view: Callable[[int], FramedView]) -> None:
         assert self._lookup is not None
         if batch.objs[number] is not None:
             return

@@ -236,7 +236,7 @@ def sample_value(batch: Batch, node: Node, who: str, what: str, *, cite: bool = 
         raise ValueError(message) from None
 
 
-def check_finite(drawn: NDArray[np.float64], batch: Batch, who: str, what: str) -> None:
+def check_drawn_finite(drawn: NDArray[np.float64], batch: Batch, who: str, what: str) -> None:
     """Raises ValueError for what single precision does not hold. Arguments are those of `sample_value`."""
     with np.errstate(over="ignore"):
         wrong = np.flatnonzero(~np.isfinite(drawn.astype(np.float32)).reshape(len(drawn), -1).all(axis=1))
@@ -254,7 +254,7 @@ def _sample_field(recipe: _SampledField, batch: Batch, found: AnyState) -> None:
     if part is None:
         return
     values = sample_value(part, recipe.node, recipe.entity, recipe.what, cite=True)
-    check_finite(values, part, recipe.entity, recipe.what)
+    check_drawn_finite(values, part, recipe.entity, recipe.what)
     rows = np.searchsorted(found.scene_idxs, part.scenes)
     numbers = getattr(found, recipe.field)
     if recipe.column is None:

@@ -66,11 +66,11 @@ def _record(diagnostic: Diagnostic) -> DiagnosticRecord:
         "end_column": location.end_column,
         "path": encodable(diagnostic.path),
         "hint": _text(diagnostic.hint),
-        "related": [_related(r) for r in diagnostic.related],
+        "related": [_related_record(r) for r in diagnostic.related],
     }
 
 
-def _related(related: Related) -> RelatedRecord:
+def _related_record(related: Related) -> RelatedRecord:
     return {
         "message": encodable(related.message),
         "file": _text(related.location.file),

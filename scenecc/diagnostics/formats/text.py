@@ -49,7 +49,7 @@ def excerpt(text: str, column: int | None, end_column: int | None, *, width: int
     tail = _CUT if last < len(text) else ""
     before = _cells(head, text[first:start])
     under = _cells(head, text[first : min(end, last)])
-    shown = _shown(head, text[first:last]) + tail
+    shown = _printable_line(head, text[first:last]) + tail
     return Excerpt(shown, before, max(under - before, 1))
 
 
@@ -69,10 +69,10 @@ def _window(text: str, start: int, width: int) -> tuple[int, int]:
 
 
 def _cells(head: str, text: str) -> int:
-    return cell_len(_shown(head, text))
+    return cell_len(_printable_line(head, text))
 
 
-def _shown(head: str, text: str) -> str:
+def _printable_line(head: str, text: str) -> str:
     """Printable text: tabs as blanks up to the next stop, everything else harmless."""
     first, *rest = text.split("\t")
     line = head + visible(first)

@@ -6,7 +6,7 @@ from math import degrees, tan
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.assets.errors import AssetError
-from scenecc.emit.mjcf.bodies import write_constraints, write_contact_exclusions, write_entity
+from scenecc.emit.mjcf.bodies import write_constraints, write_contact_exclusions, write_entity_bodies
 from scenecc.emit.mjcf.model import SECTIONS, MjcfModel, pose_attributes
 from scenecc.emit.output import (
     PHYSX_SETTINGS,
@@ -20,7 +20,6 @@ from scenecc.emit.output import (
 )
 from scenecc.geometry.rotations import compose
 from scenecc.meshes.builder import MeshBuilder
-from scenecc.meshes.surface import report_mesh_error
 from scenecc.plan.rendering import (
     AreaLight,
     DirectionalLight,
@@ -52,9 +51,9 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
     )
     try:
         for entity in model.scene.entities:
-            write_entity(model, entity)
+            write_entity_bodies(model, entity)
     except AssetError as problem:
-        report_mesh_error(problem, mesh_builder.at, sink)
+        problem.report(sink, mesh_builder.at)
         return None
     write_contact_exclusions(model)
     write_constraints(model)

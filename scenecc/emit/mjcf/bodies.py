@@ -6,7 +6,14 @@ import math
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
-from scenecc.emit.mjcf.model import InitialState, MjcfModel, ModelBody, pose_attributes, write_collisions, write_visuals
+from scenecc.emit.mjcf.model import (
+    InitialState,
+    MjcfModel,
+    ModelBody,
+    pose_attributes,
+    write_collision_geoms,
+    write_visual_geoms,
+)
 from scenecc.emit.output import (
     MAX_LIMIT,
     UNLIMITED,
@@ -138,7 +145,7 @@ _INERTIA_TOLERANCE = 1e-5
 """Relative rounding error by which a flat body's moments may violate the triangle inequality."""
 
 
-def write_entity(model: MjcfModel, measured: MeasuredEntity) -> None:
+def write_entity_bodies(model: MjcfModel, measured: MeasuredEntity) -> None:
     """Writes a body, or all links of an articulation."""
     entity, structure = measured.entity, measured.structure
     if entity.hidden:
@@ -204,8 +211,8 @@ def _write_contents(model: MjcfModel, measured: MeasuredEntity, written: ModelBo
     name, body, element = measured.entity.name, written.measured, written.element
     if body.mass is not None:
         _write_mass(model, name, body, body.mass, element)
-    write_collisions(model, name, body, element)
-    write_visuals(model, name, measured.row, body.body, element, is_fixed=written.is_fixed)
+    write_collision_geoms(model, name, body, element)
+    write_visual_geoms(model, name, measured.row, body.body, element, is_fixed=written.is_fixed)
     model.unsupported.fields(name, body.body, _UNSUPPORTED_BODY_FIELDS, body.body.origin)
 
 

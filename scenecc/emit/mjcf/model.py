@@ -191,7 +191,7 @@ _GRID_SPACING = 1.0
 _UNSUPPORTED_SHAPE_FIELDS = optional_fields(CollisionShape, "pose", "material", "density", "collision_groups")
 
 
-def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:
+def write_collision_geoms(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:
     """Writes one massless geom per collision shape of the engine."""
     for shape in body.shapes:
         if shape.mesh is not None and not isinstance(shape.shape.geometry, Heightfield) and _is_flat(shape.mesh):
@@ -275,7 +275,7 @@ def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
         unsupported.leave_out(name, "`restitution` of a shape", plan.origin)
 
 
-def write_visuals(
+def write_visual_geoms(
     model: MjcfModel, name: str, row: int, body: BodyStructure, element: XmlElement, *, is_fixed: bool
 ) -> None:
     """Writes geoms for the visual shapes of a body. `is_fixed`: whether no force moves it. Raises AssetError."""

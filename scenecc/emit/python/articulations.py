@@ -111,7 +111,7 @@ def write_joint_component(source: SourceWriter, joint: Joint, columns: SceneValu
         source.statement(_drive_call(joint, columns))
 
 
-def write_joints(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
+def write_articulation_joints(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
     """Writes the joint properties of `articulation` that no builder takes."""
     for link, joint in _active_joints(structure):
         inner = SourceWriter(depth=source.depth)
@@ -222,7 +222,7 @@ def write_articulation(robot: ArticulationScript) -> None:
     if not any(map(needs_components, structure.bodies)):
         _write_link_properties(robot)
     write_properties(source, structure, ARTICULATION_PROPERTIES, columns, "articulation")
-    write_joints(source, structure, columns)
+    write_articulation_joints(source, structure, columns)
     for name in present_fields(structure, VELOCITY_FIELDS):
         source.statement(columns.value(getattr(structure, name), name), assign=f"articulation.root_{name}")
     write_positions(source, structure, columns)

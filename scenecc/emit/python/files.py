@@ -234,13 +234,13 @@ class ScriptFiles:
     def imports(self) -> list[str]:
         """Import statements of the standard library, sorted; known once all bodies are written."""
         wanted = {
-            "import atexit": self._written,
+            "import atexit": self._writes_files,
             "import base64": self._packed,
             "import functools": self._cut or self.writes_meshes,
             "import importlib.util": "pkg" in self._schemes,
             "import os": "asset" in self._schemes,
-            "import shutil": self._written,
-            "import tempfile": self._written,
+            "import shutil": self._writes_files,
+            "import tempfile": self._writes_files,
             "import zlib": self._packed,
             "from pathlib import Path": bool(self._files),
             "from typing import Any": self.computes or self.writes_meshes,
@@ -248,7 +248,7 @@ class ScriptFiles:
         return [text for text, needed in wanted.items() if needed]
 
     @property
-    def _written(self) -> bool:
+    def _writes_files(self) -> bool:
         return self._cut or self._packed or self.writes_meshes
 
     @property

@@ -20,16 +20,11 @@ from scenecc.lower.articulations.drafts import (
 )
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers, JointValue
 from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
-from scenecc.lower.articulations.robots import (
-    OverrideValues,
-    PatternMatcher,
-    PatternOverrides,
-    RobotDrafter,
-    nearest_override,
-)
+from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher, PatternOverrides, nearest_override
+from scenecc.lower.articulations.robots import RobotDrafter
+from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.references import PlanTables, RobotReader, RobotRequest
-from scenecc.lower.shapes import DEFAULT_BITS, GroupBits, ShapeLowerer
 from scenecc.plan.articulation import MAX_LINKS, ArticulationStructure, Link, Mimic
 from scenecc.plan.body import COLLISION_ID_BITS, AssetFile, BodyType, groups_collide
 
@@ -38,6 +33,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import MaterialLowerer
+    from scenecc.lower.shapes import ShapeLowerer
     from scenecc.plan import BodyStructure, Value
     from scenecc.robots.description import DescribedConstraint, DescribedRobot, RobotDescription
 
@@ -255,13 +251,13 @@ class ArticulationLowerer:
         if found is None:
             return []
         if entity.attach:
-            return self._assembled(entity, origin, found, fields)
+            return self._lower_assembly(entity, origin, found, fields)
         if "root" in entity.model_fields_set:
             draft = self._trees.draft(entity.root, origin.child("root"), fields)
-            work = self._work(entity, origin, fields, [draft], one_id=True)
+            work = self._make_context(entity, origin, fields, [draft], one_id=True)
             each = [replace(draft, fixed=one.values.get("fix_root_link")) for one in found.each]
             return [LoweredArticulation("", None, tuple(self._structure(one, work) for one in each), found.pick)]
-        self._meshes(entity, origin)
+        self._report_unused_decomposition(entity, origin)
         key = "urdf" if "urdf" in entity.model_fields_set else "mjcf"
         files = [self._file(key, entity, one) for one in found.each]
         drafts = [
@@ -272,31 +268,31 @@ class ArticulationLowerer:
         if len(drafts) < len(files):
             return []
         every = [draft for robots in drafts for _, draft in robots]
-        work = self._work(entity, origin, fields, every, one_id=key == "mjcf" or found.pick is not None)
+        work = self._make_context(entity, origin, fields, every, one_id=key == "mjcf" or found.pick is not None)
         if found.pick is not None:
             return self._alternatives(drafts, found.pick, work, origin.child(key))
-        self._free(drafts, entity)
+        self._warn_of_free_root(drafts, entity)
         ((alone, *others),) = drafts
         if not others and alone[0].pose == IDENTITY_POSE:
             root = alone[1].links[0].name
-            made = [LoweredArticulation("", None, (self._one(*alone, work),), root=root)]
+            made = [LoweredArticulation("", None, (self._make_structure(*alone, work),), root=root)]
         else:
             made = [
                 LoweredArticulation(
-                    root := draft.links[0].name, robot.pose, (self._one(robot, draft, work),), root=root
+                    root := draft.links[0].name, robot.pose, (self._make_structure(robot, draft, work),), root=root
                 )
                 for robot, draft in drafts[0]
             ]
         constraints = files[0][1].constraints if files[0] is not None else ()
         return [replace(made[0], constraints=constraints), *made[1:]]
 
-    def _assembled(
+    def _lower_assembly(
         self, entity: Any, origin: Origin, found: Alternatives, fields: FieldLowerer
     ) -> list[LoweredArticulation]:
         """The articulation of an entity with parts."""
 
         def draft(keys: Any, place: Origin, one: Alternative) -> Assembly | None:
-            return self._only(keys, place, one, fields)
+            return self._single_assembly(keys, place, one, fields)
 
         assembler = ArticulationAssembler(self._trees, draft, fields, self._sink)
         made = [assembler.assemble(entity, origin, one) for one in found.each]
@@ -318,15 +314,15 @@ class ArticulationLowerer:
             )
             for made, one in zip(whole, found.each, strict=True)
         ]
-        work = self._work(entity, origin, fields, drafts, one_id=True)
+        work = self._make_context(entity, origin, fields, drafts, one_id=True)
         structures = tuple(self._structure(draft, work) for draft in drafts)
         pose = None if whole[0].pose == IDENTITY_POSE else whole[0].pose
         root = drafts[0].links[0].name
         return [LoweredArticulation(root, pose, structures, found.pick, constraints=whole[0].constraints)]
 
-    def _only(self, keys: Any, origin: Origin, one: Alternative, fields: FieldLowerer) -> Assembly | None:
+    def _single_assembly(self, keys: Any, origin: Origin, one: Alternative, fields: FieldLowerer) -> Assembly | None:
         """The only articulation in the file of an articulation or a part; None where it was reported."""
-        self._meshes(keys, origin)
+        self._report_unused_decomposition(keys, origin)
         key = "urdf" if "urdf" in keys.model_fields_set else "mjcf"
         file = self._file(key, keys, one)
         if file is None:
@@ -388,10 +384,10 @@ class ArticulationLowerer:
             hint = "several robots of one file are entities of their own"
             self._sink.report("SC327", message, origin, hint=hint)
             return []
-        self._free(drafts, work.entity)
-        return [LoweredArticulation("", None, tuple(self._one(*robots[0], work) for robots in drafts), pick)]
+        self._warn_of_free_root(drafts, work.entity)
+        return [LoweredArticulation("", None, tuple(self._make_structure(*robots[0], work) for robots in drafts), pick)]
 
-    def _free(self, drafts: list[list[tuple[DescribedRobot, ArticulationDraft]]], entity: Any) -> None:
+    def _warn_of_free_root(self, drafts: list[list[tuple[DescribedRobot, ArticulationDraft]]], entity: Any) -> None:
         """A URDF does not say whether its root is fixed: only its joints show it."""
         if "urdf" in entity.model_fields_set and entity.fix_root_link is None:
             warn_free_body([robots[0] for robots in drafts], self._sink)
@@ -406,7 +402,7 @@ class ArticulationLowerer:
         fixed = one.values.get("fix_root_link", draft.fixed)
         return replace(draft, fixed=fixed is None or fixed, ignored=dict(enumerate(map(pairing.into, robot.ignored))))
 
-    def _work(
+    def _make_context(
         self, entity: Any, origin: Origin, fields: FieldLowerer, drafts: list[ArticulationDraft], *, one_id: bool
     ) -> _ArticulationContext:
         maps = PatternOverrides(entity, origin, self._matching, self._sink)
@@ -434,7 +430,7 @@ class ArticulationLowerer:
             one_id,
         )
 
-    def _meshes(self, entity: Any, origin: Origin) -> None:
+    def _report_unused_decomposition(self, entity: Any, origin: Origin) -> None:
         """Reports keys of decompositions that do nothing."""
         decomposes = getattr(entity, "decomposition", None) == "coacd"
         for key, does_nothing, without in (
@@ -444,7 +440,7 @@ class ArticulationLowerer:
             if does_nothing and getattr(entity, key, None) is not None:
                 report_unused_key(key, f"without `{without}`", origin, self._sink, hint=f"add `{without}`")
 
-    def _one(
+    def _make_structure(
         self, robot: DescribedRobot, draft: ArticulationDraft, work: _ArticulationContext
     ) -> BodyStructure | ArticulationStructure:
         return self._structure(draft, work) if robot.body_type is None else self._body(robot.body_type, draft, work)
@@ -461,7 +457,7 @@ class ArticulationLowerer:
             return replace(
                 body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
             )
-        return replace(body, body_type=body_type, **self._of_the_whole(work, fixed=False))
+        return replace(body, body_type=body_type, **self._solver_values(work, fixed=False))
 
     def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> ArticulationStructure:
         entity, origin, values = work.entity, work.origin, work.values
@@ -498,7 +494,7 @@ class ArticulationLowerer:
             mimics=_mimics(joints),
             file=draft.file,
             origin=origin,
-            **self._of_the_whole(work, fixed=bool(draft.fixed)),
+            **self._solver_values(work, fixed=bool(draft.fixed)),
         )
 
     def _starts(
@@ -532,7 +528,7 @@ class ArticulationLowerer:
         return found
 
     @staticmethod
-    def _of_the_whole(work: _ArticulationContext, *, fixed: bool) -> dict[str, Value | None]:
+    def _solver_values(work: _ArticulationContext, *, fixed: bool) -> dict[str, Value | None]:
         found = {
             key: work.fields.optional(getattr(work.entity, key), kind, work.origin, key, reset=key in _VELOCITIES)
             for key, kind in (*_SOLVER.items(), *_VELOCITIES.items())
@@ -592,7 +588,7 @@ def _warn_ignored_pairs_collide(
         return
     found: dict[Origin, list[tuple[int, int]]] = {}
     for link, place in written.items():
-        pairs = list(_colliding(link, draft, bodies, all_of_them=whole is not None))
+        pairs = list(_colliding_pairs(link, draft, bodies, all_of_them=whole is not None))
         if pairs:
             found.setdefault(place, []).extend(pairs)
     for place, pairs in found.items():
@@ -605,7 +601,7 @@ def _warn_ignored_pairs_collide(
         sink.report("SC524", message, place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _colliding(
+def _colliding_pairs(
     number: int, draft: ArticulationDraft, bodies: Sequence[BodyStructure], *, all_of_them: bool
 ) -> Iterator[tuple[int, int]]:
     link = draft.links[number]

@@ -87,7 +87,7 @@ class ArticulationAssembler:
             added = self.assemble(part, place, one.parts[name])
             whole = None
             if made is not None and added is not None and not any(map(part.to.startswith, missing)):
-                whole = self._attached(made, added, part, name, place)
+                whole = self._attach_part(made, added, part, name, place)
             if whole is None:
                 good = False
                 missing += filter(None, (_prefix(name, part),))
@@ -127,7 +127,7 @@ class ArticulationAssembler:
                 good = False
         return good
 
-    def _attached(self, whole: Assembly, made: Assembly, part: Any, name: str, place: Origin) -> Assembly | None:
+    def _attach_part(self, whole: Assembly, made: Assembly, part: Any, name: str, place: Origin) -> Assembly | None:
         """An articulation with one more part; None where that was reported."""
         draft, added = whole.draft, made.draft
         to = self._number(draft, part.to, place.child("to"))
@@ -136,7 +136,7 @@ class ArticulationAssembler:
         start, shift = len(draft.links), _bit_count(draft.links)
         root = replace(added.links[0], joint=self._joint(part, place))
         added = replace(added, links=(root, *added.links[1:]))
-        links = tuple(_renamed(link, prefix, to or 0, start, shift) for link in added.links)
+        links = tuple(_rename_link(link, prefix, to or 0, start, shift) for link in added.links)
         known = {constraint.name for constraint in whole.constraints}
         constraints = tuple(_renamed_constraint(one, prefix) for one in made.constraints)
         double = next((one.name for one in constraints if one.name in known), None)
@@ -254,7 +254,7 @@ def _prefix(name: str, part: Any) -> str:
     return f"{name}/" if part.prefix is None else part.prefix
 
 
-def _renamed(link: DraftLink, prefix: str, to: int, start: int, shift: int) -> DraftLink:
+def _rename_link(link: DraftLink, prefix: str, to: int, start: int, shift: int) -> DraftLink:
     """A link of a part as one of the whole.
 
     Args:

@@ -226,7 +226,7 @@ class LinkTreeDrafter:
         self._idle(link, origin)
 
         def shaping(contact: ContactDefaults) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
-            return self._shaped(link, contact, origin, fields)
+            return self._lower_shapes(link, contact, origin, fields)
 
         collides = bool(link.shapes or link.collisions)
         return DraftLink(link.name, origin, shaping, parent, joint, own=(link, origin), collides=collides)
@@ -240,7 +240,7 @@ class LinkTreeDrafter:
                 shape = "shape" if key == "material" else "colliding shape"
                 report_unused_key(key, f"on a link without a {shape}", origin, self._sink)
 
-    def _shaped(
+    def _lower_shapes(
         self, link: TreeLink, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
     ) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
         collisions, visuals = self._shapes.shapes(((link, origin),), contact.default, fields)
@@ -546,7 +546,7 @@ class _Combinations:
             return None
         order = [{value: i for i, value in enumerate(column.places)} for column in self._columns]
         every = sorted(
-            {*had, *self._unused(had)}, key=lambda row: [at[one] for at, one in zip(order, row, strict=True)]
+            {*had, *self._find_unused(had)}, key=lambda row: [at[one] for at, one in zip(order, row, strict=True)]
         )
         numbers = {row: i for i, row in enumerate(every)}
         each = tuple(self._alternative(row) for row in every)
@@ -595,7 +595,7 @@ class _Combinations:
     def _combination(self, row: Sequence[Any]) -> Combination:
         return tuple(column.value(given) for column, given in zip(self._columns, row, strict=True))
 
-    def _unused(self, had: list[Combination]) -> list[Combination]:
+    def _find_unused(self, had: list[Combination]) -> list[Combination]:
         """Combinations of the values that no scene can have: the first of one key with the first of the others."""
         missing = [
             [value for value in column.places if value not in used]

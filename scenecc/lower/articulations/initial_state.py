@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.links import first_outside, widest
-from scenecc.lower.articulations.robots import names_hint
+from scenecc.lower.articulations.overrides import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
@@ -84,7 +84,7 @@ class InitialStateLowerer:
         for i in self._order(given):
             if i in given:
                 found[i] = self._position(self._joints[i], given[i])
-                self._doubt(self._joints[i], found[i], given[i].origin)
+                self._warn_probable_degrees(self._joints[i], found[i], given[i].origin)
                 continue
             found[i], elsewhere = self._left_out(self._joints[i], found, told=bool(given))
             moved |= elsewhere
@@ -116,24 +116,24 @@ class InitialStateLowerer:
     def _position(self, joint: DraftJoint, given: JointValue) -> Value:
         if given.item.__class__ not in NODES:
             at = float(given.item)
-            self._judge(joint, [at], given.origin)
+            self._report_outside_limits(joint, [at], given.origin)
             return literal(at)
         assert given.variation is not None
         variation, sampling = given.variation, self._fields.sampling
         if self._beyond_limits:
             return self._fields.finish(joint_value_node(given), variation, _POSITION, given.origin, reset=True)
         if variation.drawn or any(name in sampling.random for name in variation.reads):
-            return self._clamped(joint, given, variation)
+            return self._clamp_to_limits(joint, given, variation)
         item = joint_value_node(given)
         kind = FieldType(within=Bounds(*widest(joint.limits)))
         value = self._fields.finish(item, variation, kind, given.origin, reset=True)
         if value.known and not variation.broken:
-            self._judge(joint, value.data.tolist(), given.origin)
+            self._report_outside_limits(joint, value.data.tolist(), given.origin)
         elif not value.known:
             self._fields.defer(value, kind, given.origin, variation)
         return value
 
-    def _clamped(self, joint: DraftJoint, given: JointValue, variation: VariationLowerer) -> Value:
+    def _clamp_to_limits(self, joint: DraftJoint, given: JointValue, variation: VariationLowerer) -> Value:
         """A position that is drawn, held within the limits, as each later one is."""
         fields, limits = self._fields, joint.limits
         plain = limits is None or limits.is_constant
@@ -162,7 +162,7 @@ class InitialStateLowerer:
         mimic = joint.mimic
         source = None if mimic is None else self._numbers.get(mimic.source)
         if mimic is not None and source is not None and source in found:
-            followed = self._following(mimic, joint.limits, found[source])
+            followed = self._follow_source(mimic, joint.limits, found[source])
             return followed, followed.numbers() != (0.0,)
         if joint.qpos is not None:
             low, high = widest(joint.limits)
@@ -177,7 +177,7 @@ class InitialStateLowerer:
             place = self._origin.child("qpos") if told else self._origin
             hint = f"give it a position: `qpos: {{{joint.name}: …}}`"
             # One entity, and one thing to mend: the other joints are counted.
-            with self._sink.alike():
+            with self._sink.merge_repeats():
                 self._sink.report("SC518", message, place, at="key", hint=hint)
         if limits is None:
             return literal(0.0), False
@@ -206,7 +206,7 @@ class InitialStateLowerer:
             resets[id(value)] = ResettableValue(value, node, variation, self._fields, limits)
         return value
 
-    def _following(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
+    def _follow_source(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
         """Where a joint starts that follows another one, within its limits.
 
         Args:
@@ -244,7 +244,7 @@ class InitialStateLowerer:
             resets[id(value)] = ResettableValue(value, reset.node, reset.variation, self._fields, limits, follows)
         return value
 
-    def _doubt(self, joint: DraftJoint, position: Value, place: Origin) -> None:
+    def _warn_probable_degrees(self, joint: DraftJoint, position: Value, place: Origin) -> None:
         """Warns of a position that is probably in degrees, if the joint has no limits."""
         if self._beyond_limits or not joint.type.startswith("revolute"):
             return
@@ -256,7 +256,7 @@ class InitialStateLowerer:
         hint = "positions are radians: `${radians(90)}` is 90 degrees; if it is meant, say `beyond_limits: true`"
         warn_large_angle(angle, place, self._sink, hint=hint)
 
-    def _judge(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
+    def _report_outside_limits(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
         """Reports the first position that is outside of its limits."""
         limits = joint.limits
         if self._beyond_limits or limits is None or not limits.known:
@@ -360,7 +360,7 @@ class JointNumbers:
         if written.__class__ is forms.Vector or written.__class__ not in VARYING:
             items = written.items if written.__class__ is forms.Vector else written
             return {
-                number: self._one(item, FieldPlace(origin.child(number), place.path, number))
+                number: self._read_value(item, FieldPlace(origin.child(number), place.path, number))
                 for number, item in enumerate(items)
             }
         count = len(self.names)
@@ -378,7 +378,7 @@ class JointNumbers:
         node = variation.select(written, place, leaf)
         return {number: JointValue(node, number, shared_by_joint(variation, number), origin) for number in range(count)}
 
-    def _one(self, item: Any, place: FieldPlace) -> JointValue:
+    def _read_value(self, item: Any, place: FieldPlace) -> JointValue:
         if item.__class__ not in VARYING:
             return JointValue(item, -1, None, place.origin)
         variation = VariationLowerer(self.fields, place.origin)
@@ -392,7 +392,7 @@ class JointNumbers:
                 continue
             place = field_place(origin.child(name))
             if name in numbers:
-                found[numbers[name]] = self._one(item, place)
+                found[numbers[name]] = self._read_value(item, place)
             elif name not in self.others:
                 hint = names_hint(self.names, name)
                 self.sink.report("SC325", f"no joint `{cut(name)}` moves here", place.origin, at="key", hint=hint)
@@ -407,11 +407,11 @@ class JointNumbers:
                 self.sink.report("SC321", message, origin.child(*place), hint=hint)
                 return True
             if len(found) != len(self.names):
-                self._miscounted(len(found), origin.child(*place))
+                self._report_wrong_count(len(found), origin.child(*place))
                 return True
         return False
 
-    def _miscounted(self, count: int, place: Origin) -> None:
+    def _report_wrong_count(self, count: int, place: Origin) -> None:
         joints = len(self.names)
         are = "joint moves" if joints == 1 else "joints move"
         values = "1 number" if count == 1 else f"{count} numbers"

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.drafts import ContactDefaults, DraftJoint, DraftLink, Layer
-from scenecc.lower.articulations.robots import OverrideValues, nearest_override
+from scenecc.lower.articulations.overrides import OverrideValues, nearest_override
+from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits, find_group
 from scenecc.lower.deferred_checks import ResettableValue
 from scenecc.lower.field_types import BODY_FIELDS, field_type, report_exclusive_keys
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
-from scenecc.lower.shapes import DEFAULT_BITS, GroupBits, ShapeDefaults, find_group
+from scenecc.lower.shapes import ShapeDefaults
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
 from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
 from scenecc.plan.properties import FLOAT32_MAX, JOINT_PROPERTIES, properties_of, property_fields
@@ -133,7 +134,7 @@ class LinkLowerer:
         if keys.inertial is not None:
             given = lower_inertial(keys.inertial, nearest[1], values.fields)
             if nearest is not link.own:
-                self._is_real(given, link, nearest)
+                self._report_impossible_inertia(given, link, nearest)
             return None, given
         mass = values.of(nearest, "mass", _MASS_TYPE)
         if not dense and link.inertial is None:
@@ -144,7 +145,7 @@ class LinkLowerer:
             self._sink.report("SC510", message, nearest[1].child("mass"), hint=hint)
         return (mass, None) if link.inertial is None else (None, _scaled_inertial(link.inertial, mass, values))
 
-    def _is_real(self, inertial: Inertial, link: DraftLink, layer: Layer) -> None:
+    def _report_impossible_inertia(self, inertial: Inertial, link: DraftLink, layer: Layer) -> None:
         """Reports an impossible inertia of a pattern; a link's own is checked by another rule."""
         moments = inertial.inertia.numbers() if inertial.inertia.is_constant else ()
         if moments and 2 * max(moments) > sum(moments) * (1 + 1e-9):
@@ -319,7 +320,7 @@ class DriveTargetCheck:
         """
         if self._beyond_limits or joint.limits is None or id(target) in self._reported:
             return
-        found = beyond_limits(joint.limits, target)
+        found = find_target_beyond_limits(joint.limits, target)
         if found is None:
             return
         self._reported.add(id(target))
@@ -334,7 +335,7 @@ class DriveTargetCheck:
         self._sink.report("SC523", message, place, hint=hint)
 
 
-def beyond_limits(limits: Value, target: Value) -> tuple[OutsidePosition, bool] | None:
+def find_target_beyond_limits(limits: Value, target: Value) -> tuple[OutsidePosition, bool] | None:
     """A target beyond its limits, and whether it is for certain so."""
     if limits.known and target.known:
         found = first_outside(limits, target.numbers())

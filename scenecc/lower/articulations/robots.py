@@ -1,15 +1,13 @@
-"""Robots from files: the file's own values, and the scene's overrides by link or joint."""
+"""Makes drafts of robots from files: the file's own values, before the scene's overrides."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from scenecc import plan
-from scenecc.diagnostics.messages import cut, nearest
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.lower.articulations.drafts import ArticulationDraft, ContactDefaults, DraftJoint, DraftLink, DraftMimic
 from scenecc.lower.materials import LoweredMaterial, MaterialChoice
-from scenecc.lower.poses import lower_limits
 from scenecc.lower.references import select_per_scene
 from scenecc.lower.shapes import coacd_params, count_heights
 from scenecc.plan import CollisionShape, Inertial, Value, VisualShape, literal
@@ -17,17 +15,12 @@ from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMateri
 from scenecc.plan.geometry import SOLIDS, Solid
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.robots import description as robots
-from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.references import NamePattern, compile_name_pattern
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator
 
-    from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Location, Origin
     from scenecc.geometry.rotations import Pose7
-    from scenecc.lower.articulations.drafts import Layer
-    from scenecc.lower.field_types import FieldType
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import MaterialLowerer
     from scenecc.lower.references import PlanTables
@@ -116,12 +109,12 @@ class RobotDrafter:
         density = None if shape.density is None else literal(shape.density)
         surface = contact.default.surface
         if isinstance(surface, MaterialChoice):
-            material, dense = self._several(surface, described, density, fields)
+            material, dense = self._choose_materials(surface, described, density, fields)
         else:
             material, dense = surface.physical, surface.density
         shape_density = contact.default.density if dense is None else dense
         return CollisionShape(
-            geometry=self._colliding(shape.geometry, meshes, place, fields),
+            geometry=self._collision_geometry(shape.geometry, meshes, place, fields),
             pose=_pose(shape.pose),
             material=described if material is None else material,
             density=density if shape_density is None else shape_density,
@@ -131,7 +124,7 @@ class RobotDrafter:
             origin=place,
         )
 
-    def _several(
+    def _choose_materials(
         self, surfaces: MaterialChoice, described: Value | None, density: Value | None, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
         """Material and density where the scenes have one of several materials."""
@@ -145,7 +138,9 @@ class RobotDrafter:
             dense = select_per_scene([surface.density or default for surface in surfaces.each], surfaces.pick, rows)
         return material, dense
 
-    def _colliding(self, geometry: robots.Geometry, meshes: _MeshCollision, place: Origin, fields: FieldLowerer) -> Any:
+    def _collision_geometry(
+        self, geometry: robots.Geometry, meshes: _MeshCollision, place: Origin, fields: FieldLowerer
+    ) -> Any:
         if isinstance(geometry, robots.MeshGeometry):
             file = self._mesh_file(geometry, place)
             scale = self._tables.size(geometry.scale)
@@ -153,7 +148,7 @@ class RobotDrafter:
             return plan.ConvexParts(file, scale, meshes.coacd) if parts else plan.ConvexMesh(file, scale)
         if isinstance(geometry, robots.PlaneGeometry):
             return plan.Plane()
-        return self._other(geometry, place, fields)
+        return self._solid_geometry(geometry, place, fields)
 
     def _visual(
         self, shape: DescribedVisual, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
@@ -164,11 +159,11 @@ class RobotDrafter:
         elif isinstance(geometry, robots.PlaneGeometry):
             made = plan.VisualPlane(literal(geometry.half_size or (10.0, 10.0)))
         else:
-            made = self._other(geometry, place, fields)
-        material = self._seen(shape, contact, origin, fields)
+            made = self._solid_geometry(geometry, place, fields)
+        material = self._visual_material(shape, contact, origin, fields)
         return VisualShape(made, _pose(shape.pose), material, shape.name or None, None, place)
 
-    def _seen(
+    def _visual_material(
         self, shape: DescribedVisual, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
     ) -> Value | None:
         described = None if shape.look is None else self._look(shape.look, shape.location, origin)
@@ -198,7 +193,7 @@ class RobotDrafter:
         self._looks[id(look)] = look, made
         return made
 
-    def _other(
+    def _solid_geometry(
         self, geometry: robots.SolidGeometry | robots.HeightfieldGeometry, place: Origin, fields: FieldLowerer
     ) -> plan.Heightfield | Solid:
         size = self._tables.size
@@ -277,175 +272,3 @@ def _groups(shape: DescribedCollision, contact: ContactDefaults) -> Value | None
 def _pose(pose: Pose7) -> Value | None:
     """None for the identity. To the bit: a pose with -0.0 is passed to the engine."""
     return None if pose == _IDENTITY_NUMBERS and "-" not in repr(pose) else literal(pose)
-
-
-_SHOWN = 12
-"""How many names a hint lists."""
-
-MOST_MATCHING = 1_000_000_000
-"""Steps that all patterns of a document may take, a few seconds; each pair of a pattern and a name counts once.
-
-A stranger's file could name ten thousand patterns, and a robot with names of any length.
-"""
-
-_PAIR_STEPS = 5000
-"""Steps that take as long as everything else that is done for a pair."""
-
-
-class PatternMatcher:
-    """Matches names with the patterns of a document, each pair once, and no more than `MOST_MATCHING`."""
-
-    def __init__(self) -> None:
-        self._found: dict[tuple[str, str], bool] = {}
-        self._patterns: dict[str, NamePattern] = {}
-        self._left = MOST_MATCHING
-
-    @property
-    def exhausted(self) -> bool:
-        """Whether there is more to be matched than is: what is left over matches nothing."""
-        return self._left < 0
-
-    def matches(self, pattern: str, name: str) -> bool:
-        """Whether a pattern matches a whole name."""
-        found = self._found.get((pattern, name))
-        if found is None:
-            read = self._patterns.get(pattern)
-            if read is None:
-                read = self._patterns[pattern] = compile_name_pattern(pattern)
-            self._left -= _PAIR_STEPS + read.steps(len(name))
-            found = self._found[pattern, name] = self._left >= 0 and read.matches(name)
-        return found
-
-
-class PatternOverrides:
-    """The `links`, `joints` and `drives` of an articulation.
-
-    Args:
-        entity: the articulation as written.
-        origin: of it.
-        matching: of the document.
-        sink: takes the diagnostics.
-    """
-
-    def __init__(self, entity: Any, origin: Origin, matching: PatternMatcher, sink: Sink) -> None:
-        self._sink = sink
-        self._matching = matching
-        self._origin = origin
-        self._maps: dict[str, list[tuple[str, Layer]]] = {
-            section: [
-                (pattern, (keys, origin.child(section, pattern)))
-                for pattern, keys in getattr(entity, section).items()
-                if not pattern.startswith(NOTE_PREFIX)
-            ]
-            for section in ("links", "joints", "drives")
-        }
-
-    def layers(self, section: str, name: str) -> tuple[Layer, ...]:
-        """The overrides of a link or a joint; later ones take precedence."""
-        if self._matching.exhausted:
-            return ()
-        matches = self._matching.matches
-        return tuple(layer for pattern, layer in self._maps[section] if matches(pattern, name))
-
-    def check(self, drafts: Sequence[ArticulationDraft]) -> None:
-        """Reports every pattern that matches nothing in any of the articulations that the entity may be."""
-        links = _distinct(link.name for draft in drafts for link in draft.links)
-        joints = [link.joint for draft in drafts for link in draft.links if link.joint is not None]
-        moving = _distinct(joint.name for joint in joints if joint.moves)
-        fixed = _distinct(joint.name for joint in joints if not joint.moves)
-        for section, names in (("links", links), ("joints", moving), ("drives", moving)):
-            for pattern, (_, origin) in self._maps[section]:
-                if self._any(pattern, names):
-                    continue
-                what = "link" if section == "links" else "joint that moves"
-                still = section != "links" and self._any(pattern, fixed)
-                if self._matching.exhausted:
-                    self._too_many()
-                    return
-                self._nothing(pattern, what, names, still=still, origin=origin)
-
-    def _any(self, pattern: str, names: Sequence[str]) -> bool:
-        return any(self._matching.matches(pattern, name) for name in names)
-
-    def _too_many(self) -> None:
-        message = f"matching the patterns with the names of links and joints takes more than {MOST_MATCHING} steps"
-        self._sink.report("SC323", message, self._origin, at="key", hint="name several links or joints by one pattern")
-
-    def _nothing(self, pattern: str, what: str, names: Sequence[str], *, still: bool, origin: Origin) -> None:
-        message = f"`{cut(pattern)}` matches no {what}"
-        if still:
-            message += ": what it matches is fixed"
-        self._sink.report("SC324", message, origin, at="key", hint=names_hint(names, pattern))
-
-
-def names_hint(names: Sequence[str], wrong: str) -> str:
-    """A hint with the names that there are, the one that was probably meant first."""
-    known = [name for name in names if name]
-    if not known:
-        return "there is none that has a name"
-    near = nearest(wrong, known)
-    shown = ", ".join(f"`{cut(name)}`" for name in known[:_SHOWN])
-    rest = f" and {len(known) - _SHOWN} more" if len(known) > _SHOWN else ""
-    return (f"did you mean `{near}`? " if near is not None else "") + f"there are {shown}{rest}"
-
-
-def nearest_override(layers: Sequence[Layer], *keys: str) -> Layer | None:
-    """The nearest of some layers that has a key, or one of several."""
-    for layer in reversed(layers):
-        if any(getattr(layer[0], key, None) is not None for key in keys):
-            return layer
-    return None
-
-
-def _distinct(names: Any) -> list[str]:
-    unique: Mapping[str, None] = dict.fromkeys(names)
-    return list(unique)
-
-
-class OverrideValues:
-    """The values of one articulation.
-
-    A value of a pattern is drawn once, and all links or joints that match share it.
-
-    Args:
-        materials: of the document.
-        fields: of the entity.
-    """
-
-    def __init__(self, materials: MaterialLowerer, fields: FieldLowerer) -> None:
-        self.fields = fields
-        self._materials = materials
-        self._known: dict[tuple[int, str], Any] = {}
-
-    def value(self, layers: Sequence[Layer], key: str, kind: FieldType, *, reset: bool | None = None) -> Value | None:
-        """The value of a key in the nearest layer that has it; None if none has."""
-        layer = nearest_override(layers, key)
-        return None if layer is None else self.of(layer, key, kind, reset=reset)
-
-    def of(self, layer: Layer, key: str, kind: FieldType, *, reset: bool | None = None) -> Value:
-        """The value of a key in a layer that has it."""
-        keys, origin = layer
-        found = self._known.get((id(keys), key))
-        if found is None:
-            found = self.fields.value(getattr(keys, key), kind, origin, key, reset=reset)
-            self._known[id(keys), key] = found
-        return found
-
-    def limits(self, layer: Layer) -> Value | None:
-        """The limits of a layer; None if it has none."""
-        keys, origin = layer
-        found = self._known.get((id(keys), "limits"))
-        if found is None:
-            found = self._known[id(keys), "limits"] = lower_limits(keys, origin, self.fields)
-        return found
-
-    def surface(self, layers: Sequence[Layer]) -> LoweredMaterial | MaterialChoice | None:
-        """The material of the nearest layer that has one."""
-        layer = nearest_override(layers, "material")
-        if layer is None:
-            return None
-        keys, origin = layer
-        found = self._known.get((id(keys), "material"))
-        if found is None:
-            found = self._known[id(keys), "material"] = self._materials.surface(keys.material, origin, self.fields)
-        return found

@@ -42,7 +42,7 @@ _MOST_KEPT_BYTES = 2**28
 _LINE = re.compile(r"line (\d+)")
 
 
-class _Compiler:
+class _CompilerProcess:
     """MuJoCo in a process of its own, and the models that it compiled last."""
 
     def __init__(self) -> None:
@@ -63,7 +63,7 @@ class _Compiler:
         return sum(len(part) for _, parts in self._kept.values() for part in parts)
 
 
-_COMPILER = _Compiler()
+_COMPILER = _CompilerProcess()
 
 
 def _digest(xml: bytes, assets: dict[str, bytes]) -> bytes:
@@ -99,7 +99,7 @@ def check_mujoco(report: MjcfReport, location: Location) -> bool:
     return True
 
 
-def compile_source(source: MujocoSource, report: MjcfReport) -> CompiledModel | None:
+def compile_mjcf(source: MujocoSource, report: MjcfReport) -> CompiledModel | None:
     """The compiled model; None after an error: SC458 (it takes too much), SC481 (MuJoCo refuses it)."""
     root = source.elements[0].location
     try:

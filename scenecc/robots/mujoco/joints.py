@@ -44,7 +44,7 @@ class _Servo:
     limit: float | None
 
 
-class JointReader:
+class MjcfJointReader:
     """Reads the joints of a compiled model.
 
     Args:
@@ -79,20 +79,22 @@ class JointReader:
             self._report.left_out("ball", "a ball joint becomes three hinges, about x, y and z", place)
             angles = (None,) * 3 if start is None else _hinge_angles(start)
             return [
-                self._described(f"{name}_{word}" if name else "", "revolute", axis, anchor, place, dof + i, qpos=angle)
+                self._describe_joint(
+                    f"{name}_{word}" if name else "", "revolute", axis, anchor, place, dof + i, qpos=angle
+                )
                 for i, ((word, axis), angle) in enumerate(zip(AXES.items(), angles, strict=True))
             ]
         zero = self._zero(joint)
         limited = bool(model["jnt_limited"][joint])
         low, high = model["jnt_range"][joint].tolist() if limited else (-math.inf, math.inf)
         kinds: dict[int, SapienJointType] = {SLIDE: "prismatic", HINGE: "revolute_unwrapped" if limited else "revolute"}
-        made = self._described(
+        made = self._describe_joint(
             name, kinds[kind], tuple(model["jnt_axis"][joint].tolist()), anchor, place, dof, (low - zero, high - zero)
         )
         qpos = None if start is None else min(max(start[0] - zero, low - zero), high - zero)
         return [replace(made, qpos=qpos, mimic=self._mimics.get(joint), drive=self._drive(joint, zero))]
 
-    def _described(
+    def _describe_joint(
         self,
         name: str,
         kind: SapienJointType,

@@ -21,9 +21,9 @@ from scenecc.robots.description import (
     ball_moment,
 )
 from scenecc.robots.mujoco.contacts import CollidingLink, find_ignore_bits
-from scenecc.robots.mujoco.joints import JointReader
+from scenecc.robots.mujoco.joints import MjcfJointReader
 from scenecc.robots.mujoco.model import FREE, WORLD, CompiledModel
-from scenecc.robots.mujoco.shapes import ShapeReader
+from scenecc.robots.mujoco.shapes import MjcfShapeReader
 from scenecc.robots.poses import compose_poses
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class _Draft:
     is_body: bool = True
 
 
-class ModelReader:
+class MjcfModelReader:
     """Describes the robots of a compiled model.
 
     Args:
@@ -73,8 +73,8 @@ class ModelReader:
         self._report = report
         self._joint_numbers = model.rows_of_bodies("jnt_bodyid")
         self._geoms = model.rows_of_bodies("geom_bodyid")
-        self._joints = JointReader(model, report, keyframe)
-        self._shapes = ShapeReader(model, report, visual_groups)
+        self._joints = MjcfJointReader(model, report, keyframe)
+        self._shapes = MjcfShapeReader(model, report, visual_groups)
         self.links_of_bodies: dict[int, LinkName] = {}
 
     def robots(self) -> list[DescribedRobot]:
@@ -230,7 +230,7 @@ class ModelReader:
             for link, body in zip(robot.links, bodies, strict=True):
                 if link.collisions and body >= 0:
                     parent = None if link.parent is None else starts[-1] + link.parent
-                    colliding.append(self._colliding(link, body, key, parent))
+                    colliding.append(self._colliding_link(link, body, key, parent))
                 key += 1
         bits = find_ignore_bits(colliding, self._model, self._report)
         return [
@@ -244,7 +244,7 @@ class ModelReader:
         ]
 
     @staticmethod
-    def _colliding(link: DescribedLink, body: int, key: int, parent: int | None) -> CollidingLink:
+    def _colliding_link(link: DescribedLink, body: int, key: int, parent: int | None) -> CollidingLink:
         contype = conaffinity = 0
         for shape in link.collisions:
             first, second = shape.bits or (0, 0)

@@ -12,9 +12,9 @@ from scenecc.diagnostics.messages import cut, nearest
 from scenecc.robots.description import LinkName, RobotDescription
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
 from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
-from scenecc.robots.mujoco.compiler import check_mujoco, compile_source, mujoco_version
+from scenecc.robots.mujoco.compiler import check_mujoco, compile_mjcf, mujoco_version
 from scenecc.robots.mujoco.equalities import read_constraints
-from scenecc.robots.mujoco.links import ModelReader
+from scenecc.robots.mujoco.links import MjcfModelReader
 from scenecc.robots.mujoco.model import FREE, CompiledModel
 from scenecc.robots.mujoco.shapes import VISUAL_GROUPS
 from scenecc.robots.mujoco.source import SourceBuilder
@@ -88,7 +88,7 @@ def read_model(
     if root is None or not check_mujoco(report, root.location):
         return None
     source = SourceBuilder(files, report).build(root)
-    model = None if source is None else compile_source(source, report)
+    model = None if source is None else compile_mjcf(source, report)
     if model is None:
         return None
     number = None if keyframe is None else _keyframe(keyframe, model, report)
@@ -96,7 +96,7 @@ def read_model(
         message = "the pose of a free root is that of the scene, and not that of the keyframe"
         report.elsewhere("keyframe", message, model.location("key", number))
     report_unbuilt(model, report, number)
-    reader = ModelReader(model, report, number, visual_groups)
+    reader = MjcfModelReader(model, report, number, visual_groups)
     robots = reader.robots()
     constraints = read_constraints(model, reader.links_of_bodies, report)
     if not robots and not report.failed:

@@ -101,7 +101,7 @@ _COLOR_ROLE = 1
 """`mjTEXROLE_RGB`."""
 
 
-class ShapeReader:
+class MjcfShapeReader:
     """Reads the geoms of a compiled model.
 
     Args:

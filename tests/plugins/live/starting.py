@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import sapien
 
-from scenecc.decompiler.reading import Facts, Numbers, read_entity
+from scenecc.decompiler.reading import LiveObject, Numbers, read_entity
 
 
-def start_from(scene: Any, reference: Facts) -> None:
+def start_from(scene: Any, reference: LiveObject) -> None:
     """Turns bodies whose quaternions are a last bit off those of a reference as the reference is turned.
 
     ManiSkill draws rotations by PyTorch, whose cosines in single precision have another last bit on some processors
@@ -33,7 +33,7 @@ def start_from(scene: Any, reference: Facts) -> None:
 LAST_BIT = float(np.finfo(np.float32).eps) / 2
 
 
-def _pose(facts: Facts) -> np.ndarray:
+def _pose(facts: LiveObject) -> np.ndarray:
     pose = facts.value("pose")
     assert isinstance(pose, Numbers)
     return pose.array()

@@ -14,7 +14,7 @@ from sapien import physx
 
 import scenecc
 from scenecc.backends.sapien import instantiate
-from scenecc.backends.sapien.measure import measure
+from scenecc.backends.sapien.measure import measure_bodies
 from scenecc.diagnostics import Sink
 from scenecc.plan import ScenePlan
 from scenecc.plan.snapshot import MeasuredEntity, MeasuredScene
@@ -27,7 +27,7 @@ def measured(source: Any, scene_idxs: Sequence[int] | None = None, **options: An
     batch = instantiate(plan, Sink(), scene_idxs=scene_idxs, render=False)
     assert batch is not None
     with batch:
-        return measure(batch).scenes
+        return measure_bodies(batch).scenes
 
 
 def entity(scene: MeasuredScene, name: str) -> MeasuredEntity:
@@ -87,7 +87,7 @@ def test_meshes_are_scaled_shared_and_turned_outwards(tmp_path: Path) -> None:
 
 def test_links_and_joints_are_those_of_the_engine() -> None:
     with scenecc.load_scene(ROOT / "scenes/robot_arm.yaml", render=False) as batch:
-        scene = measure(batch).scenes[0]
+        scene = measure_bodies(batch).scenes[0]
         for name, articulation in batch.articulations.items():
             found = entity(scene, name)
             joints = {body.joint.name: body.joint for body in found.bodies if body.joint and body.joint.type != "fixed"}

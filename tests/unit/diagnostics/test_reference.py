@@ -9,14 +9,14 @@ import pytest
 
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.formats.style import visible
-from scenecc.diagnostics.reference import explain, main, nearest_codes, pages
+from scenecc.diagnostics.reference import explain_code, main, nearest_codes, pages
 
 ROOT = Path(__file__).parents[3]
 
 
 def test_every_code_is_explained() -> None:
     for code, row in CODES.items():
-        text = explain(code)
+        text = explain_code(code)
         assert text is not None, code
         assert text.startswith(f"{code}: {row.title}\n")
         assert row.severity in text, code
@@ -29,12 +29,12 @@ def test_every_code_is_explained() -> None:
 
 def test_a_code_is_found_however_it_is_written() -> None:
     code = next(iter(CODES))
-    assert explain(code.lower()) == explain(code[2:]) == explain(f" {code} ") == explain(code)
+    assert explain_code(code.lower()) == explain_code(code[2:]) == explain_code(f" {code} ") == explain_code(code)
 
 
 def test_an_unknown_code_has_no_explanation() -> None:
-    assert explain("SC000000") is None
-    assert explain("") is None
+    assert explain_code("SC000000") is None
+    assert explain_code("") is None
 
 
 def test_the_nearest_codes_come_first() -> None:

@@ -65,7 +65,9 @@ def test_axis_angle(axis: tuple[float, float, float], angle: float) -> None:
 
 @given(quaternions(), quaternions())
 def test_multiply(a: Any, b: Any) -> None:
-    np.testing.assert_allclose(rotations.multiply(a, b), transformations.quaternion_multiply(a, b), atol=1e-12)
+    np.testing.assert_allclose(
+        rotations.multiply_quaternions(a, b), transformations.quaternion_multiply(a, b), atol=1e-12
+    )
 
 
 @given(quaternions(), VECTORS)

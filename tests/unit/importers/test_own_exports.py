@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from scenecc import Scene, open_scene
-from scenecc.backends.sapien.measure import measure
+from scenecc.backends.sapien.measure import measure_bodies
 from scenecc.importers.import_scene import import_scene
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ NOT_IN_MJCF = {
 def measured_bodies(scene: Scene, *, imported: bool = False) -> dict[str, MeasuredBody]:
     """The bodies of the first scene, by ENTITY or ENTITY/LINK; those of the imported file by their names there."""
     with scene.build(render=False, scene_idxs=[0]) as batch:
-        (found,) = measure(batch).scenes
+        (found,) = measure_bodies(batch).scenes
     bodies: dict[str, MeasuredBody] = {}
     for entity in found.entities:
         name = entity.entity.name.removeprefix("out/")

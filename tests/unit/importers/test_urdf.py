@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from scenecc import SceneError, open_scene
-from scenecc.backends.sapien.measure import measure
+from scenecc.backends.sapien.measure import measure_bodies
 from scenecc.importers.import_scene import import_scene
 
 SCENES = Path(__file__).parents[3] / "scenes"
@@ -30,7 +30,7 @@ def robot(tmp_path: Path) -> Path:
 
 def masses(scene: Path) -> dict[str, float]:
     with open_scene(scene).build(render=False) as batch:
-        bodies = [body for entity in measure(batch).scenes[0].entities for body in entity.bodies]
+        bodies = [body for entity in measure_bodies(batch).scenes[0].entities for body in entity.bodies]
         return {body.name: body.mass.mass for body in bodies if body.mass is not None}
 
 
@@ -108,7 +108,7 @@ def test_a_mesh_that_may_not_be_read_is_an_error(robot: Path, tmp_path: Path, me
 def test_our_own_exports_come_back(name: str, tmp_path: Path) -> None:
     scene = SCENES / f"{name}.yaml"
     with open_scene(scene).build(render=False, scene_idxs=[0]) as batch:
-        entities = {each.entity.name: each for each in measure(batch).scenes[0].entities}
+        entities = {each.entity.name: each for each in measure_bodies(batch).scenes[0].entities}
     robots = [entity for entity in entities.values() if len(entity.bodies) > 1]
     assert robots
     for robot in robots:

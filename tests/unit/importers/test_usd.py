@@ -586,7 +586,7 @@ def test_an_exception_in_the_readers_process_is_an_error_of_the_file(
     file.write_text(f"#usda 1.0\n(\n{HEAD}\n)\n")
     monkeypatch.setattr(usd, "asdict", lambda _: {"unknown": 1})  # the process makes its limits of this
     sink = Sink()
-    assert usd.read_usd(file, ImportContext(sink, AssetScope(tmp_path), Options.of().limits)) is None
+    assert usd.import_usd(file, ImportContext(sink, AssetScope(tmp_path), Options.of().limits)) is None
     (found,) = sink.diagnostics()
     assert (found.code, found.file) == ("SC430", str(file))
     assert found.message.startswith("scenecc's reader of USD failed: TypeError: ")

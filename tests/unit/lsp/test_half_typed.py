@@ -58,8 +58,8 @@ def test_findings_of_what_is_cut_off(scene):
     editor = Editor(scene.parent, {})
     for _ in range(CUTS // 4):
         cut = text[: random.randrange(len(text))]
-        answer = worker.answer(worker.Check(worker.OpenScene(scene, {scene: cut}, Options())))
-        assert isinstance(answer, worker.CheckResult)
+        answer = worker.answer(worker.CheckRequest(worker.OpenScene(scene, {scene: cut}, Options())))
+        assert isinstance(answer, worker.CheckAnswer)
         editor.workspace.put(scene, cut)
         shown = editor.view.texts[scene]
         if not shown.tree.is_whole:

@@ -7,13 +7,13 @@ import pytest
 
 from scenecc import validate
 from scenecc.lsp import worker
-from scenecc.lsp.process import FaultError, Worker, WorkerStopped
+from scenecc.lsp.process import AnalysisProcess, FaultError, WorkerStopped
 from scenecc.options import Options
 
 
-def checked(path: Path, text: str) -> worker.CheckResult:
-    answer = worker.answer(worker.Check(worker.OpenScene(path, {path: text}, Options())))
-    assert isinstance(answer, worker.CheckResult)
+def checked(path: Path, text: str) -> worker.CheckAnswer:
+    answer = worker.answer(worker.CheckRequest(worker.OpenScene(path, {path: text}, Options())))
+    assert isinstance(answer, worker.CheckAnswer)
     return answer
 
 
@@ -23,13 +23,13 @@ SCENE = f"scenecc: 1\nentities: {{a: {SPHERE}}}\n"
 
 def test_a_fault_is_told_and_a_crash_survived(tmp_path):
     path = tmp_path / "a.yaml"
-    good = worker.Check(worker.OpenScene(path, {path: SCENE}, Options()))
+    good = worker.CheckRequest(worker.OpenScene(path, {path: SCENE}, Options()))
     many = "scenecc: 1\nentities:\n" + "".join(f"  b{i}: {SPHERE}\n" for i in range(9000))
-    slow = worker.Check(worker.OpenScene(path, {path: many}, Options()))
-    without_text = worker.Check(worker.OpenScene(path, {}, Options()))
+    slow = worker.CheckRequest(worker.OpenScene(path, {path: many}, Options()))
+    without_text = worker.CheckRequest(worker.OpenScene(path, {}, Options()))
 
     async def session():
-        process = Worker()
+        process = AnalysisProcess()
         with pytest.raises(FaultError, match="KeyError"):
             await process.ask(without_text)
         first = await process.ask(good)

@@ -271,6 +271,20 @@ def test_an_instance_that_places_is_not_placed(tmp_path: Any) -> None:
     assert [one.code for one in found if one.severity == "error"] == ["SC358"]
 
 
+def test_an_instance_is_placed_beside_one_that_places_and_whose_name_begins_alike(tmp_path: Any) -> None:
+    (tmp_path / "part.yaml").write_text(
+        repr({"scenecc": 1, "entities": {"cube": {"shapes": SHAPES}}}), encoding="utf-8"
+    )
+    (tmp_path / "placing.yaml").write_text(repr(scene(1, cube=thing(0))), encoding="utf-8")
+    entities = {
+        "table": TABLE,
+        "desk": {"use": "part.yaml", "place": {"on": "table"}},
+        "desk2": {"use": "placing.yaml", "pose": [5, 0, 0]},
+    }
+    (tmp_path / "scene.yaml").write_text(repr({"scenecc": 1, "entities": entities}), encoding="utf-8")
+    assert not [one for one in validate(tmp_path / "scene.yaml") if one.severity == "error"]
+
+
 def test_what_does_not_collide_stands_with_its_origin_and_carries_nothing() -> None:
     mark = {"place": {"on": "table"}, "body_type": "none", "visuals": [{"type": "sphere", "radius": 0.1}]}
     found = poses(scene(50, cube=thing(0), mark=mark))

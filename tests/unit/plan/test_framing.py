@@ -11,10 +11,10 @@ import pytest
 from scenecc.geometry.rotation_arrays import rotation_matrix
 from scenecc.plan.framing import (
     FRAMING_FOVY,
+    FramedView,
     Motion,
     Solids,
     Subject,
-    View,
     azimuth_of,
     cell_size,
     find_subject,
@@ -32,7 +32,7 @@ def solids(*rows: tuple[Any, Any, Motion]) -> Solids:
     return Solids(boxes, np.arange(len(rows)), np.array([motion for *_, motion in rows], np.int64))
 
 
-def corners_in_picture(view: View, subject: Subject, width: int, height: int) -> np.ndarray[Any, Any]:
+def corners_in_picture(view: FramedView, subject: Subject, width: int, height: int) -> np.ndarray[Any, Any]:
     """(N, 2) of all corners, -1 to 1 from edge to edge."""
     choice = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
     corners = subject.boxes[:, choice, [0, 1, 2]].reshape(-1, 3)

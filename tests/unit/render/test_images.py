@@ -17,6 +17,7 @@ from scenecc.render.images import (
     BAR,
     colors,
     encoded,
+    film_pixels,
     gif,
     grid_of,
     mp4,
@@ -24,7 +25,6 @@ from scenecc.render.images import (
     png_of_ids,
     sheet,
     sheet_size,
-    shown,
 )
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def opened(data: bytes) -> Any:
 def test_colours_are_cut_to_eight_bits_as_in_sapiens_examples() -> None:
     pixels = np.array([[[0.0, 0.4999, 1.5, 0.0], [-1.0, 1.0, 0.9999, 1.0]]], np.float32)
     assert encoded("color", pixels).tolist() == [[[0, 127, 255], [0, 255, 254]]]
-    assert np.array_equal(shown("color", pixels), encoded("color", pixels))
+    assert np.array_equal(film_pixels("color", pixels), encoded("color", pixels))
 
 
 def test_a_depth_is_in_millimetres() -> None:
@@ -53,7 +53,7 @@ def test_a_depth_is_in_millimetres() -> None:
 
 def test_a_depth_in_a_film_is_darker_farther_away() -> None:
     depth = np.array([[0, 1e-6, 1, 2, 1e9]], np.float32)[..., None]
-    assert shown("depth", depth)[0].tolist() == [[0] * 3, [255] * 3, [128] * 3, [85] * 3, [0] * 3]
+    assert film_pixels("depth", depth)[0].tolist() == [[0] * 3, [255] * 3, [128] * 3, [85] * 3, [0] * 3]
 
 
 def test_normals_are_half_way_at_0() -> None:

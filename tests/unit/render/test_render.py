@@ -10,8 +10,8 @@ import pytest
 import scenecc
 from scenecc.extras import install_hint
 from scenecc.plan import ArticulationStructure, Intrinsic, Perspective
-from scenecc.plan.rendering import resize_camera, restrict_to_camera
 from scenecc.render import render
+from scenecc.render.plan_cameras import resize_camera, restrict_to_camera
 
 CUBE = {"shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1]}], "shading_mode": 1, "visibility": 0.5}
 ARM = {

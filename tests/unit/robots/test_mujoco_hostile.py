@@ -128,7 +128,7 @@ def test_warnings_stand_at_the_first_of_their_kind_with_a_count(tmp_path: Path) 
 def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "_SECONDS", 0.0)
     # A new one, which does not answer before MuJoCo is imported.
-    monkeypatch.setattr(compiler, "_COMPILER", compiler._Compiler())
+    monkeypatch.setattr(compiler, "_COMPILER", compiler._CompilerProcess())
     (fault,) = errors(tmp_path, f'<mujoco model="slow"><worldbody>{BALL}</worldbody></mujoco>')
     assert "SC458 MuJoCo's compiler takes more than 0 s" in fault
     monkeypatch.undo()
@@ -138,7 +138,7 @@ def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pyt
 
 def test_a_process_that_ends_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "_MEMORY", 2**20)
-    own = compiler._Compiler()
+    own = compiler._CompilerProcess()
     monkeypatch.setattr(compiler, "_COMPILER", own)
     (fault,) = errors(tmp_path, f'<mujoco model="small"><worldbody>{BALL}</worldbody></mujoco>')
     own._worker.stop()
@@ -147,7 +147,7 @@ def test_a_process_that_ends_is_an_error(tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_the_process_may_end_between_two_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The kernel ends it with the thread that started it, perhaps while another thread asks."""
-    own = compiler._Compiler()
+    own = compiler._CompilerProcess()
     monkeypatch.setattr(compiler, "_COMPILER", own)
     for number in range(2):
         (tmp_path / "robot.xml").write_text(f'<mujoco model="{number}"><worldbody>{BALL}</worldbody></mujoco>')

@@ -13,7 +13,7 @@ import pytest
 from scenecc import CompileOptions, compile_scene, json_schema, plan_text, validate
 from scenecc.spec import forms as written_forms
 from scenecc.spec.forms import COMPANIONS
-from scenecc.variation.distributions import DISTRIBUTIONS, Condition, Uniform
+from scenecc.variation.distributions import DISTRIBUTIONS, OperandRule, Uniform
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import Drawn, Key
@@ -203,7 +203,7 @@ def test_what_takes_longer_to_draw_counts_for_more() -> None:
 def test_a_condition_of_a_new_distribution_is_read_as_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
     class Above(Uniform):
         key = "uniform"
-        conditions = (Condition("too low", 0, limit=2.0), Condition("too high", None, 1, limit=5.0, strict=True))
+        conditions = (OperandRule("too low", 0, limit=2.0), OperandRule("too high", None, 1, limit=5.0, strict=True))
 
     monkeypatch.setitem(DISTRIBUTIONS, "uniform", Above())
     told = [one.message for one in validate(scene({"uniform": [1, 5]}))]

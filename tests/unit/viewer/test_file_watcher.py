@@ -18,7 +18,7 @@ import pytest
 import trimesh
 
 from scenecc.meshes import MeshPart, SurfaceMaterial, primitives
-from scenecc.viewer.nodes import Files
+from scenecc.viewer.nodes import SurfaceFiles
 from scenecc.viewer.tasks import FileWatcher
 
 pytest.importorskip("watchfiles", reason="needs the extra `view`")
@@ -183,7 +183,7 @@ def test_without_the_systems_help_files_are_looked_at(
 
 
 def mesh_of(part: MeshPart) -> Any:
-    files = Files()
+    files = SurfaceFiles()
     content = files.contents[files.digest(part, turned=False)]
     scene: Any = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
     assert b"NORMAL" not in content, "viser would write over what shares its numbers"

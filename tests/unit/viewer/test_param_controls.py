@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from scenecc import ParamRow
-from scenecc.viewer.controls import AS_WRITTEN, add_control, read_text
+from scenecc.viewer.controls import AS_WRITTEN, add_control, read_param_text
 
 
 class Gui:
@@ -95,5 +95,5 @@ def test_steps_are_fine_enough_for_numbers_that_somebody_types() -> None:
 
 def test_what_is_no_yaml_is_given_as_it_was_typed() -> None:
     # The parameter then says what it takes.
-    assert read_text("[1, 2", "vector") == "[1, 2"
-    assert read_text("*x", "number") == "*x"
+    assert read_param_text("[1, 2", "vector") == "[1, 2"
+    assert read_param_text("*x", "number") == "*x"

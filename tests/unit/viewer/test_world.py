@@ -23,8 +23,8 @@ from scenecc.extras import install_hint
 from scenecc.options import Options
 from scenecc.viewer import PageAddress, ViewOptions, page_of_source, view_scene
 from scenecc.viewer.cameras import first_view
-from scenecc.viewer.nodes import Files, Frame, Name, SurfaceNode
-from scenecc.viewer.world import Loading, World, check_scene, load
+from scenecc.viewer.nodes import Frame, Name, SurfaceFiles, SurfaceNode
+from scenecc.viewer.world import Loading, World, check_selected_scene, load
 
 BALL = {"type": "sphere", "radius": 0.1, "color": [1, 0, 0]}
 BOX = {"type": "box", "half_size": [0.1, 0.2, 0.3], "pose": [0, 0, 0.5]}
@@ -60,7 +60,7 @@ def world(look: ViewOptions | None = None, scene: dict[str, Any] = SCENE, **give
 
 
 def test_a_scene_is_shown_as_its_entities_say() -> None:
-    made, files = world(ViewOptions(scene=1)), Files()
+    made, files = world(ViewOptions(scene=1)), SurfaceFiles()
     assert made.scene_idxs == (1,)
     picture = made.picture(ViewOptions(scene=1), files)
     assert [*picture.nodes] == [
@@ -90,7 +90,7 @@ def test_a_scene_is_shown_as_its_entities_say() -> None:
 
 
 def test_what_is_shown_follows_the_look() -> None:
-    made, files = world(), Files()
+    made, files = world(), SurfaceFiles()
     plain = made.picture(ViewOptions(), files)
     named = made.picture(ViewOptions(names=True, frames=True), files)
     both = made.picture(ViewOptions(collision=True), files)
@@ -112,7 +112,7 @@ def test_scenes_side_by_side_are_apart() -> None:
     look = ViewOptions(grid=True)
     made = world(look)
     assert (made.scene_idxs, made.left_out) == ((0, 1, 2), 0)
-    picture = made.picture(look, Files())
+    picture = made.picture(look, SurfaceFiles())
     origins = []
     for index in range(3):
         frame = picture.nodes[f"/scene {index}"]
@@ -129,7 +129,7 @@ def test_a_ground_takes_no_room_beside_what_stands_on_it() -> None:
     tiles = {"type": "tiled_plane", "half_size": [8, 4], "texture_repeat": [16, 8]}
     ground = {"body_type": "static", "visuals": [tiles], "collisions": [{"type": "plane"}]}
     scene = {"scenecc": 1, "num_scenes": 2, "entities": {"ground": ground, "ball": {"shapes": [BALL]}}}
-    made, files = world(ViewOptions(grid=True), scene), Files()
+    made, files = world(ViewOptions(grid=True), scene), SurfaceFiles()
     apart = made.picture(ViewOptions(grid=True), files)
     tiled = apart.nodes["/scene 1/ground/visual 0"]
     second = apart.nodes["/scene 1"]
@@ -153,7 +153,7 @@ def test_what_only_collides_has_its_room_where_it_is_shown() -> None:
     scene = {"scenecc": 1, "num_scenes": 2, "entities": {"only": {"collisions": [box]}}}
     look = ViewOptions(grid=True, collision=True)
     made = world(look, scene)
-    picture = made.picture(look, Files())
+    picture = made.picture(look, SurfaceFiles())
     first, second = (picture.nodes[f"/scene {index}"] for index in range(2))
     assert isinstance(first, Frame)
     assert isinstance(second, Frame)
@@ -204,9 +204,9 @@ def test_a_scene_that_is_not_there_is_refused() -> None:
     found = loaded()
     assert found.loaded is not None
     with pytest.raises(scenecc.SceneError) as caught:
-        check_scene(ViewOptions(scene=3), found.loaded.plan)
+        check_selected_scene(ViewOptions(scene=3), found.loaded.plan)
     assert caught.value.diagnostics[0].code == "SC908"
-    check_scene(ViewOptions(scene=2), found.loaded.plan)
+    check_selected_scene(ViewOptions(scene=2), found.loaded.plan)
 
 
 def test_loading_tells_what_was_used_and_looked_for(tmp_path: Any) -> None:
@@ -223,7 +223,7 @@ def test_loading_tells_what_was_used_and_looked_for(tmp_path: Any) -> None:
 
 
 def test_files_are_forgotten_when_nothing_shows_them() -> None:
-    made, files = world(), Files()
+    made, files = world(), SurfaceFiles()
     picture = made.picture(ViewOptions(), files)
     used = {node.digest for node in picture.nodes.values() if isinstance(node, SurfaceNode)}
     assert set(files.contents) == used
@@ -239,7 +239,7 @@ def test_a_name_with_a_slash_is_one_step_of_a_path() -> None:
     """What is below a path on the page would move with it."""
     scene = {"scenecc": 1, "entities": {"desk": {"use": "scenecc:cube", "pose": [1, 0, 0]}}}
     made = world(scene=scene)
-    picture = made.picture(ViewOptions(), Files())
+    picture = made.picture(ViewOptions(), SurfaceFiles())
     names = [name for name, _ in made.entities()[0]]
     assert any("/" in name for name in names)
     assert {path.count("/") for path, node in picture.nodes.items() if isinstance(node, Frame)} == {1, 2}
@@ -359,7 +359,7 @@ def test_a_page_opens_at_the_files_camera_or_at_what_moves() -> None:
     }
     scene = {"scenecc": 1, "entities": room, "cameras": cameras}
     made = world(scene=scene)
-    picture = made.picture(ViewOptions(), Files())
+    picture = made.picture(ViewOptions(), SurfaceFiles())
     hand, side, flat = picture.views
     assert (hand.name, hand.mounted, side.mounted) == ("hand", True, False)
     assert first_view(picture.views, picture.solids, grid=False) == side

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 AUDIT_CODE = "SC802"
 
 
-class Difference(NamedTuple):
+class AuditDifference(NamedTuple):
     """One thing in one scene that is not as the plan says.
 
     Attributes:
@@ -48,12 +48,12 @@ class Difference(NamedTuple):
         return f"link '{self.link}' of {name}" if self.link else name
 
 
-def report_differences(differences: Iterable[Difference], sink: Sink) -> bool:
+def report_differences(differences: Iterable[AuditDifference], sink: Sink) -> bool:
     """Reports one diagnostic for each thing that differs, however many scenes have it. Returns True if nothing does."""
     found = list(differences)
     # A wrong pose follows from a mass that is beyond the engine, and is not reported beside it.
     causes = {id(one.item) for one in found if one.code != AUDIT_CODE}
-    groups: dict[tuple[object, ...], list[Difference]] = {}
+    groups: dict[tuple[object, ...], list[AuditDifference]] = {}
     for one in found:
         if one.code != AUDIT_CODE or id(one.item) not in causes:
             groups.setdefault((one.who, one.what, one.origin, one.code), []).append(one)
@@ -67,7 +67,7 @@ def report_differences(differences: Iterable[Difference], sink: Sink) -> bool:
     return not groups
 
 
-def format_numbers(numbers: object) -> str:
+def format_engine_numbers(numbers: object) -> str:
     """Numbers with as many digits as the engine keeps."""
     with np.errstate(over="ignore"):
         array = np.asarray(numbers, np.float32)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.differences import Difference, format_numbers
+from scenecc.backends.sapien.audit.differences import AuditDifference, format_engine_numbers
 from scenecc.backends.sapien.properties import select_rows
 from scenecc.geometry.rotation_arrays import compose
 from scenecc.plan.link_poses import step_poses, steps_across
@@ -49,10 +49,10 @@ class EntityBlock:
     tolerances: NDArray[np.float64]
     links: tuple[str, ...] = ()
 
-    def difference(self, number: int, what: str, expected: object, found: object) -> Difference:
+    def difference(self, number: int, what: str, expected: object, found: object) -> AuditDifference:
         """What is wrong with one of the entities."""
         link = self.links[number] if self.links else ""
-        return Difference(self.item, what, expected, found, self.scene_idxs[number], link)
+        return AuditDifference(self.item, what, expected, found, self.scene_idxs[number], link)
 
 
 def plain_block(
@@ -123,7 +123,7 @@ def _normalize(poses: Floats) -> Floats:
 
 def entity_differences(
     blocks: Sequence[EntityBlock], lookup: EntityLookup, *, shared: bool, poses: bool
-) -> Iterator[Difference]:
+) -> Iterator[AuditDifference]:
     """Whether each scene holds the entities of some blocks, in build order and where they belong.
 
     Args:
@@ -161,9 +161,11 @@ def entity_differences(
         yield from _pose_differences(blocks, found)
 
 
-def _order_difference(blocks: Sequence[EntityBlock], wanted: list[Any], present: list[Any], index: int) -> Difference:
+def _order_difference(
+    blocks: Sequence[EntityBlock], wanted: list[Any], present: list[Any], index: int
+) -> AuditDifference:
     if len(wanted) != len(present):
-        return Difference(None, "entities in the scene", len(wanted), len(present), index)
+        return AuditDifference(None, "entities in the scene", len(wanted), len(present), index)
     row = next(row for row, entity in enumerate(wanted) if entity is not present[row])
     block = next(block for block in blocks if wanted[row] in block.objs)
     number = block.objs.index(wanted[row])
@@ -172,7 +174,7 @@ def _order_difference(blocks: Sequence[EntityBlock], wanted: list[Any], present:
     return block.difference(number, f"entity {row} of the build order", f"'{name}'", other)
 
 
-def _pose_differences(blocks: Sequence[EntityBlock], found: NDArray[np.float32]) -> Iterator[Difference]:
+def _pose_differences(blocks: Sequence[EntityBlock], found: NDArray[np.float32]) -> Iterator[AuditDifference]:
     """`found`: (N, 7) of all entities, block by block."""
     wanted = np.concatenate([np.empty((0, 7), np.float32), *(block.poses for block in blocks)])
     wrong = (found != wanted).any(axis=1)
@@ -188,4 +190,4 @@ def _pose_differences(blocks: Sequence[EntityBlock], found: NDArray[np.float32])
     places = [(block, number) for block in blocks for number in range(len(block.objs))]
     for row in np.flatnonzero(wrong).tolist():
         block, number = places[row]
-        yield block.difference(number, "pose", format_numbers(wanted[row]), format_numbers(found[row]))
+        yield block.difference(number, "pose", format_engine_numbers(wanted[row]), format_engine_numbers(found[row]))

@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.differences import AUDIT_CODE, Difference, format_numbers, report_differences
+from scenecc.backends.sapien.audit.differences import (
+    AUDIT_CODE,
+    AuditDifference,
+    format_engine_numbers,
+    report_differences,
+)
 from scenecc.backends.sapien.audit.entities import (
     articulation_block,
     entity_differences,
@@ -81,7 +86,7 @@ def audit_scenes(built: BuiltScenes, sink: Sink) -> bool:
     return report_differences(_differences(built), sink)
 
 
-def _differences(built: BuiltScenes) -> Iterator[Difference]:
+def _differences(built: BuiltScenes) -> Iterator[AuditDifference]:
     blocks = [
         articulation_block(prepared, moved=built.link_poses)
         if isinstance(prepared, PreparedArticulation)
@@ -121,14 +126,16 @@ class _BodyGroup:
     components: Sequence[Any]
     link: str = ""
 
-    def difference(self, number: int, what: str, expected: object, found: object, code: str = AUDIT_CODE) -> Difference:
+    def difference(
+        self, number: int, what: str, expected: object, found: object, code: str = AUDIT_CODE
+    ) -> AuditDifference:
         """What is wrong with the body in one of the scenes."""
         scene = self.prepared.scene_idxs[int(self.part.numbers[number])]
-        return Difference(
+        return AuditDifference(
             self.prepared.entity, what, expected, found, scene, self.link, self.part.structure.origin, code
         )
 
-    def shape_differences(self, meshes: CookedMeshes) -> Iterator[Difference]:
+    def shape_differences(self, meshes: CookedMeshes) -> Iterator[AuditDifference]:
         """The number of its shapes, and the volumes of meshes that were cooked for it."""
         shapes, rows = self.part.structure.collisions, self.part.rows
         several = [shape.geometry for shape in shapes if COLLISION_SHAPES[type(shape.geometry)].many]
@@ -140,10 +147,10 @@ class _BodyGroup:
                 yield self.difference(number, "collision_shapes", expected, found)
         for shape in shapes:
             for number, volumes in _badly_cooked(shape.geometry, rows, meshes):
-                values = map(format_numbers, volumes)
+                values = map(format_engine_numbers, volumes)
                 yield self.difference(number, "volume of the cooked mesh", *values)._replace(origin=shape.origin)
 
-    def mass_differences(self, meshes: CookedMeshes) -> Iterator[Difference]:
+    def mass_differences(self, meshes: CookedMeshes) -> Iterator[AuditDifference]:
         """Its mass and, of meshes, whether its weight and its centre of mass are what single precision can hold."""
         structure, rows = self.part.structure, self.part.rows
         given = given_mass(structure, rows)
@@ -152,22 +159,24 @@ class _BodyGroup:
             mass: float = component.get_mass()
             if not abs(mass - expected) <= MASS_TOLERANCE * expected:
                 code = _mass_code(expected) if given is None else AUDIT_CODE
-                yield self.difference(number, "mass", format_numbers(expected), format_numbers(mass), code)
+                yield self.difference(
+                    number, "mass", format_engine_numbers(expected), format_engine_numbers(mass), code
+                )
         has_mesh = any(isinstance(shape.geometry, MeshGeometry) for shape in structure.collisions)
         if has_mesh and structure.inertial is None and structure.body_type != "kinematic":
             yield from self._mesh_mass_differences(meshes)
 
-    def _mesh_mass_differences(self, meshes: CookedMeshes) -> Iterator[Difference]:
+    def _mesh_mass_differences(self, meshes: CookedMeshes) -> Iterator[AuditDifference]:
         """Of other shapes these are checked before anything is built."""
         weights = shapes_mass(self.part.structure, self.part.rows, meshes)
         for number, (component, weight) in enumerate(zip(self.components, weights, strict=True)):
             if self.part.structure.mass is not None and weight < MINIMUM_MASS:
                 least = f"{MINIMUM_MASS:g} at least"
-                yield self.difference(number, "mass by density", least, format_numbers(weight), "SC511")
+                yield self.difference(number, "mass by density", least, format_engine_numbers(weight), "SC511")
             centre = component.cmass_local_pose.p
             if not (np.abs(centre) <= MAX_BODY_OFFSET).all():
                 near = "a place within 10 km"
-                yield self.difference(number, "cmass_local_pose.p", near, format_numbers(centre), PRECISION_CODE)
+                yield self.difference(number, "cmass_local_pose.p", near, format_engine_numbers(centre), PRECISION_CODE)
 
 
 def _mass_code(expected: float) -> str:
@@ -208,7 +217,7 @@ def _body_groups(prepared_entities: Sequence[PreparedEntity]) -> Iterator[_BodyG
                 yield _BodyGroup(prepared, own, [prepared.links[number][which] for number in numbers], link.name)
 
 
-def _articulation_differences(prepared: PreparedArticulation) -> Iterator[Difference]:
+def _articulation_differences(prepared: PreparedArticulation) -> Iterator[AuditDifference]:
     """Numbers of links and of joints that move."""
     for part in prepared.parts:
         wanted = {"links": len(part.structure.links), "dof": len(part.structure.active_joints)}
@@ -218,10 +227,10 @@ def _articulation_differences(prepared: PreparedArticulation) -> Iterator[Differ
             counts: dict[str, int] = {"links": len(made.get_links()), "dof": made.dof}
             for what, found in counts.items():
                 if found != wanted[what]:
-                    yield Difference(prepared.entity, what, wanted[what], found, prepared.scene_idxs[number])
+                    yield AuditDifference(prepared.entity, what, wanted[what], found, prepared.scene_idxs[number])
 
 
-def _constraint_differences(built: BuiltScenes) -> Iterator[Difference]:
+def _constraint_differences(built: BuiltScenes) -> Iterator[AuditDifference]:
     """Whether each body carries the constraints of the plan, in its order."""
     number_of = {index: number for number, index in enumerate(built.lookup.scene_idxs)}
     expected: dict[int, tuple[Any, list[Any], int, Constraint]] = {}
@@ -233,10 +242,10 @@ def _constraint_differences(built: BuiltScenes) -> Iterator[Difference]:
         found = [one for one in entity.components if isinstance(one, physx.PhysxJointComponent)]
         if found != wanted:
             what = f"constraints of '{constraint.child}'"
-            yield Difference(constraint, what, _names(wanted), _names(found), index)
+            yield AuditDifference(constraint, what, _names(wanted), _names(found), index)
 
 
-def _seen_differences(built: BuiltScenes) -> Iterator[Difference]:
+def _seen_differences(built: BuiltScenes) -> Iterator[AuditDifference]:
     """Whether each scene has the lights and cameras of the plan and, if it is not shared, no others."""
     for kind, name in ((Light, "lights"), (Camera, "cameras")) if built.rendered else ():
         expected: dict[int, set[Any]] = {index: set() for index in built.lookup.scene_idxs}
@@ -249,7 +258,7 @@ def _seen_differences(built: BuiltScenes) -> Iterator[Difference]:
         for (index, wanted), scene in zip(expected.items(), scenes, strict=True):
             found = set(getattr(scene.render_system, name))
             if not wanted <= found or (found != wanted and not built.shared):
-                yield Difference(None, name, _names(wanted), _names(found), index, origin=origin)
+                yield AuditDifference(None, name, _names(wanted), _names(found), index, origin=origin)
 
 
 def _names(components: Iterable[Any]) -> str:

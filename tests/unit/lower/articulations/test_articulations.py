@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scenecc import compile_scene, validate
-from scenecc.lower.articulations.robots import PatternMatcher
+from scenecc.lower.articulations.overrides import PatternMatcher
 from scenecc.plan import ArticulationStructure, Joint, Link
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.variation.nodes import AffineClamp
