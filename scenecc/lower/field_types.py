@@ -17,24 +17,6 @@ if TYPE_CHECKING:
     from scenecc.plan.properties import Dtype
 
 
-def report_exclusive_keys(
-    first: str, second: str, origin: Origin, sink: Sink, *, message: str = "", related: str = "the first"
-) -> None:
-    """Reports the second of two keys that exclude each other (SC111).
-
-    Args:
-        first: key of the node.
-        second: key of the node, at which it is reported.
-        origin: of the node.
-        sink: takes the diagnostic.
-        message: in place of the usual one.
-        related: what the first one is called.
-    """
-    message = message or f"`{first}` and `{second}` exclude each other"
-    place = origin.child(second)
-    sink.report("SC111", message, place, at="key", related=[(related, origin.child(first), "key")])
-
-
 def report_unused_key(key: str, where: str, origin: Origin, sink: Sink, *, hint: str = "") -> None:
     """Reports a key that does nothing (SC115).
 

@@ -14,7 +14,6 @@ from scenecc.lower.field_types import (
     POSITION,
     FieldType,
     field_type,
-    report_exclusive_keys,
     report_unused_key,
 )
 from scenecc.lower.fields import FieldLowerer, FieldPlace, VariationLowerer, field_place
@@ -335,8 +334,6 @@ FOVY = radians(60)
 NEAR, FAR = 0.01, 100.0
 """What is left out (docs/reference/language.md, cameras)."""
 
-_LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
-
 _INTRINSIC = {name: field_type(name) for name in ("fx", "fy", "cx", "cy", "skew")}
 
 _TOP = field_type("top")
@@ -426,9 +423,6 @@ class _RenderObjectLowerer:
     def _stand(self, light: Any, fields: FieldLowerer, origin: Origin) -> MountPose:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
-            for key in given:
-                message = f"`pose` says where the light is and shines to, and so does `{key}`"
-                report_exclusive_keys("pose", key, origin, self.sink, message=message, related="the pose")
             return read_pose(light.pose, origin, fields)
         missing = _missing_pose_keys(light, given)
         if missing is not None:
@@ -478,20 +472,14 @@ class _RenderObjectLowerer:
     def _lens(
         self, camera: Any, size: tuple[int, int], fields: FieldLowerer, origin: Origin
     ) -> Perspective | Intrinsic | Orthographic:
-        given = [key for key in _LENSES if getattr(camera, key) is not None]
-        # An angle given twice is reported where it is lowered.
-        lenses = [key for key in given if key not in {f"{other}_deg" for other in given}]
-        if len(lenses) > 1:
-            message = f"a camera has one lens, and this has {len(lenses)}: {', '.join(f'`{key}`' for key in lenses)}"
-            report_exclusive_keys(lenses[0], lenses[1], origin, self.sink, message=message)
         if camera.orthographic is not None:
             return Orthographic(fields.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
         if camera.intrinsic is not None:
             return _intrinsic(camera.intrinsic, size, fields, origin)
-        fovx = lower_angle(camera, "fovx", origin, fields) if any(key.startswith("fovx") for key in given) else None
+        fovx = lower_angle(camera, "fovx", origin, fields)
         if fovx is not None:
             return Perspective(fovx=fovx)
-        fovy = lower_angle(camera, "fovy", origin, fields) if given else None
+        fovy = lower_angle(camera, "fovy", origin, fields)
         return Perspective(fovy=literal(FOVY) if fovy is None else fovy)
 
 

@@ -147,9 +147,8 @@ _MAX_PNG_BYTES = 4 * MAX_HEIGHTS
 
 def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> plan.Heightfield | None:
     """Terrain; None where its heights were reported."""
-    if (shape.file is None) == (shape.heights is None):
-        code, message = ("SC102", "needs heights") if shape.file is None else ("SC111", "has both `file` and `heights`")
-        fields.sink.report(code, f"a heightfield {message}", origin, hint="give one of `file` and `heights`")
+    if shape.file is None and shape.heights is None:
+        fields.sink.report("SC102", "a heightfield needs heights", origin, hint="give one of `file` and `heights`")
         return None
     if shape.file is None:
         heights, place = tuple(tuple(map(float, row)) for row in shape.heights), origin.child("heights")

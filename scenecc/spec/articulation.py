@@ -10,12 +10,13 @@ from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
     MAPPING_KEY,
     NOTE_PREFIX,
+    Excludes,
     Finite,
+    GroupName,
     Iterations,
     Maybe,
     Name,
     NonNegative,
-    OuterName,
     Positive,
     SpecModel,
     Text,
@@ -90,12 +91,14 @@ class LinkKeys(MotionKeys):
     density: Maybe[Leaf[NonNegative]] = key("Of its shapes [kg/m³].")
     patch_radius: Maybe[Leaf[NonNegative]] = key("Torsional patch radius of its shapes [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest torsional patch radius of its shapes [m].", default=0)
-    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`.")
+    collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
-        "SAPIEN's four integers, as they are; not with `collision_group`.", default=[1, 1, 0, 0]
+        "SAPIEN's four integers, as they are; not with `collision_group`.",
+        default=[1, 1, 0, 0],
+        excludes=("collision_group",),
     )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the inertia accordingly.")
-    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.")
+    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.", excludes=("mass",))
     visibility: Maybe[Leaf[Unit]] = key("Visibility of the render body, 0 to 1.", default=1)
 
 
@@ -105,7 +108,7 @@ class JointKeys(SpecModel):
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
     limits: Maybe[Limits] = key("Lowest and highest position [m or rad].", examples=[[-1.57, 1.57]])
-    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[-90, 90]])
+    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[-90, 90]], excludes=("limits",))
     max_velocity: Maybe[Leaf[Positive]] = key("Maximum speed [m/s or rad/s].")
 
 
@@ -150,10 +153,14 @@ class TreeJoint(SpecModel):
     )
     origin: Maybe[Pose] = key("Of the link in its parent's frame, where the joint is at 0.", default=[0, 0, 0])
     axis: Maybe[Leaf[Direction]] = key("In the link's frame: [x, y, z] or one of x, y, z.", default="x")
-    pose_in_parent: Maybe[Pose] = key("Of the joint's frame, in place of `origin`; its x is the axis.")
-    pose_in_child: Maybe[Pose] = key("Of the joint's frame, in place of `axis`; its x is the axis.")
+    pose_in_parent: Maybe[Pose] = key(
+        "Of the joint's frame, in place of `origin`; its x is the axis.", excludes=("origin", "axis")
+    )
+    pose_in_child: Maybe[Pose] = key(
+        "Of the joint's frame, in place of `axis`; its x is the axis.", excludes=("origin", "axis")
+    )
     limits: Maybe[Limits] = key("Lowest and highest position [m or rad]. Left out: none.", examples=[[0, 1.57]])
-    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[0, 90]])
+    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[0, 90]], excludes=("limits",))
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
     damping: Maybe[Leaf[NonNegative]] = key("Damping [N·s/m or N·m·s/rad]; `drives` replaces it.", default=0)
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
@@ -251,7 +258,7 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     density: Maybe[Leaf[NonNegative]] = key("Density of its links [kg/m³].", default=DEFAULT_DENSITY)
     patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
-    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`, for its links.")
+    collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`, for its links.")
     disable_self_collisions: Maybe[Fixed[bool]] = key("true: its links do not collide with one another.", default=False)
     sapien_bits: Maybe[Fixed[bool]] = key(
         "true: what ignores one another among its links ignores the same of others that have it, as SAPIEN's loader "
@@ -294,7 +301,9 @@ VisualGroups = Annotated[
 class UrdfKeys(SpecModel):
     """A URDF, and how it is read."""
 
-    urdf: Leaf[Text] = Field(description="The file.", examples=["robots/arm.urdf"])
+    urdf: Annotated[Leaf[Text], Excludes(("mjcf", "root"))] = Field(
+        description="The file.", examples=["robots/arm.urdf"]
+    )
     srdf: Maybe[Leaf[Text]] = key(
         "The file with the pairs of links that ignore one another, or `none`. Left out: the one beside the URDF."
     )
@@ -323,7 +332,9 @@ class Urdf(UrdfKeys, ArticulationKeys):
 class MjcfKeys(SpecModel):
     """An MJCF, and how it is read."""
 
-    mjcf: Leaf[Text] = Field(description="The file.", examples=["robots/ant.xml"])
+    mjcf: Annotated[Leaf[Text], Excludes(("urdf", "root"))] = Field(
+        description="The file.", examples=["robots/ant.xml"]
+    )
     keyframe: Maybe[Leaf[Text]] = key("The keyframe of the file that gives initial positions; `qpos` replaces it.")
     visual_groups: Maybe[Fixed[VisualGroups]] = key("The groups of geoms that are seen.", default=[0, 1, 2])
 
@@ -335,7 +346,7 @@ class Mjcf(MjcfKeys, ArticulationKeys):
 class TreeKeys(SpecModel):
     """A tree of links."""
 
-    root: RootLink = Field(description="The root link with its descendants.")
+    root: Annotated[RootLink, Excludes(("urdf", "mjcf"))] = Field(description="The root link with its descendants.")
 
 
 class Tree(TreeKeys, ArticulationKeys):

@@ -8,12 +8,12 @@ from pydantic_core import PydanticCustomError, core_schema
 from scenecc.spec.articulation import JointNumbers, JointPatterns, MjcfKeys, TreeJoint, TreeKeys, UrdfKeys
 from scenecc.spec.base import MAPPING_KEY, ErrorCollector, Maybe, Name, Text, custom_error, key
 from scenecc.spec.instances import Prefix
-from scenecc.spec.nodes import PART_LABELS, WRONG_KIND, LazyType, is_mapping
+from scenecc.spec.nodes import PART_LABELS, WRONG_KIND, LazyType, ModelChoice, is_mapping
 from scenecc.spec.pose import Pose
 from scenecc.spec.values import Fixed
 
 if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
@@ -25,11 +25,15 @@ PART_TYPES = {
 """The models of parts, by their labels."""
 
 
-class PartAnnotation:
+class PartAnnotation(ModelChoice):
     """The annotation of a part, whose model follows from its keys."""
 
     def __init__(self, *, nested: bool = False) -> None:
         self._nested = nested
+
+    def choose(self, node: Any) -> "type[BaseModel] | None":
+        """The model of the part's kind."""
+        return next((PART_TYPES[label].type for key, label in PART_LABELS.items() if key in node), None)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: "GetCoreSchemaHandler") -> "CoreSchema":
         return core_schema.no_info_plain_validator_function(_read_part)
@@ -79,7 +83,7 @@ class PartKeys(JointPatterns):
         description="The link that it is attached to: one of the whole, or of an earlier part (`gripper/palm`)."
     )
     pose: Maybe[Pose] = key("Pose of its root in the frame of `to`; a fixed joint holds it there.", default=[0, 0, 0])
-    joint: Maybe[TreeJoint] = key("The joint between `to` and its root, in place of `pose`.")
+    joint: Maybe[TreeJoint] = key("The joint between `to` and its root, in place of `pose`.", excludes=("pose",))
     prefix: Maybe[Fixed[Prefix]] = key(
         'Before the names of its links and joints; left out: the name of the part and "/".', examples=[""]
     )

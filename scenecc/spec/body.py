@@ -6,10 +6,10 @@ from pydantic import Field, Tag
 
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
+    GroupName,
     Iterations,
     Maybe,
     NonNegative,
-    OuterName,
     Positive,
     SpecModel,
     Speed,
@@ -53,7 +53,9 @@ class EntityKeys(SpecModel):
     """Keys of any entity."""
 
     pose: Maybe[Pose] = key("In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
-    place: Maybe[PlaceSpec] = key("In place of `pose`: where it is put so that it overlaps nothing.")
+    place: Maybe[PlaceSpec] = key(
+        "In place of `pose`: where it is put so that it overlaps nothing.", excludes=("pose",)
+    )
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.',
         examples=[[0, 2], "::2"],
@@ -115,10 +117,10 @@ class BodyKeys(RigidBodyKeys):
         "Density of shapes without one of their own or of their material [kg/m³].", default=DEFAULT_DENSITY
     )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the mass and inertia from the densities.")
-    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.")
-    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`.")
+    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.", excludes=("mass",))
+    collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
-        "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0]
+        "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0], excludes=("collision_group",)
     )
     visibility: Maybe[Leaf[Unit]] = key("Visibility of the render body, 0 to 1.", default=1)
     shading_mode: Maybe[Leaf[Annotated[int, Field(ge=0, le=255)]]] = key("Of the render body.", default=0)

@@ -267,9 +267,6 @@ COLORS: dict[str, str] = {
 }
 """Names of CSS, in which people think, and their values."""
 
-ANGLE_KEYS = frozenset(("fovy", "fovx", "inner_fov", "outer_fov"))
-"""Keys in radians that have a twin in degrees, and a bound that degrees are beyond."""
-
 LENGTH_HINTS: dict[tuple[str, int], str] = {
     ("pose", 7): "a position and a rotation are {p: [x, y, z], q: [w, x, y, z]}",
     ("pose", 4): "a matrix is {matrix: [[…], […], […], […]]}, a rotation {q: [w, x, y, z]}",

@@ -11,8 +11,10 @@ from typing_extensions import TypeAliasType
 from scenecc.plan.properties import CONTACT_OFFSET, DEFAULT_DENSITY, REST_OFFSET
 from scenecc.spec.base import (
     NOTE_SCHEMA,
+    WHOLE,
     Finite,
     Maybe,
+    Names,
     NonNegative,
     OuterName,
     Positive,
@@ -121,11 +123,14 @@ else:
 
 MaterialRef = TypeAliasType(
     "MaterialRef",
-    Leaf[
-        Annotated[
-            Annotated[OuterName, Tag(WORD)] | Annotated[_LazyMaterial, Tag(MAPPING)],
-            union_by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
-        ]
+    Annotated[
+        Leaf[
+            Annotated[
+                Annotated[OuterName, Names("material"), Tag(WORD)] | Annotated[_LazyMaterial, Tag(MAPPING)],
+                union_by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
+            ]
+        ],
+        WHOLE,
     ],
 )
 """A name from `materials`, or the same mapping inline."""

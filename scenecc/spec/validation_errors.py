@@ -5,9 +5,11 @@ Pydantic's `loc` is traced to a path in the document and to the model whose keys
 
 from __future__ import annotations
 
+import math
 import re
 import types
 import typing
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, Tag
@@ -22,7 +24,6 @@ from scenecc.spec.document import SceneFile
 from scenecc.spec.entities import ENTITY_TYPES, entity_model
 from scenecc.spec.forms import quote_names
 from scenecc.spec.hints import (
-    ANGLE_KEYS,
     COLORS,
     HALVES,
     INSTANCE_HINT,
@@ -72,7 +73,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import At, Origin, Path, PathKey
+    from scenecc.diagnostics.diagnostic import At, Origin, Path, PathKey, RelatedPlace
 
 
 def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
@@ -252,7 +253,10 @@ def _report_custom_error(error: ErrorDetails, path: Path, place: Origin, sink: S
     message, hint = context["message"].replace(VALUE_NAME, value_name(path)), context["hint"]
     if context["code"] == "SC116" and hint is None:
         hint = _variation_hint(path)
-    sink.report(context["code"], message, place, at=context["at"], hint=hint, span=context["span"])
+    related: list[RelatedPlace] = []
+    if context["beside"] is not None:
+        related = [("the first", replace(place, path=(*place.path[:-1], context["beside"])), "key")]
+    sink.report(context["code"], message, place, at=context["at"], hint=hint, span=context["span"], related=related)
 
 
 def _variation_hint(path: Path) -> str | None:
@@ -277,7 +281,7 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
         hint = "the engine computes in single precision, whose range ends there"
     elif limit == 1 and found > 1 and any(str(key).endswith("color") for key in path[-2:]):
         hint = "colours are in 0..1: divide numbers up to 255 by 255"
-    elif path and path[-1] in ANGLE_KEYS and found > limit:
+    elif path and limit == math.pi:
         hint = f"angles are radians; `{path[-1]}_deg` takes degrees"
     sink.report(
         "SC104",

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import show
 from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, shortest_from_x, turned
-from scenecc.lower.field_types import FieldType, field_type, report_exclusive_keys, report_unused_key, vector
+from scenecc.lower.field_types import FieldType, field_type, report_unused_key, vector
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.local_poses import local_pose, seven_numbers
 from scenecc.lower.poses import POSE, check_limits_keys, direction, lower_limits, pose_item, warn_limits_in_degrees
@@ -249,7 +249,10 @@ class LinkTreeDrafter:
     def joint(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> DraftJoint:
         """A joint as written. `origin`: of it."""
         given = joint.model_fields_set
-        self._one_way(joint, origin)
+        if joint.type == "continuous" and (wrong := next(iter(given & {"limits", "limits_deg"}), None)):
+            message = f"a continuous joint has no `{wrong}`"
+            self._sink.report("SC111", message, origin.child(wrong), at="key", hint="write type: revolute")
+        check_limits_keys(joint, joint.type, origin, self._sink)
         in_parent, in_child = self._poses(joint, origin, fields)
         name = joint.name or ""
         if joint.type == "fixed":
@@ -277,19 +280,6 @@ class LinkTreeDrafter:
         warn_limits_in_degrees(joint, joint.type, origin, self._sink)
         place = origin.child("limits" if joint.limits_deg is None else "limits_deg")
         return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, properties, mimic=mimic)
-
-    def _one_way(self, joint: TreeJoint, origin: Origin) -> None:
-        """A joint is placed in URDF's way or in SAPIEN's, and its limits are written once."""
-        given = joint.model_fields_set
-        pairs = [(a, b) for a in ("origin", "axis") for b in ("pose_in_parent", "pose_in_child")]
-        for first, second in pairs:
-            if first in given and second in given:
-                report_exclusive_keys(first, second, origin, self._sink)
-                return
-        if joint.type == "continuous" and (wrong := next(iter(given & {"limits", "limits_deg"}), None)):
-            message = f"a continuous joint has no `{wrong}`"
-            self._sink.report("SC111", message, origin.child(wrong), at="key", hint="write type: revolute")
-        check_limits_keys(joint, joint.type, origin, self._sink)
 
     def _poses(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> tuple[Value | None, Value | None]:
         """The joint's frame in the parent's and in the child's."""

@@ -10,7 +10,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.drafts import ContactDefaults, DraftJoint, DraftLink, Layer
 from scenecc.lower.articulations.robots import OverrideValues, nearest_override
 from scenecc.lower.deferred_checks import ResettableValue
-from scenecc.lower.field_types import BODY_FIELDS, field_type, report_exclusive_keys
+from scenecc.lower.field_types import BODY_FIELDS, field_type
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
@@ -108,8 +108,6 @@ class LinkLowerer:
         if layer is not None:
             keys, origin = layer
             group, written = keys.collision_group, getattr(keys, "collision_bits", None)
-            if group is not None and written is not None:
-                report_exclusive_keys("collision_group", "collision_bits", origin, self._sink)
             if written is not None:
                 return values.of(layer, "collision_bits", BODY_FIELDS["collision_bits"][1])
             found = find_group(
@@ -128,8 +126,6 @@ class LinkLowerer:
         if nearest is None:
             return link.mass, link.inertial
         keys = nearest[0]
-        if keys.mass is not None and keys.inertial is not None:
-            report_exclusive_keys("mass", "inertial", nearest[1], self._sink)
         if keys.inertial is not None:
             given = lower_inertial(keys.inertial, nearest[1], values.fields)
             if nearest is not link.own:
