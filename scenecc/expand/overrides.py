@@ -202,7 +202,7 @@ class OverrideMerger:
                     self._sink.report("SC111", message, self._origin(written), at="key", related=[first])
             name = key
             # A pattern comes after all others, also where one of these is the same.
-            while place.patterns and name in made and name != next(reversed(made)):
+            while place.key is not None and place.key.pattern and name in made and name != next(reversed(made)):
                 name = f"(?:{name})"
             below = place.below({**node, **given}, key)
             if place.key is not None:

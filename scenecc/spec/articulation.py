@@ -10,6 +10,7 @@ from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
     MAPPING_KEY,
     NOTE_PREFIX,
+    PATTERN,
     Excludes,
     Finite,
     GroupName,
@@ -58,7 +59,7 @@ def _check_pattern(text: str) -> str:
     return text
 
 
-Pattern = Annotated[str, AfterValidator(_check_pattern), MAPPING_KEY]
+Pattern = Annotated[str, AfterValidator(_check_pattern), MAPPING_KEY, PATTERN]
 """A regular expression that matches whole names."""
 
 _Limit = Annotated[float, Field(ge=-inf, allow_inf_nan=True)]

@@ -210,11 +210,11 @@ class Names:
     kind: NameKind
 
 
-class _Whole:
-    """The annotation of a key whose mapping an override replaces, and does not merge."""
+WHOLE = object()
+"""The annotation of a key whose mapping an override replaces, and does not merge."""
 
-
-WHOLE = _Whole()
+PATTERN = object()
+"""The annotation of a text that is a pattern of names."""
 
 
 @cache

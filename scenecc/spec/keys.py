@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import types
 import typing
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.articulation import Pattern
-from scenecc.spec.base import NOTE_PREFIX, WHOLE, Names
+from scenecc.spec.base import NOTE_PREFIX, PATTERN, WHOLE, Names
 from scenecc.spec.document import SceneFile
-from scenecc.spec.nodes import LazyType, ModelChoice, is_mapping, is_sequence
+from scenecc.spec.nodes import LazyType, ModelChoice, child_at, is_mapping, is_sequence
+from scenecc.spec.repetition import Repeat
 from scenecc.spec.values import VaryingAnnotation
-from scenecc.variation.forms import FORM_KEYS
+from scenecc.variation.forms import FORM_KEYS, ONCE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,7 +35,7 @@ class Place:
         names: what a text names.
         varies: whether a form may be here.
         whole: whether an override replaces a mapping, and does not merge it.
-        patterns: whether the keys of a mapping are patterns of names.
+        pattern: whether a text is a pattern of names.
         key: of a mapping of names, the place of its keys.
         entry, item: of a mapping of names and of a list: the place of what is in it.
         choice: the model of a mapping of keys, or what chooses one.
@@ -44,12 +44,11 @@ class Place:
     names: NameKind | None = None
     varies: bool = False
     whole: bool = False
-    patterns: bool = False
+    pattern: bool = False
     key: Place | None = None
     entry: Place | None = None
     item: Place | None = None
     choice: type[BaseModel] | ModelChoice | None = None
-    _annotations: dict[str, Any] = field(default_factory=dict[str, Any])
 
     def model(self, node: Any) -> type[BaseModel] | None:
         """The model of a mapping of keys; None where there is none."""
@@ -60,7 +59,9 @@ class Place:
         if not isinstance(step, str):
             return self.item or NOWHERE
         model = self.model(node)
-        return self.entry or NOWHERE if model is None else model_places(model).get(step, NOWHERE)
+        if model is None:
+            return self.entry or NOWHERE
+        return model_places(model).get(step) or (_REPEAT if step == "repeat" else NOWHERE)
 
     def is_form(self, node: Any) -> bool:
         """Whether a mapping is one value that differs from scene to scene."""
@@ -100,6 +101,7 @@ def _take(place: Place, annotation: Any, metadata: typing.Iterable[Any] = ()) ->
                 place.varies = True
             case _:
                 place.whole |= said is WHOLE
+                place.pattern |= said is PATTERN
     _take_type(place, annotation)
     return place
 
@@ -115,12 +117,30 @@ def _take_type(place: Place, annotation: Any) -> None:
         for branch in args:
             _take(place, branch)
     elif origin is dict:
-        place.patterns = args[0] == Pattern
         place.key, place.entry = _take(Place(), args[0]), _take(Place(), args[1])
     elif origin in {list, tuple}:
         place.item = _take(Place(), args[0])
     elif isinstance(annotation, type) and issubclass(annotation, BaseModel):
         place.choice = annotation
+
+
+_DOCUMENT = Place(choice=SceneFile)
+
+_REPEAT = _take(Place(), Repeat)
+"""Of shapes, whose models have no such key: expansion takes it out."""
+
+
+def place_at(data: Any, path: Path) -> Place:
+    """The place at a path of a document. An alternative of a form is at the place of the form."""
+    place, node, steps = _DOCUMENT, data, iter(path)
+    for step in steps:
+        if is_mapping(node) and place.is_form(node):
+            node = child_at(node, step)
+            step = None if step == ONCE else next(steps, None)  # noqa: PLW2901 - the place is that of the form
+        else:
+            place = place.below(node, step)
+        node = node if step is None else child_at(node, step)
+    return place
 
 
 def change_leaves(node: Any, place: Place, change: Change, path: Path = ()) -> Any:
