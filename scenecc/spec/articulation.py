@@ -9,7 +9,6 @@ from typing_extensions import TypeAliasType
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
     MAPPING_KEY,
-    NOTE_PREFIX,
     PATTERN,
     Excludes,
     Finite,
@@ -36,8 +35,6 @@ from scenecc.spec.shapes import CollisionBits, CollisionSpec, MaterialRef, Shape
 from scenecc.spec.values import Fixed, Leaf
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from scenecc.spec.mesh_shapes import CoacdKeys
     from scenecc.spec.physics import InertialSpec
 else:
@@ -51,11 +48,10 @@ _PATTERN_HINT = (
 
 
 def _check_pattern(text: str) -> str:
-    if not text.startswith("x-"):
-        try:
-            compile_name_pattern(text)
-        except PatternError as error:
-            raise custom_error("SC323", str(error), at="key", hint=_PATTERN_HINT) from error
+    try:
+        compile_name_pattern(text)
+    except PatternError as error:
+        raise custom_error("SC323", str(error), at="key", hint=_PATTERN_HINT) from error
     return text
 
 
@@ -77,7 +73,7 @@ JointNumbers = TypeAliasType(
     Leaf[
         Annotated[
             Annotated[list[Finite], Field(min_length=0, max_length=MAX_JOINTS), Tag(COMPONENTS)]
-            | Annotated[dict[str, Leaf[Finite]], Tag(MAPPING)],
+            | Annotated[dict[Annotated[str, MAPPING_KEY], Leaf[Finite]], Tag(MAPPING)],
             union_by_kind("a list of one number for each joint that moves, or a mapping of their names"),
         ]
     ],
@@ -352,8 +348,3 @@ class TreeKeys(SpecModel):
 
 class Tree(TreeKeys, ArticulationKeys):
     """An articulation that is written as a tree of links."""
-
-
-def iterate_parts(keys: Any) -> "Iterator[tuple[str, Any]]":
-    """The parts that are attached to an articulation or a part as written, by name."""
-    return ((name, part) for name, part in keys.attach.items() if not name.startswith(NOTE_PREFIX))

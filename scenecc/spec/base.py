@@ -320,10 +320,19 @@ REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[^/]+)*$"
 
 
 class _MappingKey:
-    """The annotation of what is a mapping's key. Pydantic marks its errors by `[key]`, which itself may be a key."""
+    """The annotation of a mapping's key. A note is refused: then the document is read again, without its notes.
+
+    Pydantic marks the errors of keys by `[key]`, which itself may be a key.
+    """
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return with_label(handler(source), KEY)
+        return with_label(core_schema.no_info_after_validator_function(_refuse_note, handler(source)), KEY)
+
+
+def _refuse_note(name: str) -> str:
+    if name.startswith(NOTE_PREFIX):
+        raise PydanticCustomError(NOT_MEANT, "a note")
+    return name
 
 
 MAPPING_KEY = _MappingKey()

@@ -13,7 +13,6 @@ from scenecc.lower.articulations.drafts import AttachedPart, DraftJoint
 from scenecc.lower.local_poses import local_pose
 from scenecc.plan.articulation import MAX_LINKS
 from scenecc.robots.ignored_sets import MAX_SETS, Pairs, cover_pairs, ordered
-from scenecc.spec.articulation import iterate_parts
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -78,7 +77,7 @@ class ArticulationAssembler:
             good &= self._is_by_name(keys, origin)
         # What was reported of a part is not reported again of those that are attached to it.
         missing: list[str] = []
-        for name, part in iterate_parts(keys):
+        for name, part in keys.attach.items():
             place = origin.child("attach", name)
             if part.fix_root_link is not None:
                 message = "`fix_root_link` of a part is left out: its root is attached to `to`"

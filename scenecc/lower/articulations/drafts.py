@@ -22,7 +22,6 @@ from scenecc.lower.references import possible_values
 from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene, varying
 from scenecc.plan.articulation import JointType, breadth_first_order
 from scenecc.plan.properties import POSITIVE
-from scenecc.spec.articulation import TreeJoint, TreeLink, iterate_parts
 from scenecc.variation.nodes import Composed, Node, Pointing, Posed, Stacked
 
 if TYPE_CHECKING:
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
     from scenecc.plan import Inertial
+    from scenecc.spec.articulation import TreeJoint, TreeLink
 
 Layer = tuple[Any, "Origin"]
 """A model with keys, and the node that has them."""
@@ -431,7 +431,7 @@ def _written_keys(keys: Any, origin: Origin, path: tuple[str, ...]) -> Iterator[
         # A part is attached, whatever is said of its root.
         if (given := getattr(keys, key, None)) is not None and not (path and key == "fix_root_link"):
             yield path, key, given, origin.child(key)
-    for name, part in iterate_parts(keys):
+    for name, part in keys.attach.items():
         yield from _written_keys(part, origin.child("attach", name), (*path, name))
 
 
@@ -443,7 +443,7 @@ def _alternative(keys: Any, rows: Sequence[WrittenKey]) -> Alternative:
         {key: place for _, key, _, place in own},
         {
             name: _alternative(part, [(row[0][1:], row[1], row[2], row[3]) for row in rows if row[0][:1] == (name,)])
-            for name, part in iterate_parts(keys)
+            for name, part in keys.attach.items()
         },
     )
 

@@ -17,7 +17,6 @@ from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMateri
 from scenecc.plan.geometry import SOLIDS, Solid
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.robots import description as robots
-from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.references import NamePattern, compile_name_pattern
 
 if TYPE_CHECKING:
@@ -333,9 +332,7 @@ class PatternOverrides:
         self._origin = origin
         self._maps: dict[str, list[tuple[str, Layer]]] = {
             section: [
-                (pattern, (keys, origin.child(section, pattern)))
-                for pattern, keys in getattr(entity, section).items()
-                if not pattern.startswith(NOTE_PREFIX)
+                (pattern, (keys, origin.child(section, pattern))) for pattern, keys in getattr(entity, section).items()
             ]
             for section in ("links", "joints", "drives")
         }
