@@ -98,7 +98,7 @@ def test_planks_have_one_top() -> None:
 
 
 def test_a_note_among_the_distances_is_ignored() -> None:
-    ball = {"place": {"on": "table", "near": {"x-old": [0, 1], "x-why": "too far"}}, "shapes": [SHAPES[1]]}
+    ball = {"place": {"on": "table", "near": {"x-old": [0, 1]}}, "shapes": [SHAPES[1]]}
     (placement,) = compile_scene(scene(1, ball=ball)).placements
     assert placement.near == ()
 
