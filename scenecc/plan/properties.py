@@ -41,7 +41,7 @@ class Bounds(NamedTuple):
     nonzero: bool = False
 
     def __str__(self) -> str:
-        low = "" if self.low == -inf else f"at least {self.low:g}"
+        low = "" if self.low == -inf else "above 0" if self.low == FLOAT32_MIN else f"at least {self.low:g}"
         high = "" if self.high == inf else f"at most {self.high:g}"
         return " and ".join(filter(None, (low, high, "not 0" if self.nonzero else "")))
 

@@ -161,6 +161,7 @@ class TreeJoint(SpecModel):
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
     damping: Maybe[Leaf[NonNegative]] = key("Damping [N·s/m or N·m·s/rad]; `drives` replaces it.", default=0)
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
+    max_velocity: Maybe[Leaf[Positive]] = key("Maximum speed [m/s or rad/s].")
     mimic: Maybe[MimicKeys] = key("The joint to mimic.")
 
 

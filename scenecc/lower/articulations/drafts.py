@@ -173,7 +173,7 @@ class AttachedPart:
         return self.start <= link < self.start + len(self.draft.links)
 
 
-_JOINT_NUMBERS = ("friction", "damping", "armature")
+_JOINT_NUMBERS = ("friction", "damping", "armature", "max_velocity")
 
 _MOVING_JOINT_KEYS = (*_JOINT_NUMBERS, "axis", "pose_in_child", "limits", "limits_deg", "mimic")
 

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from scenecc.plan import BodyStructure, CollisionShape, Joint
-from scenecc.plan.properties import JOINT_PROPERTIES, PROPERTIES, Property, Quantity, property_fields
+from scenecc.plan.properties import JOINT_PROPERTIES, POSITIVE, PROPERTIES, Property, Quantity, property_fields
 from scenecc.plan.schema import plan_fields
 
 
@@ -22,6 +22,10 @@ from scenecc.plan.schema import plan_fields
 def test_each_value_of_a_body_a_shape_and_a_joint_is_a_row(cls: type, parts: tuple[str, ...], others: set[str]) -> None:
     values = {slot.name for slot in plan_fields(cls) if isinstance(slot.kind, Quantity)}
     assert values == set(property_fields(*parts)) | others  # pyright: ignore[reportArgumentType]
+
+
+def test_a_number_that_must_be_positive_is_above_0() -> None:
+    assert str(POSITIVE) == "above 0 and at most 3.40282e+38"
 
 
 @pytest.mark.parametrize("knob", [*PROPERTIES, *JOINT_PROPERTIES], ids=lambda knob: knob.field)
