@@ -30,11 +30,11 @@ TEXTURES = (
     "transmission_texture",
 )
 FRICTION_TYPES: dict[str, FieldType] = {
-    name: field_type(name) for name in ("static_friction", "dynamic_friction", "restitution")
+    name: field_type(f"PhysicalMaterial.{name}") for name in ("static_friction", "dynamic_friction", "restitution")
 }
-DENSITY = field_type("density")
+DENSITY = field_type("CollisionShape.density")
 _VISUAL_TYPES: dict[str, FieldType] = {
-    **{name: field_type(name) for name in NUMBERS},
+    **{name: field_type(f"VisualMaterial.{name}") for name in NUMBERS},
     "base_color": COLOR,
     "emission": EMISSION,
 }

@@ -41,13 +41,13 @@ if TYPE_CHECKING:
 
 _POINT = FieldType((2,), fallback=(0.0, 0.0))
 _ANGLE = FieldType()
-_QUATERNION = field_type("rotation", fallback=(1.0, 0.0, 0.0, 0.0))
+_QUATERNION = field_type("Placement.rotation", fallback=(1.0, 0.0, 0.0, 0.0))
 _RADIUS = field_type("Placement.radius", fallback=1.0)
-_HEIGHT = field_type("height")
+_HEIGHT = field_type("Placement.height")
 
 
 _LOW, _HIGH = (
-    field_type(end, conversion=f"{end}_corner", fallback=(0.0, 0.0, far), pad=far)
+    field_type(f"Placement.{end}", conversion=f"{end}_corner", fallback=(0.0, 0.0, far), pad=far)
     for end, far in (("low", -MAX_COORDINATE), ("high", MAX_COORDINATE))
 )
 

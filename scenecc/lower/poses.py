@@ -117,21 +117,22 @@ def _least_magnitude(written: Any) -> Any:
 _DEGREES = FieldType(within=Bounds(0.0, 180.0))
 
 
-def lower_angle(keys: Any, name: str, owner: Origin, fields: FieldLowerer) -> Value | None:
+def lower_angle(keys: Any, quantity: str, owner: Origin, fields: FieldLowerer) -> Value | None:
     """An angle [rad]; None where neither key is given.
 
     Args:
         keys: the model.
-        name: of the key in radians.
+        quantity: of the plan; its field is called as the key in radians.
         owner: of the node that has the keys.
         fields: of the object.
     """
+    kind, name = field_type(quantity), quantity.rpartition(".")[2]
     radians, degrees = getattr(keys, name), getattr(keys, f"{name}_deg")
     if radians is not None:
-        return fields.value(radians, field_type(name), owner, name)
+        return fields.value(radians, kind, owner, name)
     if degrees is None:
         return None
-    return _lower_degrees(degrees, _DEGREES, field_type(name), owner.child(f"{name}_deg"), fields)
+    return _lower_degrees(degrees, _DEGREES, kind, owner.child(f"{name}_deg"), fields)
 
 
 def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin: Origin, fields: FieldLowerer) -> Value:

@@ -316,9 +316,9 @@ _SHADOW = ("shadow_near", "shadow_far", "shadow_scale", "shadow_map_size")
 
 _FLAG = FieldType(dtype="bool", fallback=False)
 
-_MAP_SIZE = field_type("map_size", fallback=1)
+_MAP_SIZE = field_type("Shadow.map_size", fallback=1)
 
-_HALF_WIDTH, _HALF_HEIGHT = field_type("half_width"), field_type("half_height")
+_HALF_WIDTH, _HALF_HEIGHT = field_type("AreaLight.half_width"), field_type("AreaLight.half_height")
 
 _SCALE = field_type("Shadow.half_size")
 
@@ -334,9 +334,9 @@ FOVY = radians(60)
 NEAR, FAR = 0.01, 100.0
 """What is left out (docs/reference/language.md, cameras)."""
 
-_INTRINSIC = {name: field_type(name) for name in ("fx", "fy", "cx", "cy", "skew")}
+_INTRINSIC = {name: field_type(f"Intrinsic.{name}") for name in ("fx", "fy", "cx", "cy", "skew")}
 
-_TOP = field_type("top")
+_TOP = field_type("Orthographic.top")
 
 _NEAR, _FAR = field_type("Camera.near"), field_type("Camera.far")
 
@@ -396,7 +396,7 @@ class _RenderObjectLowerer:
         return inner, outer
 
     def _opening(self, light: Any, name: str, fields: FieldLowerer, origin: Origin) -> Value:
-        found = lower_angle(light, name, origin, fields)
+        found = lower_angle(light, f"SpotLight.{name}", origin, fields)
         if found is None:
             message = f"a light of type {light.type} needs `{name}` [rad] or `{name}_deg`"
             self.sink.report("SC102", message, origin)
@@ -476,10 +476,10 @@ class _RenderObjectLowerer:
             return Orthographic(fields.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
         if camera.intrinsic is not None:
             return _intrinsic(camera.intrinsic, size, fields, origin)
-        fovx = lower_angle(camera, "fovx", origin, fields)
+        fovx = lower_angle(camera, "Perspective.fovx", origin, fields)
         if fovx is not None:
             return Perspective(fovx=fovx)
-        fovy = lower_angle(camera, "fovy", origin, fields)
+        fovy = lower_angle(camera, "Perspective.fovy", origin, fields)
         return Perspective(fovy=literal(FOVY) if fovy is None else fovy)
 
 

@@ -102,9 +102,9 @@ GeometryLowerer = Callable[[Any, "PlanTables", "FieldLowerer", "Origin"], Any]
 
 _HALF_SIZE_2 = field_type("VisualPlane.half_size")
 
-_REPEAT = field_type("texture_repeat")
+_REPEAT = field_type("TiledPlane.texture_repeat")
 
-_TERRAIN_SIZE = field_type("size")
+_TERRAIN_SIZE = field_type("Heightfield.size")
 
 
 def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Value:
@@ -209,7 +209,7 @@ def coacd_params(keys: Any) -> plan.CoacdParams | None:
 
 
 _SOLIDS = {
-    kind: _sized(solid, **{name: field_type(name) for name in solid.__slots__})
+    kind: _sized(solid, **{name: field_type(f"{solid.__name__}.{name}") for name in solid.__slots__})
     for kind, solid in (SOLIDS | REVOLVED_SOLIDS).items()
 }
 
@@ -233,7 +233,7 @@ VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
 """What is seen of a type; likewise."""
 
 _CONTACT_FIELDS = tuple(
-    (row.key, row.field, field_type(row.field)) for row in properties_of("shape", "groups") if row.field != "density"
+    (row.key, row.field, field_type(row.quantity)) for row in properties_of("shape", "groups") if row.field != "density"
 )
 """Key of the language, field of the plan, and what a row of it holds."""
 

@@ -265,7 +265,7 @@ class LinkTreeDrafter:
         properties = {
             key: value
             for key in _JOINT_NUMBERS
-            if (value := fields.optional(getattr(joint, key), field_type(key), origin, key)) is not None
+            if (value := fields.optional(getattr(joint, key), field_type(f"Joint.{key}"), origin, key)) is not None
         }
         mimic = None
         if joint.mimic is not None:
@@ -273,8 +273,8 @@ class LinkTreeDrafter:
             if not name:
                 message = "a joint that follows another lacks the key `name`"
                 self._sink.report("SC102", message, origin, hint="it is known by its name, as the one that it follows")
-            multiplier = fields.optional(joint.mimic.multiplier, field_type("multiplier"), place, "multiplier")
-            offset = fields.optional(joint.mimic.offset, field_type("offset"), place, "offset")
+            multiplier = fields.optional(joint.mimic.multiplier, field_type("Mimic.multiplier"), place, "multiplier")
+            offset = fields.optional(joint.mimic.offset, field_type("Mimic.offset"), place, "offset")
             mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)
         limits = lower_limits(joint, origin, fields) or literal(_NO_LIMITS)
         warn_limits_in_degrees(joint, joint.type, origin, self._sink)

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from scenecc.lower.articulations.drafts import DraftJoint, DraftMimic
     from scenecc.plan import Value
 
-_POSITION = field_type("qpos")
-_VELOCITY = field_type("qvel")
+_POSITION = field_type("Joint.qpos")
+_VELOCITY = field_type("Joint.qvel")
 
 
 class InitialStateLowerer:

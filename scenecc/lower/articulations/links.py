@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _LINK_KEYS = tuple(row.key for row in properties_of("body") if row.field not in NON_LINK_FIELDS)
 """What a link may say of itself, of what SAPIEN keeps for any body."""
 _MASS_TYPE = BODY_FIELDS["mass"][1]
-_RADIUS_TYPE = field_type("patch_radius")
+_RADIUS_TYPE = field_type("CollisionShape.patch_radius")
 
 
 class LinkLowerer:
@@ -184,7 +184,7 @@ def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) ->
 
 
 _JOINT_FIELDS = property_fields("joint")
-_JOINT_TYPES = {row.field: field_type(row.field) for row in JOINT_PROPERTIES}
+_JOINT_TYPES = {row.field: field_type(row.quantity) for row in JOINT_PROPERTIES}
 
 
 def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideValues) -> DraftJoint:
