@@ -12,6 +12,7 @@ from scenecc.lower.fields import FieldLowerer, FieldPlace, field_place
 from scenecc.lower.references import PlanTables, qualified, read_references, scope_of
 from scenecc.plan import Value, literal
 from scenecc.plan.body import Friction, PhysicalMaterial, Texture, VisualMaterial
+from scenecc.plan.properties import DYNAMIC_FRICTION, RESTITUTION, STATIC_FRICTION
 from scenecc.spec.shapes import Material, Physical, TextureMapping, Visual
 
 if TYPE_CHECKING:
@@ -39,8 +40,7 @@ _VISUAL_TYPES: dict[str, FieldType] = {
     "emission": EMISSION,
 }
 
-SAPIEN_DEFAULT = Friction(0.3, 0.3, 0.1)
-"""`sapien.physx.get_default_material()` of SAPIEN 3.0.3."""
+SAPIEN_DEFAULT = Friction(STATIC_FRICTION, DYNAMIC_FRICTION, RESTITUTION)
 
 
 @frozen

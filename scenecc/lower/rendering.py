@@ -24,6 +24,11 @@ from scenecc.lower.references import PlanTables, name_prefixes
 from scenecc.plan import ArticulationStructure, Value, literal
 from scenecc.plan.body import Mount
 from scenecc.plan.rendering import (
+    FAR,
+    FOVY_DEGREES,
+    HEIGHT,
+    NEAR,
+    WIDTH,
     AreaLight,
     Camera,
     CubeMap,
@@ -327,13 +332,6 @@ _SHADOW_DEPTH = {"directional": field_type("Shadow.near")}
 _POINT_SHADOW_DEPTH = replace(field_type("Camera.near"), reset=False)
 """Shadows of a light that stands somewhere begin in front of it."""
 
-WIDTH, HEIGHT = 640, 480
-
-FOVY = radians(60)
-
-NEAR, FAR = 0.01, 100.0
-"""What is left out (docs/reference/language.md, cameras)."""
-
 _INTRINSIC = {name: field_type(f"Intrinsic.{name}") for name in ("fx", "fy", "cx", "cy", "skew")}
 
 _TOP = field_type("Orthographic.top")
@@ -450,7 +448,7 @@ class _RenderObjectLowerer:
             height=height,
             lens=self._lens(camera, (width, height), fields, origin),
             near=literal(NEAR) if camera.near is None else fields.value(camera.near, _NEAR, origin, "near"),
-            far=literal(FAR) if camera.far is None else fields.value(camera.far, _FAR, origin, "far"),
+            far=literal(float(FAR)) if camera.far is None else fields.value(camera.far, _FAR, origin, "far"),
             mount=mount,
             shader=camera.shader,
             origin=origin,
@@ -480,7 +478,7 @@ class _RenderObjectLowerer:
         if fovx is not None:
             return Perspective(fovx=fovx)
         fovy = lower_angle(camera, "Perspective.fovy", origin, fields)
-        return Perspective(fovy=literal(FOVY) if fovy is None else fovy)
+        return Perspective(fovy=literal(radians(FOVY_DEGREES)) if fovy is None else fovy)
 
 
 def _missing_pose_keys(light: Any, given: list[str]) -> str | None:

@@ -13,6 +13,12 @@ if TYPE_CHECKING:
     from scenecc.plan.value import Value
 
 
+APART = GAP = 0.001
+"""What a placement keeps from others and from its surface, by default [m]."""
+
+TRIES = 2000
+
+
 @frozen
 class Nearness:
     """How far something stands from an entity.
@@ -71,10 +77,10 @@ class Placement:
     facing: Mount | None = None
     facing_point: Value | None = None
     near: tuple[Nearness, ...] = ()
-    apart: float = 0.001
-    gap: float = 0.001
+    apart: float = APART
+    gap: float = GAP
     height: Value | None = None
-    tries: int = 2000
+    tries: int = TRIES
     origin: Origin | None = field(default=None, compare=False)
 
     @property

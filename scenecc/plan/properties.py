@@ -63,6 +63,9 @@ class Bounds(NamedTuple):
 DEFAULT_DENSITY = 1000
 """SAPIEN's density of a shape that gives none [kg/m³]; a plane's is 0."""
 
+STATIC_FRICTION, DYNAMIC_FRICTION, RESTITUTION = 0.3, 0.3, 0.1
+"""`sapien.physx.get_default_material()` of SAPIEN 3.0.3."""
+
 CONTACT_OFFSET, REST_OFFSET = 0.01, 0
 """SAPIEN's defaults [m] (`sapien.physx.get_shape_config()`)."""
 

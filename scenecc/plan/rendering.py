@@ -16,6 +16,23 @@ if TYPE_CHECKING:
     from scenecc.plan.scene import ScenePlan
 
 
+WIDTH, HEIGHT = 640, 480
+"""Of a camera's picture, by default [px]."""
+
+FOVY_DEGREES = 60
+
+NEAR, FAR = 0.01, 100
+"""What a camera sees, by default [m]."""
+
+SHADOW_NEAR, SHADOW_FAR = 0.1, 10
+"""Where shadows begin and end, by default [m]."""
+
+PARALLEL_SHADOW_NEAR, SHADOW_HALF_SIZE = -10, 10
+"""The same of a directional light, and half the edge of the square that has shadows [m]."""
+
+SHADOW_MAP_SIZE = 2048
+
+
 @frozen
 class Shadow:
     """How a light's shadow is made.
@@ -354,10 +371,10 @@ def shadow_parameters(light: Light) -> dict[str, Value]:
     parallel, given = isinstance(light.light, DirectionalLight), light.shadow
     left_out = {
         "shadow": literal(0, "bool"),
-        "shadow_near": literal(-10.0 if parallel else 0.1),
-        "shadow_far": literal(10.0),
-        **({"shadow_half_size": literal(10.0)} if parallel else {}),
-        "shadow_map_size": literal(2048, "int64"),
+        "shadow_near": literal(float(PARALLEL_SHADOW_NEAR if parallel else SHADOW_NEAR)),
+        "shadow_far": literal(float(SHADOW_FAR)),
+        **({"shadow_half_size": literal(float(SHADOW_HALF_SIZE))} if parallel else {}),
+        "shadow_map_size": literal(SHADOW_MAP_SIZE, "int64"),
     }
     if given is None:
         return left_out

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, Strict, Tag
 
+from scenecc.plan.placement import APART, GAP, TRIES
 from scenecc.spec.base import (
     MAPPING_KEY,
     WHOLE,
@@ -88,7 +89,7 @@ class PlaceSpec(SpecModel):
         description="Entity → least and greatest distance between the colliding shapes [m].",
         examples=[{"mug": [0.05, 0.15]}],
     )
-    apart: Fixed[NonNegative] = Field(default=0.001, description="Least distance from every other body [m].")
-    gap: Fixed[NonNegative] = Field(default=0.001, description="Between its lowest point and the surface [m].")
+    apart: Fixed[NonNegative] = Field(default=APART, description="Least distance from every other body [m].")
+    gap: Fixed[NonNegative] = Field(default=GAP, description="Between its lowest point and the surface [m].")
     height: Maybe[Leaf[Vec2]] = key("With `above`: the least and the most above the target's top [m].")
-    tries: Fixed[Annotated[int, Field(ge=1, le=10_000)]] = Field(default=2000, description="In each scene.")
+    tries: Fixed[Annotated[int, Field(ge=1, le=10_000)]] = Field(default=TRIES, description="In each scene.")

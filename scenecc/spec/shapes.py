@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import ConfigDict, Field, Strict, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.plan.properties import CONTACT_OFFSET, DEFAULT_DENSITY, REST_OFFSET
+from scenecc.plan.properties import (
+    CONTACT_OFFSET,
+    DEFAULT_DENSITY,
+    DYNAMIC_FRICTION,
+    REST_OFFSET,
+    RESTITUTION,
+    STATIC_FRICTION,
+)
 from scenecc.spec.base import (
     NOTE_SCHEMA,
     WHOLE,
@@ -56,11 +63,11 @@ Radiance = Annotated[
 class Physical(SpecModel):
     """How a surface rubs and bounces, and how heavy what it covers is."""
 
-    static_friction: Maybe[Leaf[NonNegative]] = key("Coefficient of static friction.", default=0.3)
+    static_friction: Maybe[Leaf[NonNegative]] = key("Coefficient of static friction.", default=STATIC_FRICTION)
     dynamic_friction: Maybe[Leaf[NonNegative]] = key(
-        "Coefficient of dynamic friction, at most the static one.", default=0.3
+        "Coefficient of dynamic friction, at most the static one.", default=DYNAMIC_FRICTION
     )
-    restitution: Maybe[Leaf[NonNegative]] = key("Coefficient of restitution, 0 to 1.", default=0.1)
+    restitution: Maybe[Leaf[NonNegative]] = key("Coefficient of restitution, 0 to 1.", default=RESTITUTION)
     density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³] of shapes that give none.", default=DEFAULT_DENSITY)
 
 
