@@ -312,8 +312,7 @@ _FIELDS: dict[str, dict[str, Quantity]] = {
     "ConvexMesh ConvexParts Mesh": {"file": _FILE, "scale": _MIRRORING},
     "TriangleMesh": {"file": _FILE, "scale": _POSITIVE3},
     "PhysicalMaterial": {
-        "static_friction": _FRICTION,
-        "dynamic_friction": _FRICTION,
+        **dict.fromkeys(("static_friction", "dynamic_friction"), _FRICTION),
         "restitution": _UNIT_AT_RESET,
     },
     "VisualMaterial": {

@@ -25,6 +25,8 @@ from scenecc.spec.base import (
     VelocityIterations,
     custom_error,
     key,
+    list_key,
+    names_key,
 )
 from scenecc.spec.body import EntityKeys, MotionKeys
 from scenecc.spec.nodes import COMPONENTS, MAPPING, LazyType, union_by_kind
@@ -129,10 +131,6 @@ class DriveKeys(SpecModel):
 TreeJointType = Literal["fixed", "revolute", "revolute_unwrapped", "continuous", "prismatic"]
 
 
-def _empty_list() -> list[Any]:
-    return []
-
-
 class MimicKeys(SpecModel):
     """A joint that moves as another one does."""
 
@@ -178,20 +176,10 @@ class TreeLink(LinkKeys):
 
     name: Fixed[Name] = Field(description="Name of the link in `links` and mounts.")
     joint: Maybe[TreeJoint] = key("Joint to the parent link; for all links except the root.")
-    shapes: list[ShapeSpec] = Field(
-        default_factory=_empty_list,
-        description="Shapes that collide and are visible.",
-        json_schema_extra={"default": []},
-    )
-    collisions: list[CollisionSpec] = Field(
-        default_factory=_empty_list, description="Shapes that only collide.", json_schema_extra={"default": []}
-    )
-    visuals: list[VisualSpec] = Field(
-        default_factory=_empty_list, description="Shapes that are only visible.", json_schema_extra={"default": []}
-    )
-    children: Children = Field(
-        default_factory=_empty_list, description="Child links.", json_schema_extra={"default": []}
-    )
+    shapes: list[ShapeSpec] = list_key("Shapes that collide and are visible.")
+    collisions: list[CollisionSpec] = list_key("Shapes that only collide.")
+    visuals: list[VisualSpec] = list_key("Shapes that are only visible.")
+    children: Children = list_key("Child links.")
 
 
 class ChildLink(TreeLink, CopyKeys):
@@ -204,22 +192,13 @@ else:
     RootLink = Annotated[Any, LazyType("scenecc.spec.articulation", "TreeLink")]
 
 
-def _empty_dict() -> dict[str, Any]:
-    return {}
-
-
 class JointPatterns(SpecModel):
     """Patterns of names of links and joints, and what is said of these."""
 
-    links: dict[Pattern, LinkKeys] = Field(
-        default_factory=_empty_dict, description="Pattern of names → properties of the matching links."
-    )
-    joints: dict[Pattern, JointKeys] = Field(
-        default_factory=_empty_dict, description="Pattern of names → properties of the matching joints."
-    )
-    drives: dict[Pattern, DriveKeys] = Field(
-        default_factory=_empty_dict,
-        description="Pattern of names → drives of the matching joints.",
+    links: dict[Pattern, LinkKeys] = names_key("Pattern of names → properties of the matching links.")
+    joints: dict[Pattern, JointKeys] = names_key("Pattern of names → properties of the matching joints.")
+    drives: dict[Pattern, DriveKeys] = names_key(
+        "Pattern of names → drives of the matching joints.",
         examples=[{"panda_joint.*": {"stiffness": 1000, "damping": 100, "force_limit": 100}}],
     )
 
@@ -267,8 +246,8 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     solver_velocity_iterations: Maybe[Leaf[VelocityIterations]] = key("0 to 255.", default=1)
     sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
     visibility: Maybe[Leaf[Unit]] = key("Visibility of its links, 0 to 1.", default=1)
-    attach: dict[Annotated[Name, MAPPING_KEY], Part] = Field(
-        default_factory=_empty_dict, description="Parts from other files, by name: one articulation is built."
+    attach: dict[Annotated[Name, MAPPING_KEY], Part] = names_key(
+        "Parts from other files, by name: one articulation is built."
     )
 
 

@@ -6,7 +6,7 @@ from pydantic import Field, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 
 from scenecc.spec.articulation import JointNumbers, JointPatterns, MjcfKeys, TreeJoint, TreeKeys, UrdfKeys
-from scenecc.spec.base import MAPPING_KEY, ErrorCollector, Maybe, Name, Text, custom_error, key
+from scenecc.spec.base import MAPPING_KEY, ErrorCollector, Maybe, Name, Text, custom_error, key, list_key, names_key
 from scenecc.spec.instances import Prefix
 from scenecc.spec.nodes import PART_LABELS, WRONG_KIND, LazyType, ModelChoice, is_mapping
 from scenecc.spec.pose import Pose
@@ -68,14 +68,6 @@ Part = Annotated[Any, PartAnnotation()]
 """What is attached to an articulation."""
 
 
-def _empty_list() -> list[Any]:
-    return []
-
-
-def _empty_dict() -> dict[str, Any]:
-    return {}
-
-
 class PartKeys(JointPatterns):
     """Keys of any part. Links and joints have the part's own names in it."""
 
@@ -87,17 +79,13 @@ class PartKeys(JointPatterns):
     prefix: Maybe[Fixed[Prefix]] = key(
         'Before the names of its links and joints; left out: the name of the part and "/".', examples=[""]
     )
-    ignore: list[Fixed[Text]] = Field(
-        default_factory=_empty_list,
-        description="Links of the whole that never collide with it.",
-        json_schema_extra={"default": []},
-    )
+    ignore: list[Fixed[Text]] = list_key("Links of the whole that never collide with it.")
     qpos: Maybe[JointNumbers] = key(
         "Initial positions of its joints [m or rad]; the `qpos` of the whole replaces them."
     )
     fix_root_link: Maybe[Fixed[bool]] = key("Not used: its root is attached to `to`.")
-    attach: dict[Annotated[Name, MAPPING_KEY], Annotated[Any, PartAnnotation(nested=True)]] = Field(
-        default_factory=_empty_dict, description="Parts that are attached to it."
+    attach: dict[Annotated[Name, MAPPING_KEY], Annotated[Any, PartAnnotation(nested=True)]] = names_key(
+        "Parts that are attached to it."
     )
 
 

@@ -308,6 +308,16 @@ def key(
     return made
 
 
+def list_key(description: str) -> Any:
+    """A list that may be left out, then empty."""
+    return Field(default_factory=list, description=description, json_schema_extra={"default": []})
+
+
+def names_key(description: str, *, alias: str | None = None, examples: list[Any] | None = None) -> Any:
+    """A mapping of names that may be left out, then empty."""
+    return Field(default_factory=dict, alias=alias, description=description, examples=examples)
+
+
 def _check_literal(text: str) -> str:
     """Refuses an expression where any text is right: it would be taken as it is written."""
     if EXPRESSION_START in text and not EXPANDED.get():
@@ -380,6 +390,9 @@ EntityName = Annotated[Reference, ScopedName(whole=True), Names("entity")]
 AnyText = Annotated[str, AfterValidator(_check_literal)]
 
 Text = Annotated[str, StringConstraints(min_length=1), AfterValidator(_check_literal)]
+
+FrameName = Annotated[Reference, ScopedName(whole=True), Names("frame")]
+"""A frame with a region."""
 
 BodyName = Annotated[Text, Names("entity")]
 """ENTITY or ENTITY/LINK, looked up when it is lowered."""

@@ -18,6 +18,7 @@ from scenecc.spec.base import (
     Vec3,
     VelocityIterations,
     key,
+    list_key,
 )
 from scenecc.spec.nodes import LIST, NUMBER, WORD, LazyType, union_by_kind
 from scenecc.spec.pose import Pose
@@ -88,11 +89,6 @@ class RigidBodyKeys(MotionKeys):
     solver_velocity_iterations: Maybe[Leaf[VelocityIterations]] = key("0 to 255.", default=1)
 
 
-def _empty_list() -> list[Any]:
-    # `default=[]` would be copied in depth for every body.
-    return []
-
-
 class BodyKeys(RigidBodyKeys):
     """Keys of a body: shapes, mass, properties."""
 
@@ -100,17 +96,9 @@ class BodyKeys(RigidBodyKeys):
         default="dynamic",
         description="dynamic: moved by forces; kinematic: moved by you; static: never moves; none: only visible.",
     )
-    shapes: list[ShapeSpec] = Field(
-        default_factory=_empty_list,
-        description="Shapes that collide and are visible.",
-        json_schema_extra={"default": []},
-    )
-    collisions: list[CollisionSpec] = Field(
-        default_factory=_empty_list, description="Shapes that only collide.", json_schema_extra={"default": []}
-    )
-    visuals: list[VisualSpec] = Field(
-        default_factory=_empty_list, description="Shapes that are only visible.", json_schema_extra={"default": []}
-    )
+    shapes: list[ShapeSpec] = list_key("Shapes that collide and are visible.")
+    collisions: list[CollisionSpec] = list_key("Shapes that only collide.")
+    visuals: list[VisualSpec] = list_key("Shapes that are only visible.")
     material: Maybe[MaterialRef] = key("Material of shapes without their own.")
     color: Maybe[Color] = key("Base colour of shapes without their own.")
     density: Maybe[Leaf[NonNegative]] = key(

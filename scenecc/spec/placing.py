@@ -7,21 +7,18 @@ from pydantic import Field, Strict, Tag
 from scenecc.plan.placement import APART, GAP, TRIES
 from scenecc.spec.base import (
     MAPPING_KEY,
-    WHOLE,
     EntityName,
     Finite,
+    FrameName,
     Maybe,
-    Names,
     NonNegative,
     Positive,
-    Reference,
-    ScopedName,
     SpecModel,
     Vec3,
     key,
 )
 from scenecc.spec.nodes import COMPONENTS, LIST, MAPPING, WORD, union_by_kind
-from scenecc.spec.pose import AxisAngle, Quaternion
+from scenecc.spec.pose import Quaternion, WholeAxisAngle
 from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
 
 Vec2 = Annotated[tuple[Finite, Finite], Strict(strict=False)]
@@ -40,7 +37,7 @@ class DiskRegion(SpecModel):
 Region = Annotated[
     Annotated[list[Leaf[Corner]], Field(min_length=2, max_length=2), Tag(LIST)]
     | Annotated[DiskRegion, Tag(MAPPING)]
-    | Annotated[Reference, ScopedName(whole=True), Names("frame"), Tag(WORD)],
+    | Annotated[FrameName, Tag(WORD)],
     union_by_kind("[[x, y], [x, y]], {center, radius} or the name of a frame with `region`"),
 ]
 """Two corners, a disk or the name of a frame."""
@@ -77,7 +74,7 @@ class PlaceSpec(SpecModel):
     )
     rpy: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z [rad].", excludes=TURNS)
     rpy_deg: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z [degrees].", excludes=TURNS)
-    axis_angle: Annotated[Maybe[AxisAngle], WHOLE] = key("Rotation about one axis.", excludes=TURNS)
+    axis_angle: Maybe[WholeAxisAngle] = key("Rotation about one axis.", excludes=TURNS)
     facing: Maybe[
         Annotated[
             Annotated[Leaf[Vec2], Tag(COMPONENTS)] | Annotated[EntityName, Tag(WORD)],

@@ -25,6 +25,8 @@ class AxisAngle(SpecModel):
     angle_deg: Maybe[Leaf[Finite]] = key("Angle [degrees]; this or `angle`.", excludes=("angle",))
 
 
+WholeAxisAngle = Annotated[AxisAngle, WHOLE]
+
 Matrix = Annotated[tuple[Vec4, Vec4, Vec4, Vec4], Strict(strict=False)]
 
 
@@ -56,7 +58,7 @@ class PoseMapping(SpecModel):
     rpy_deg: Maybe[Leaf[Vec3]] = key(
         "Rotation about the fixed axes x, y, z: roll, pitch, yaw [degrees].", excludes=ROTATIONS
     )
-    axis_angle: Annotated[Maybe[AxisAngle], WHOLE] = key("Rotation about one axis.", excludes=ROTATIONS)
+    axis_angle: Maybe[WholeAxisAngle] = key("Rotation about one axis.", excludes=ROTATIONS)
     look_at: Maybe[Leaf[Vec3]] = key(
         "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m].",
         excludes=ROTATIONS,
