@@ -13,10 +13,8 @@ if TYPE_CHECKING:
     from scenecc.plan.value import Value
 
 
-APART = GAP = 0.001
-"""What a placement keeps from others and from its surface, by default [m]."""
-
-TRIES = 2000
+APART, GAP, TRIES = 0.001, 0.001, 2000
+"""Defaults: distance from others and from the surface [m], and how often a place is tried."""
 
 
 @frozen

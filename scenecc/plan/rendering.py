@@ -16,21 +16,14 @@ if TYPE_CHECKING:
     from scenecc.plan.scene import ScenePlan
 
 
-WIDTH, HEIGHT = 640, 480
-"""Of a camera's picture, by default [px]."""
+WIDTH, HEIGHT, FOVY_DEGREES, NEAR, FAR = 640, 480, 60, 0.01, 100
+"""Defaults of a camera: [px], [degrees] and [m]."""
 
-FOVY_DEGREES = 60
-
-NEAR, FAR = 0.01, 100
-"""What a camera sees, by default [m]."""
-
-SHADOW_NEAR, SHADOW_FAR = 0.1, 10
-"""Where shadows begin and end, by default [m]."""
+SHADOW_NEAR, SHADOW_FAR, SHADOW_MAP_SIZE = 0.1, 10, 2048
+"""Defaults of a light's shadow: [m] and [px]."""
 
 PARALLEL_SHADOW_NEAR, SHADOW_HALF_SIZE = -10, 10
-"""The same of a directional light, and half the edge of the square that has shadows [m]."""
-
-SHADOW_MAP_SIZE = 2048
+"""Defaults of a directional light's shadow [m]."""
 
 
 @frozen

@@ -5,19 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.plan.rendering import (
-    FAR,
-    FOVY_DEGREES,
-    HEIGHT,
-    NEAR,
-    PARALLEL_SHADOW_NEAR,
-    SHADOW_FAR,
-    SHADOW_HALF_SIZE,
-    SHADOW_MAP_SIZE,
-    SHADOW_NEAR,
-    WIDTH,
-    ShaderName,
-)
+from scenecc.plan import rendering as plan
 from scenecc.spec.base import (
     BodyName,
     Finite,
@@ -84,9 +72,11 @@ class ShadowKeys(SpecModel):
     """Keys of lights that may throw shadows."""
 
     shadow: Maybe[Leaf[bool]] = key("Whether it casts shadows.", default=False)
-    shadow_near: Maybe[Leaf[Positive]] = key("Distance from the light at which shadows begin [m].", default=SHADOW_NEAR)
-    shadow_far: Maybe[Leaf[Positive]] = key("Where they end [m].", default=SHADOW_FAR)
-    shadow_map_size: Maybe[Leaf[_MapSize]] = key("Size of the shadow map [px].", default=SHADOW_MAP_SIZE)
+    shadow_near: Maybe[Leaf[Positive]] = key(
+        "Distance from the light at which shadows begin [m].", default=plan.SHADOW_NEAR
+    )
+    shadow_far: Maybe[Leaf[Positive]] = key("Where they end [m].", default=plan.SHADOW_FAR)
+    shadow_map_size: Maybe[Leaf[_MapSize]] = key("Size of the shadow map [px].", default=plan.SHADOW_MAP_SIZE)
 
 
 class LightConeKeys(SpecModel):
@@ -106,11 +96,11 @@ class DirectionalLightSpec(LightKeys, DirectionKeys, ShadowKeys):
     type: Literal["directional"]
     # It stands nowhere, so what lies behind it may throw shadows too.
     shadow_near: Maybe[Leaf[Finite]] = key(  # pyright: ignore[reportIncompatibleVariableOverride]
-        "Where shadows begin, along the light from its position [m].", default=PARALLEL_SHADOW_NEAR
+        "Where shadows begin, along the light from its position [m].", default=plan.PARALLEL_SHADOW_NEAR
     )
-    shadow_far: Maybe[Leaf[Finite]] = key("Where they end [m].", default=SHADOW_FAR)  # pyright: ignore[reportIncompatibleVariableOverride]
+    shadow_far: Maybe[Leaf[Finite]] = key("Where they end [m].", default=plan.SHADOW_FAR)  # pyright: ignore[reportIncompatibleVariableOverride]
     shadow_scale: Maybe[Leaf[Positive]] = key(
-        "Half of the edge of the square that has shadows [m].", default=SHADOW_HALF_SIZE
+        "Half of the edge of the square that has shadows [m].", default=plan.SHADOW_HALF_SIZE
     )
 
 
@@ -205,18 +195,18 @@ class CameraSpec(RepeatKeys):
     """A camera. It looks along x of its pose, z is up."""
 
     pose: Maybe[Pose] = key("In the world, in the frame of `relative_to`, or in that of `mount`; `look_at` aims it.")
-    width: Maybe[Fixed[_Pixels]] = key("[px]", default=WIDTH)
-    height: Maybe[Fixed[_Pixels]] = key("[px]", default=HEIGHT)
+    width: Maybe[Fixed[_Pixels]] = key("[px]", default=plan.WIDTH)
+    height: Maybe[Fixed[_Pixels]] = key("[px]", default=plan.HEIGHT)
     fovy: Maybe[Leaf[OpeningAngle]] = key("Angle of view from top to bottom [rad].", excludes=_LENSES)
-    fovy_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", default=FOVY_DEGREES, excludes=_LENSES)
+    fovy_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", default=plan.FOVY_DEGREES, excludes=_LENSES)
     fovx: Maybe[Leaf[OpeningAngle]] = key("Angle of view from left to right [rad].", excludes=_LENSES)
     fovx_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", excludes=_LENSES)
     intrinsic: Maybe[IntrinsicKeys] = key("Intrinsic matrix, instead of an angle.", excludes=_LENSES)
     orthographic: Maybe[OrthographicKeys] = key("Orthographic projection, instead of an angle.", excludes=_LENSES)
-    near: Maybe[Leaf[Positive]] = key("Near plane [m].", default=NEAR)
-    far: Maybe[Leaf[Positive]] = key("Far plane [m].", default=FAR)
+    near: Maybe[Leaf[Positive]] = key("Near plane [m].", default=plan.NEAR)
+    far: Maybe[Leaf[Positive]] = key("Far plane [m].", default=plan.FAR)
     mount: Maybe[Fixed[BodyName]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
-    shader: Maybe[Fixed[ShaderName]] = key("SAPIEN's shader pack.", default="default")
+    shader: Maybe[Fixed[plan.ShaderName]] = key("SAPIEN's shader pack.", default="default")
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
     )
