@@ -648,6 +648,6 @@ class Scene:
         diagnostics = [one for each in both for one in each.diagnostics]
         if any(each._compile.result is None for each in both):  # noqa: SLF001 - of this class
             raise SceneError(diagnostics)
-        unnamed = all(_is_unnamed(each._compiled) for each in both)  # noqa: SLF001 - of this class
+        unnamed = all(_is_unnamed(each._compile) for each in both)  # noqa: SLF001 - of this class
         found = diff_plans(self.plan, other.plan)
         return Comparison([one for one in found if not (one.path == "name" and unnamed)], diagnostics)

@@ -40,18 +40,6 @@ _TYPES_WITH_MASS = DYNAMIC_TYPES | {"kinematic"}
 _DEFAULT_DENSITY_VALUE = literal(DEFAULT_DENSITY)
 
 
-def check_mass_unique(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -> None:
-    """Checks that a mass is given once."""
-    if body.mass is not None and body.inertial is not None and body.body_type in DYNAMIC_TYPES:
-        sink.report(
-            "SC111",
-            "`mass` and `inertial` exclude each other",
-            origin.child("inertial"),
-            at="key",
-            related=[("the mass", origin.child("mass"), "key")],
-        )
-
-
 def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """Checks the mass that follows from densities: SAPIEN must keep it, or for a kinematic body represent it."""
     if body.body_type not in _TYPES_WITH_MASS or body.inertial is not None or not body.collisions:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from operator import gt
 from typing import TYPE_CHECKING, Any, Protocol
 
-from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia, check_mass_unique
+from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia
 from scenecc.checks.value_queries import (
     alternatives_or_extremes,
     highest,
@@ -393,7 +393,6 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
     _check_shapes,
     _check_planes,
     _check_unused_fields,
-    check_mass_unique,
     _check_group_bits,
     _check_moving_meshes,
     _check_mesh_scales,

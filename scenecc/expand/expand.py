@@ -49,7 +49,7 @@ from scenecc.variation.forms import ONCE
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from scenecc.diagnostics.diagnostic import Path, RelatedPlace
+    from scenecc.diagnostics.diagnostic import Path
     from scenecc.expand.expansion import Expansion, MeasureMesh, MeshMeasurer, OverridePlace
     from scenecc.expand.module_compiler import DocumentChain, InstanceTemplate, NodeTemplate, UnitTemplate
     from scenecc.expand.modules import ModulePart
@@ -338,7 +338,7 @@ class ModuleExpander:
         body, places = unit.body.make(frame), None
         if said:
             body, places = self._merge_overrides(
-                body, [_placement_override(one, self.sink) for one in said], "frames", called
+                body, [_placement_override(one, self.sink) for one in said], "entities", called
             )
         hidden = scope.hidden or body.get("hidden") is True
         own, tables = None, scope.overrides
@@ -422,10 +422,6 @@ class ModuleExpander:
         output.names.anchors[full] = anchor
         node = {"pose": body["pose"]} if "pose" in body else _NO_POSE
         if "place" in body:
-            if "pose" in body:
-                first: RelatedPlace = ("the first", mark.origin.child("pose"), "key")
-                message, place = "`pose` and `place` exclude each other", mark.origin.child("place")
-                self.sink.report("SC111", message, place, at="key", related=[first])
             node = {**node, "place": body["place"]}
         if not output.add("frames", anchor, node, mark, overrides=places):
             return

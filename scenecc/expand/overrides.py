@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, show, suggest_name
-from scenecc.expand.arguments import ABSOLUTE_PREFIX, map_alternatives
+from scenecc.expand.arguments import ABSOLUTE_PREFIX
 from scenecc.expand.documents import FailedValue, SceneDocument, count_node_objects
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, OverridePlace, TraceRecord, scoped_name
 from scenecc.expand.patterns import refuse_structure
-from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.nodes import TYPE, is_mapping, is_sequence
+from scenecc.spec.base import NOTE_PREFIX, exclusions
+from scenecc.spec.keys import change_leaves, model_places, section_place
+from scenecc.spec.nodes import TYPE, LazyUnion, is_mapping, is_sequence
 from scenecc.spec.references import SHARED_NAMESPACE, WORLD, qualified_name
-from scenecc.variation.forms import FORM_KEYS, Template
+from scenecc.variation.forms import Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin, Path, RelatedPlace
     from scenecc.expand.module_compiler import NodeTemplate
+    from scenecc.spec.base import NameKind
+    from scenecc.spec.keys import Place
 
 REMOVE = "remove"
 """What stands in place of keys where the object is left out."""
@@ -38,16 +40,18 @@ class Override:
     """What is said of one object.
 
     Attributes:
-        value: a mapping, or `REMOVE`; names in it are full ones.
+        value: a mapping, or `REMOVE`.
         record: where it is written.
         document: in which.
-        scope: in which its names meant something.
+        scope: in which its names mean something.
+        prefix: before the names of the entities of that scope.
     """
 
     value: Any
     record: TraceRecord
     document: SceneDocument
     scope: str
+    prefix: str
 
     def origin(self, *path: str) -> Origin:
         """Where a key of it is written; without one, its name."""
@@ -123,47 +127,23 @@ def make_overrides(
         # Its names, and the shapes that it may put in place of fewer, count in each use.
         frame.objects.take(count_node_objects(value) - 1, frame, template.path)
         record = TraceRecord(frame.mark(template.path), frame.lists)
-        made[name] = Override(_absolute(value, scope, prefix), record, template.part.document, scope)
+        made[name] = Override(value, record, template.part.document, scope, prefix)
     frame.lists = {}
     return made
 
 
-_GROUP_KEY, _MATERIAL_KEY = "collision_group", "material"
-_REFERENCE_KEYS = frozenset(("relative_to", "mount", "parent", "child", "on", "inside", "above", "facing", "region"))
-
-
-def _absolute(value: Any, scope: str, prefix: str) -> Any:
-    """A value whose names mean the same inside a prefab as in the scope in which they are written."""
+def _absolute(value: Any, kind: NameKind | None, override: Override) -> Any:
+    """A scalar that means the same inside a prefab as in the file that gives the override."""
+    is_shared = kind in {"material", "group"}
     if isinstance(value, Template):
-        return value.within(scope)
-    if is_sequence(value):
-        return [_absolute(item, scope, prefix) for item in value]
-    if not is_mapping(value):
+        # An expression that differs from scene to scene gives the name of a material within a text.
+        text = ABSOLUTE_PREFIX + scoped_name(override.scope, value.text) if is_shared else None
+        return value.within(override.scope, text)
+    if kind is None or not isinstance(value, str) or isinstance(value, FailedValue):
         return value
-    return {key: _absolute_item(key, item, scope, prefix) for key, item in value.items()}
-
-
-def _absolute_item(key: str, item: Any, scope: str, prefix: str) -> Any:
-    if key == _MATERIAL_KEY:
-        return map_alternatives(item, lambda one: _absolute_name(one, scope, prefix))
-    if key == _GROUP_KEY:
-        return _absolute_name(item, scope, prefix)
-    if key in _REFERENCE_KEYS and isinstance(item, str):
-        known = item == WORLD or isinstance(item, FailedValue)
-        return item if known else f"{ABSOLUTE_PREFIX}{prefix}{item}"
-    if key == "near" and is_mapping(item):
-        return {f"{ABSOLUTE_PREFIX}{prefix}{name}": _absolute(one, scope, prefix) for name, one in item.items()}
-    return item if key.startswith(NOTE_PREFIX) else _absolute(item, scope, prefix)
-
-
-def _absolute_name(value: Any, scope: str, prefix: str) -> Any:
-    """The name of a material or group. An expression that differs from scene to scene gives it within a text."""
-    if isinstance(value, Template):
-        return value.within(scope, ABSOLUTE_PREFIX + scoped_name(scope, value.text))
-    if not isinstance(value, str):
-        return _absolute(value, scope, prefix)
-    known = isinstance(value, FailedValue) or value.startswith(ABSOLUTE_PREFIX)
-    return value if known else ABSOLUTE_PREFIX + scoped_name(scope, value)
+    if value == WORLD or value.startswith(ABSOLUTE_PREFIX):
+        return value
+    return ABSOLUTE_PREFIX + (scoped_name(override.scope, value) if is_shared else override.prefix + value)
 
 
 def says_world(value: Any) -> bool:
@@ -172,64 +152,8 @@ def says_world(value: Any) -> bool:
     return value.get("parent") == WORLD or (is_mapping(pose) and pose.get("relative_to") == WORLD)
 
 
-_REPLACED_KEYS = frozenset((_MATERIAL_KEY, "axis_angle", "scene_idxs"))
-"""Keys whose mappings are one value."""
-
-_PATTERN_KEYS = frozenset(("links", "joints", "drives"))
-_NAME_KEYS = _PATTERN_KEYS | {"qpos", "qvel"}
-"""Keys below which keys are names: none excludes another, and none is a form."""
-
 _ITEM_COPY_KEYS = frozenset(("repeat", "if"))
 """Of shapes and links, which are repeated when overrides are merged."""
-
-_EXCLUSIVE_KEYS = (
-    ("mass", "inertial"),
-    ("collision_group", "collision_bits"),
-    ("limits", "limits_deg"),
-    ("q", "rpy", "rpy_deg", "axis_angle", "look_at", "matrix", "yaw", "yaw_deg", "facing"),
-    ("p", "matrix"),
-    ("anchor", "matrix"),
-    ("pose", "place"),
-    ("pose", "joint"),
-    ("on", "inside", "above"),
-    ("at", "region"),
-    ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic"),
-    ("inner_fov", "inner_fov_deg"),
-    ("outer_fov", "outer_fov_deg"),
-    ("pose", "position"),
-    ("pose", "direction"),
-    ("origin", "pose_in_parent"),
-    ("axis", "pose_in_child"),
-    ("file", "heights"),
-    ("urdf", "mjcf", "root"),
-)
-"""Keys of which a mapping has one."""
-
-_EXCLUDED_BY: dict[str, frozenset[str]] = {}
-for _keys in _EXCLUSIVE_KEYS:
-    for _key in _keys:
-        _EXCLUDED_BY[_key] = _EXCLUDED_BY.get(_key, frozenset()) | (frozenset(_keys) - {_key})
-
-
-_TYPED_LISTS = {
-    "shapes": ("shapes", "ShapeSpec"),
-    "collisions": ("shapes", "CollisionSpec"),
-    "visuals": ("shapes", "VisualSpec"),
-}
-_TYPED_SECTIONS = {"lights": ("rendering", "Light"), "constraints": ("constraint", "Constraint")}
-"""Where `type` says which keys a mapping may have: the file of `scenecc.spec` and the union of its models."""
-
-
-def _without_keys_of_other_types(node: Any, kind: Any, union: tuple[str, str] | None) -> Any:
-    """A mapping without what one of another type cannot have. `kind`: the new type; None where it stays."""
-    if union is None or not isinstance(kind, str) or kind == node.get(TYPE):
-        return node
-    module, name = union
-    models: Any = getattr(import_module(f"scenecc.spec.{module}"), name).__metadata__[0]
-    if kind not in models.types():
-        return node
-    known: Mapping[str, Any] = models.model(kind).model_fields
-    return {key: item for key, item in node.items() if key in known}
 
 
 class OverrideMerger:
@@ -243,6 +167,8 @@ class OverrideMerger:
         places: as `TraceRecord.overrides` has them.
     """
 
+    _override: Override
+
     def __init__(self, section: str, sink: Sink) -> None:
         self._section = section
         self.places: dict[Path, OverridePlace] = {}
@@ -252,58 +178,51 @@ class OverrideMerger:
     def merge(self, node: Any, override: Override) -> Any:
         """The object with what an override says. Nothing of `node` is changed."""
         self._count += 1
-        kind = override.value.get(TYPE)
-        node = _without_keys_of_other_types(node, kind, _TYPED_SECTIONS.get(self._section))
-        return self._mapping(node, override.value, (), override.record, ())
+        self._override = override
+        return self._mapping(node, override.value, section_place(self._section), (), ())
 
-    def _mapping(self, node: Any, given: Any, path: Path, record: TraceRecord, at: Path) -> Any:
-        made: dict[str, Any] = dict(node)
-        names = path[-1:] and path[-1] in _NAME_KEYS
+    def _mapping(self, node: Any, given: Any, place: Place, path: Path, at: Path) -> Any:
+        made, model = dict[str, Any](node), place.model({**node, **given})
+        if isinstance(place.choice, LazyUnion) and model is not None and node.get(TYPE) != given.get(TYPE, node[TYPE]):
+            made = {key: item for key, item in made.items() if key in model_places(model)}
+        excluded = {} if model is None else exclusions(model)
         for key, item in given.items():
             if key.startswith(NOTE_PREFIX):
                 continue
-            below, written = (*path, key), (*at, key)
+            written = (*at, key)
             if key in _ITEM_COPY_KEYS and isinstance(path[-1] if path else None, int):
                 hint = "the items of a list are overridden as they are built; give the whole list"
-                self._sink.report("SC244", f"`{key}` cannot be overridden", record.trace(written), at="key", hint=hint)
+                self._sink.report("SC244", f"`{key}` cannot be overridden", self._origin(written), at="key", hint=hint)
                 continue
-            for other in () if names else _EXCLUDED_BY.get(key, frozenset()) & made.keys():
+            for other in excluded.get(key, frozenset()) & made.keys():
                 del made[other]
                 if other in given:
-                    first: RelatedPlace = ("the first", record.trace((*at, other)), "key")
+                    first: RelatedPlace = ("the first", self._origin((*at, other)), "key")
                     message = f"`{other}` and `{key}` exclude each other"
-                    self._sink.report("SC111", message, record.trace(written), at="key", related=[first])
-            if path[-1:] and path[-1] in _PATTERN_KEYS:
-                self._pattern(made, key, item, path, record, written)
-            else:
-                made[key] = self._value(made.get(key), item, below, record, written)
+                    self._sink.report("SC111", message, self._origin(written), at="key", related=[first])
+            name = key
+            # A pattern comes after all others, also where one of these is the same.
+            while place.key is not None and place.key.pattern and name in made and name != next(reversed(made)):
+                name = f"(?:{name})"
+            below = place.below({**node, **given}, key)
+            if place.key is not None:
+                name = _absolute(name, place.key.names, self._override)
+            made[name] = self._value(made.get(name), item, below, (*path, name), written)
         return made
 
-    def _pattern(
-        self, made: dict[str, Any], key: str, item: Any, path: Path, record: TraceRecord, written: Path
-    ) -> None:
-        """One pattern: it comes after all others, also where one of these is the same."""
-        name = key
-        while name in made and name != next(reversed(made)):
-            name = f"(?:{name})"
-        made[name] = self._value(made.get(name), item, (*path, name), record, written)
-
-    def _value(self, node: Any, given: Any, path: Path, record: TraceRecord, at: Path) -> Any:
-        if is_mapping(given) and path[-1] not in _REPLACED_KEYS:
-            if is_mapping(node) and not (self._is_one_value(node, path) or self._is_one_value(given, path)):
-                if path[-2:-1] and isinstance(path[-1], int):
-                    node = _without_keys_of_other_types(node, given.get(TYPE), _TYPED_LISTS.get(str(path[-2])))
-                return self._mapping(node, given, path, record, at)
+    def _value(self, node: Any, given: Any, place: Place, path: Path, at: Path) -> Any:
+        if is_mapping(given) and not place.whole:
+            if is_mapping(node) and not (place.is_form(node) or place.is_form(given)):
+                return self._mapping(node, given, place, path, at)
             if is_sequence(node) and any(_is_index(key) for key in given):
-                return self._items(node, given, path, record, at)
-        self.places[path] = OverridePlace(record, at, self._count)
-        return given
+                return self._items(node, given, place, path, at)
+        self.places[path] = OverridePlace(self._override.record, at, self._count)
+        return change_leaves(given, place, lambda leaf, kind, _: _absolute(leaf, kind, self._override))
 
-    @staticmethod
-    def _is_one_value(node: dict[str, Any], path: Path) -> bool:
-        return path[-1] not in _PATTERN_KEYS and not FORM_KEYS.isdisjoint(node)
+    def _origin(self, path: Path) -> Origin:
+        return self._override.record.trace(path)
 
-    def _items(self, node: Any, given: Any, path: Path, record: TraceRecord, at: Path) -> list[Any]:
+    def _items(self, node: Any, given: Any, place: Place, path: Path, at: Path) -> list[Any]:
         made: list[Any] = list(node)
         for key, item in given.items():
             if key.startswith(NOTE_PREFIX):
@@ -311,16 +230,16 @@ class OverrideMerger:
             if not _is_index(key):
                 message = f"`{cut(key)}` is no number of an item, as the other keys are"
                 hint = "items are counted from 0; or give the whole list"
-                self._sink.report("SC243", message, record.trace((*at, key)), at="key", hint=hint)
+                self._sink.report("SC243", message, self._origin((*at, key)), at="key", hint=hint)
                 continue
             # No list has so many items that its index needs more digits.
             index = int(key) if len(key) < _MAX_DIGITS else len(made)
             if index >= len(made):
                 message = f"there is no item {cut(key)}: the list has {len(made)}"
                 hint = f"items are counted from 0, so the last is {len(made) - 1}" if made else "it is empty"
-                self._sink.report("SC243", message, record.trace((*at, key)), at="key", hint=hint)
+                self._sink.report("SC243", message, self._origin((*at, key)), at="key", hint=hint)
                 continue
-            made[index] = self._value(made[index], item, (*path, index), record, (*at, key))
+            made[index] = self._value(made[index], item, place.below(node, index), (*path, index), (*at, key))
         return made
 
 
@@ -374,19 +293,19 @@ class _ReferenceSearch:
         if not is_mapping(node):
             return
         scope = self._output.names.scopes.get(qualified_name(section, owner), "")
-        pose = node.get("pose")
-        names: list[tuple[Path, Any]] = [((key,), node.get(key)) for key in ("mount", "parent", "child")]
-        names.append((("pose", "relative_to"), pose.get("relative_to") if is_mapping(pose) else None))
-        if is_mapping(place := node.get("place")):
-            names += [(("place", key), place.get(key)) for key in ("on", "inside", "above", "facing", "relative_to")]
-            names += [(("place", "near", name), name) for name in place.get("near") or ()]
-        for path, written in names:
-            if isinstance(written, str) and written != WORLD:
-                self._take(self._output.names.full_name(written, scope), section, owner, path)
-        for path, name in _materials_in(node, ()) if self._materials else ():
-            full = name[1:] if name.startswith(ABSOLUTE_PREFIX) else scoped_name(scope, name)
-            if full in self._materials:
-                self._add(full, self._materials[full], section, owner, path)
+
+        def look_at(text: Any, kind: NameKind | None, path: Path) -> Any:
+            if not isinstance(text, str):
+                return text
+            if kind == "material":
+                full = text[1:] if text.startswith(ABSOLUTE_PREFIX) else scoped_name(scope, text)
+                if full in self._materials:
+                    self._add(full, self._materials[full], section, owner, path)
+            elif kind in {"entity", "frame"} and text != WORLD:
+                self._take(self._output.names.full_name(text, scope), section, owner, path)
+            return text
+
+        change_leaves(node, section_place(section), look_at)
 
     def _take(self, full: str, section: str, owner: str, path: Path) -> None:
         """A name, of which the end may be a link's: the longest is meant that is there, or was."""
@@ -398,16 +317,3 @@ class _ReferenceSearch:
 
     def _add(self, name: str, place: Origin, section: str, owner: str, path: Path) -> None:
         self.found.setdefault((name, place), []).append((owner, self._output.trace(section, owner, path)))
-
-
-def _materials_in(node: Any, path: Path) -> Iterator[tuple[Path, str]]:
-    """The texts that name a material, alternatives of a form too, each with its path."""
-    pairs = node.items() if is_mapping(node) else enumerate(node) if is_sequence(node) else ()
-    for key, item in pairs:
-        if isinstance(key, str) and key.startswith(NOTE_PREFIX):
-            continue
-        if isinstance(item, str):
-            if "material" in {key, *path}:
-                yield (*path, key), item
-        else:
-            yield from _materials_in(item, (*path, key))

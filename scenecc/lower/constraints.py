@@ -55,15 +55,15 @@ if TYPE_CHECKING:
     Joint = Weld | Connection | Distance | Gear | Drive
 
 _DISTANCES = field_type("Distance.limits")
-_LIMITS = field_type("limits")
-_RATIO = field_type("ratio", fallback=1.0)
-_STIFFNESS, _DAMPING, _FORCE = field_type("stiffness"), field_type("damping"), field_type("force_limit")
+_LIMITS = field_type("AxisLimit.limits")
+_RATIO = field_type("Gear.ratio", fallback=1.0)
+_STIFFNESS, _DAMPING, _FORCE = (field_type(f"AxisDrive.{key}") for key in ("stiffness", "damping", "force_limit"))
 _VELOCITY = vector(3)
 _SPRING = field_type("AxisLimit.stiffness")
 """Of the spring of a limit, which stays as it is built."""
-_SCALES = field_type("inv_mass_scales")
+_SCALES = field_type("Drive.inv_mass_scales")
 _NUMBER = FieldType()
-_ENABLED = field_type("enabled", fallback=True)
+_ENABLED = field_type("Constraint.enabled", fallback=True)
 
 
 def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -> Joint:

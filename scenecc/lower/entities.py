@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.collision_groups import GroupBits, find_group
-from scenecc.lower.field_types import BODY_FIELDS, COLOR, FieldType, report_exclusive_keys, report_unused_key
+from scenecc.lower.field_types import BODY_FIELDS, COLOR, FieldType, report_unused_key
 from scenecc.lower.frames import FrameGraph
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, LoweredMaterial, MaterialChoice, MaterialLowerer
@@ -321,8 +321,6 @@ class BodyLowerer:
                 properties[field] = fields.value(item, kind, origin, name)
         if body.collision_group is None:
             return
-        if "collision_bits" in given:
-            report_exclusive_keys("collision_group", "collision_bits", origin, self._sink, related="the group")
         place = origin.child("collision_group")
         bits = find_group(self._groups, body.collision_group, place, fields.scope, self._sink)
         if bits is not None:

@@ -17,24 +17,6 @@ if TYPE_CHECKING:
     from scenecc.plan.properties import Dtype
 
 
-def report_exclusive_keys(
-    first: str, second: str, origin: Origin, sink: Sink, *, message: str = "", related: str = "the first"
-) -> None:
-    """Reports the second of two keys that exclude each other (SC111).
-
-    Args:
-        first: key of the node.
-        second: key of the node, at which it is reported.
-        origin: of the node.
-        sink: takes the diagnostic.
-        message: in place of the usual one.
-        related: what the first one is called.
-    """
-    message = message or f"`{first}` and `{second}` exclude each other"
-    place = origin.child(second)
-    sink.report("SC111", message, place, at="key", related=[(related, origin.child(first), "key")])
-
-
 def report_unused_key(key: str, where: str, origin: Origin, sink: Sink, *, hint: str = "") -> None:
     """Reports a key that does nothing (SC115).
 
@@ -137,13 +119,13 @@ def _components(bound: Any) -> int | None:
             return len(first) if first.__class__ in {list, tuple} else None
 
 
-COLOR = field_type("base_color", conversion="color", fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+COLOR = field_type("VisualMaterial.base_color", conversion="color", fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
 
-EMISSION = field_type("emission", conversion="color", fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+EMISSION = field_type("VisualMaterial.emission", conversion="color", fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
 
-LIGHT_COLOR = field_type("color", conversion="light_color")
+LIGHT_COLOR = field_type("Light.color", conversion="light_color")
 
-SCALE = field_type("scale", conversion="scale", fallback=(1.0, 1.0, 1.0), wide=True)
+SCALE = field_type("TriangleMesh.scale", conversion="scale", fallback=(1.0, 1.0, 1.0), wide=True)
 
 MIRROR_SCALE = field_type("Mesh.scale", conversion="scale", fallback=(1.0, 1.0, 1.0), wide=True)
 
@@ -159,10 +141,10 @@ def _locked(axes: list[str]) -> tuple[bool, ...]:
 
 def _field_type(row: Property) -> FieldType:
     if row.field == "disable_gravity":
-        return field_type(row.field, conversion="opposite", fallback=False)
+        return field_type(row.quantity, conversion="opposite", fallback=False)
     if row.field == "locked_motion_axes":
         return FieldType((6,), "bool", convert=_locked)
-    return field_type(row.field)
+    return field_type(row.quantity)
 
 
 BODY_FIELDS: dict[str, tuple[str, FieldType]] = {

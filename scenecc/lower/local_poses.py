@@ -32,7 +32,7 @@ AXIS_TURNS: dict[str, Quat] = {
 
 _NORMAL = vector(3)
 _OFFSET = FieldType()
-_INERTIA = field_type("inertia")
+_INERTIA = field_type("Inertial.inertia")
 
 
 def local_pose(

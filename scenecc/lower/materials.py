@@ -12,6 +12,7 @@ from scenecc.lower.fields import FieldLowerer, FieldPlace, field_place
 from scenecc.lower.references import PlanTables, qualified, read_references, scope_of
 from scenecc.plan import Value, literal
 from scenecc.plan.body import Friction, PhysicalMaterial, Texture, VisualMaterial
+from scenecc.plan.properties import DYNAMIC_FRICTION, RESTITUTION, STATIC_FRICTION
 from scenecc.spec.shapes import Material, Physical, TextureMapping, Visual
 
 if TYPE_CHECKING:
@@ -30,17 +31,16 @@ TEXTURES = (
     "transmission_texture",
 )
 FRICTION_TYPES: dict[str, FieldType] = {
-    name: field_type(name) for name in ("static_friction", "dynamic_friction", "restitution")
+    name: field_type(f"PhysicalMaterial.{name}") for name in ("static_friction", "dynamic_friction", "restitution")
 }
-DENSITY = field_type("density")
+DENSITY = field_type("CollisionShape.density")
 _VISUAL_TYPES: dict[str, FieldType] = {
-    **{name: field_type(name) for name in NUMBERS},
+    **{name: field_type(f"VisualMaterial.{name}") for name in NUMBERS},
     "base_color": COLOR,
     "emission": EMISSION,
 }
 
-SAPIEN_DEFAULT = Friction(0.3, 0.3, 0.1)
-"""`sapien.physx.get_default_material()` of SAPIEN 3.0.3."""
+SAPIEN_DEFAULT = Friction(STATIC_FRICTION, DYNAMIC_FRICTION, RESTITUTION)
 
 
 @frozen

@@ -11,17 +11,18 @@ from scenecc.assets.errors import AssetError
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE, MAX_COORDINATE
-from scenecc.lower.field_types import FieldType, field_type, report_exclusive_keys, report_unused_key
+from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer, field_place
 from scenecc.lower.mounts import MountLookup
-from scenecc.lower.poses import ROTATIONS, pose_item, warn_probable_degrees
+from scenecc.lower.poses import pose_item, warn_probable_degrees
 from scenecc.placing.bodies import Part, UnsupportedShapeError, entity_parts, matrices, rows_in, rows_of
 from scenecc.placing.place import Placer, PlacingError
 from scenecc.placing.regions import headings, rectangle_of
 from scenecc.placing.surfaces import area_of, footprint, upward_surfaces
 from scenecc.plan import ArticulationStructure, BodyStructure, Mount, Nearness, Placement, Value, literal
 from scenecc.plan.geometry import Box, Capsule, Cylinder, Plane, Primitive, Sphere
-from scenecc.spec.pose import PoseMapping
+from scenecc.spec.placing import TARGETS, TURNS
+from scenecc.spec.pose import ROTATIONS, PoseMapping
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.nodes import NODES, FromAxisAngle, Posed, Radians
 from scenecc.variation.operations import COMPUTE_LIMIT_HINT, ComputeLimitError, DrawError
@@ -38,18 +39,15 @@ if TYPE_CHECKING:
     from scenecc.spec.references import NameScopes
 
 
-_KINDS = ("on", "inside", "above")
-_WHERE = ("at", "region")
-_TURNS = ("yaw", "yaw_deg", "q", "rpy", "rpy_deg", "axis_angle", "facing")
 _POINT = FieldType((2,), fallback=(0.0, 0.0))
 _ANGLE = FieldType()
-_QUATERNION = field_type("rotation", fallback=(1.0, 0.0, 0.0, 0.0))
+_QUATERNION = field_type("Placement.rotation", fallback=(1.0, 0.0, 0.0, 0.0))
 _RADIUS = field_type("Placement.radius", fallback=1.0)
-_HEIGHT = field_type("height")
+_HEIGHT = field_type("Placement.height")
 
 
 _LOW, _HIGH = (
-    field_type(end, conversion=f"{end}_corner", fallback=(0.0, 0.0, far), pad=far)
+    field_type(f"Placement.{end}", conversion=f"{end}_corner", fallback=(0.0, 0.0, far), pad=far)
     for end, far in (("low", -MAX_COORDINATE), ("high", MAX_COORDINATE))
 )
 
@@ -118,14 +116,11 @@ class PlacementLowerer:
             message = f"`{cut(name)}` places `{cut(inner[0])}` itself"
             self._sink.report("SC358", message, origin, at="key", hint="give the instance a `pose`")
             return None
-        if owner.path[0] == "entities" and self._scene.entities[name].pose is not None:
-            report_exclusive_keys("pose", "place", owner, self._sink)
-        kind = self._only_key(place, _KINDS, origin, required=True)
-        where = self._only_key(place, _WHERE, origin)
-        turn = self._only_key(place, _TURNS, origin)
+        kind, turn = _given_key(place, TARGETS), _given_key(place, TURNS)
         if turn not in ROTATIONS:
             self._upright.add(name)
         if kind is None:
+            self._sink.report("SC102", "`place` lacks the key `on`, `inside` or `above`", origin, at="key")
             return None
         target = self._mount(getattr(place, kind), name, fields, origin.child(kind))
         if target is None or not self._collides(target, origin.child(kind)):
@@ -138,7 +133,7 @@ class PlacementLowerer:
         )  # fmt: skip
         if place.at is not None:
             made = replace(made, at=fields.value(place.at, _POINT, owner, "place", "at", reset=True))
-        elif where == "region":
+        elif place.region is not None:
             made = self._with_region(made, place.region, fields, owner)
         elif self._is_endless(target):
             self._sink.report(
@@ -146,14 +141,6 @@ class PlacementLowerer:
             )
         made = self._with_axes(made, place, fields, owner)
         return self._with_rotation(made, place, turn, fields, owner)
-
-    def _only_key(self, place: Any, keys: tuple[str, ...], origin: Origin, *, required: bool = False) -> Any:
-        given = [key for key in keys if getattr(place, key) is not None]
-        if len(given) > 1:
-            report_exclusive_keys(given[0], given[1], origin, self._sink)
-        if not given and required:
-            self._sink.report("SC102", "`place` lacks the key `on`, `inside` or `above`", origin, at="key")
-        return given[0] if given else None
 
     def _mount(self, written: str, name: str, fields: FieldLowerer, place: Origin) -> Mount | None:
         scope = self._names.scopes.get(name, "")
@@ -375,6 +362,11 @@ class PlacementLowerer:
                     found[other] = None
                     todo.append(other)
         return tuple(Mount(name) for name in found if name in self._built)
+
+
+def _given_key(place: Any, keys: tuple[str, ...]) -> Any:
+    """The one of some keys that is there."""
+    return next((key for key in keys if getattr(place, key) is not None), None)
 
 
 def _place_of(one: Placement) -> Origin:

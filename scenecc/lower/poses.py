@@ -21,11 +21,11 @@ from scenecc.geometry.rotations import (
     Quat,
     Vec3,
 )
-from scenecc.lower.field_types import POSITION, FieldType, field_type, report_exclusive_keys, vector
+from scenecc.lower.field_types import POSITION, FieldType, field_type, vector
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import Value, literal
 from scenecc.plan.properties import Bounds
-from scenecc.spec.pose import AxisAngle, PoseMapping
+from scenecc.spec.pose import ROTATIONS, AxisAngle, PoseMapping
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import (
     Choice,
@@ -117,24 +117,22 @@ def _least_magnitude(written: Any) -> Any:
 _DEGREES = FieldType(within=Bounds(0.0, 180.0))
 
 
-def lower_angle(keys: Any, name: str, owner: Origin, fields: FieldLowerer) -> Value | None:
-    """An angle [rad]; None where neither key is given. Both are an error, which is reported.
+def lower_angle(keys: Any, quantity: str, owner: Origin, fields: FieldLowerer) -> Value | None:
+    """An angle [rad]; None where neither key is given.
 
     Args:
         keys: the model.
-        name: of the key in radians.
+        quantity: of the plan; its field is called as the key in radians.
         owner: of the node that has the keys.
         fields: of the object.
     """
+    kind, name = field_type(quantity), quantity.rpartition(".")[2]
     radians, degrees = getattr(keys, name), getattr(keys, f"{name}_deg")
-    if radians is not None and degrees is not None:
-        message = f"`{name}` and `{name}_deg` are the same angle"
-        report_exclusive_keys(name, f"{name}_deg", owner, fields.sink, message=message, related="the other")
     if radians is not None:
-        return fields.value(radians, field_type(name), owner, name)
+        return fields.value(radians, kind, owner, name)
     if degrees is None:
         return None
-    return _lower_degrees(degrees, _DEGREES, field_type(name), owner.child(f"{name}_deg"), fields)
+    return _lower_degrees(degrees, _DEGREES, kind, owner.child(f"{name}_deg"), fields)
 
 
 def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin: Origin, fields: FieldLowerer) -> Value:
@@ -175,12 +173,8 @@ def lower_limits(keys: Any, origin: Origin, fields: FieldLowerer) -> Value | Non
 
 
 def check_limits_keys(keys: Any, type_: str, origin: Origin, sink: Sink) -> None:
-    """Reports limits that are written twice, and those in degrees of a joint that slides."""
-    if keys.limits_deg is None:
-        return
-    if keys.limits is not None:
-        report_exclusive_keys("limits", "limits_deg", origin, sink)
-    elif type_ == "prismatic":
+    """Reports limits in degrees of a joint that slides."""
+    if keys.limits_deg is not None and type_ == "prismatic":
         message = "the positions of a prismatic joint are lengths, and `limits_deg` are angles"
         sink.report("SC111", message, origin.child("limits_deg"), at="key", hint="write `limits`, in metres")
 
@@ -189,9 +183,6 @@ def warn_limits_in_degrees(keys: Any, type_: str, origin: Origin, sink: Sink) ->
     """Warns of limits of a joint that turns which are probably in degrees."""
     if type_ != "prismatic":
         warn_probable_degrees(keys.limits, "limits", origin, ("limits",), sink, more=", for several turns too")
-
-
-ROTATIONS = frozenset(("q", "rpy", "rpy_deg", "axis_angle", "look_at"))
 
 
 def lower_pose(pose: Any, owner: Origin, at: Path, sink: Sink) -> Pose7:
@@ -210,9 +201,7 @@ def lower_pose(pose: Any, owner: Origin, at: Path, sink: Sink) -> Pose7:
     if pose.__class__ is tuple:
         x, y, z = pose
         return (x, y, z, 1.0, 0.0, 0.0, 0.0)
-    form, clear = rotation_of(pose, owner, at, sink)
-    if not clear:
-        return IDENTITY_POSE
+    form = rotation_key(pose)
     if form == "matrix":
         return _fixed_matrix(pose.matrix, owner.child(*at), sink)
     p: Vec3 = pose.p or (0.0, 0.0, 0.0)
@@ -221,25 +210,15 @@ def lower_pose(pose: Any, owner: Origin, at: Path, sink: Sink) -> Pose7:
     return (*p, *(_fixed_rotation(pose, form, p, owner, (*at, form), sink) or IDENTITY))
 
 
-def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple[str | None, bool]:
-    """The key of a pose's rotation, `matrix` included, and whether there is one at most; otherwise it is reported."""
-    given = pose.model_fields_set
-    forms = ROTATIONS & given
-    if "matrix" in given:
-        others = [*(key for key in ("p", "anchor") if getattr(pose, key) is not None), *_in_language_order(forms)]
-        if others:
-            message = f"`matrix` stands alone, not beside {_listed_keys(others)}"
-            sink.report("SC111", message, owner.child(*at, others[0]), at="key")
-        return "matrix", not others
-    if len(forms) > 1:
-        first, second, *_ = names = _in_language_order(forms)
-        message = f"{_listed_keys(names)} exclude each other: a pose has one rotation"
-        place = owner.child(*at)
-        report_exclusive_keys(first, second, place, sink, message=message, related="the other rotation")
-        return None, False
-    for form in forms:
-        return form, True
-    return None, True
+_ROTATIONS = frozenset(("matrix", *ROTATIONS))
+
+
+def rotation_key(pose: PoseMapping) -> str | None:
+    """The key of a pose's rotation, `matrix` included; None where it has none."""
+    for key in pose.model_fields_set:
+        if key in _ROTATIONS:
+            return key
+    return None
 
 
 def direction(axis: str | Vec3) -> Vec3:
@@ -280,11 +259,8 @@ def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | Non
     return None
 
 
-def has_one_angle(given: AxisAngle, origin: Origin, sink: Sink) -> bool:
-    """Whether there is one angle; otherwise it is reported."""
-    if given.angle is not None and given.angle_deg is not None:
-        sink.report("SC111", "`angle` and `angle_deg` exclude each other", origin.child("angle_deg"), at="key")
-        return False
+def has_angle(given: AxisAngle, origin: Origin, sink: Sink) -> bool:
+    """Whether there is an angle; otherwise that is reported."""
     if given.angle is None and given.angle_deg is None:
         sink.report("SC102", "`axis_angle` lacks the key `angle` or `angle_deg`", origin, at="key")
         return False
@@ -292,7 +268,7 @@ def has_one_angle(given: AxisAngle, origin: Origin, sink: Sink) -> bool:
 
 
 def _fixed_axis_angle(given: Any, origin: Origin, sink: Sink) -> Quat | None:
-    if not has_one_angle(given, origin, sink):
+    if not has_angle(given, origin, sink):
         return None
     axis = direction(given.axis)
     if not any(axis):
@@ -327,15 +303,6 @@ def _fixed_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
         return IDENTITY_POSE
     (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = matrix
     return (x, y, z, *rotations.from_matrix(((a, b, c), (d, e, f), (g, h, i))))
-
-
-def _in_language_order(forms: frozenset[str]) -> list[str]:
-    """In the order in which the language names them."""
-    return [name for name in PoseMapping.model_fields if name in forms]
-
-
-def _listed_keys(names: list[str]) -> str:
-    return " and ".join(f"`{name}`" for name in names)
 
 
 POSE = FieldType((7,), fallback=IDENTITY_POSE)
@@ -407,9 +374,7 @@ def _report_several_frames(key: str, origin: Origin, sink: Sink) -> None:
 
 
 def _pose_mapping_node(pose: PoseMapping, place: FieldPlace, variation: VariationLowerer, sink: Sink) -> Any:
-    form, clear = rotation_of(pose, place.origin, (), sink)
-    if not clear:
-        return IDENTITY_POSE
+    form = rotation_key(pose)
     if form == "matrix":
         matrix = FromMatrix(variation.item(pose.matrix, _MATRIX, place.key("matrix")))
         return variation.risk(matrix, place.origin.child("matrix"))
@@ -446,7 +411,7 @@ def _quaternion_node(given: Any, place: FieldPlace, variation: VariationLowerer,
 
 
 def _axis_angle_node(given: AxisAngle, place: FieldPlace, variation: VariationLowerer, sink: Sink) -> Any:
-    if not has_one_angle(given, place.origin, sink):
+    if not has_angle(given, place.origin, sink):
         return IDENTITY
     axis: Any = given.axis
     varies = axis.__class__ in VARYING

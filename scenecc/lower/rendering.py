@@ -13,7 +13,6 @@ from scenecc.lower.field_types import (
     POSITION,
     FieldType,
     field_type,
-    report_exclusive_keys,
     report_unused_key,
 )
 from scenecc.lower.fields import FieldLowerer, FieldPlace, VariationLowerer, field_place
@@ -22,6 +21,11 @@ from scenecc.lower.mounts import MountLookup
 from scenecc.lower.poses import POSE, lower_angle, pose_item
 from scenecc.plan import Value, literal
 from scenecc.plan.rendering import (
+    FAR,
+    FOVY_DEGREES,
+    HEIGHT,
+    NEAR,
+    WIDTH,
     AreaLight,
     Camera,
     CubeMap,
@@ -219,9 +223,9 @@ _SHADOW = ("shadow_near", "shadow_far", "shadow_scale", "shadow_map_size")
 
 _FLAG = FieldType(dtype="bool", fallback=False)
 
-_MAP_SIZE = field_type("map_size", fallback=1)
+_MAP_SIZE = field_type("Shadow.map_size", fallback=1)
 
-_HALF_WIDTH, _HALF_HEIGHT = field_type("half_width"), field_type("half_height")
+_HALF_WIDTH, _HALF_HEIGHT = field_type("AreaLight.half_width"), field_type("AreaLight.half_height")
 
 _SCALE = field_type("Shadow.half_size")
 
@@ -230,18 +234,9 @@ _SHADOW_DEPTH = {"directional": field_type("Shadow.near")}
 _POINT_SHADOW_DEPTH = replace(field_type("Camera.near"), reset=False)
 """Shadows of a light that stands somewhere begin in front of it."""
 
-WIDTH, HEIGHT = 640, 480
+_INTRINSIC = {name: field_type(f"Intrinsic.{name}") for name in ("fx", "fy", "cx", "cy", "skew")}
 
-FOVY = radians(60)
-
-NEAR, FAR = 0.01, 100.0
-"""What is left out (docs/reference/language.md, cameras)."""
-
-_LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
-
-_INTRINSIC = {name: field_type(name) for name in ("fx", "fy", "cx", "cy", "skew")}
-
-_TOP = field_type("top")
+_TOP = field_type("Orthographic.top")
 
 _NEAR, _FAR = field_type("Camera.near"), field_type("Camera.far")
 
@@ -301,7 +296,7 @@ class _RenderObjectLowerer:
         return inner, outer
 
     def _read_opening(self, light: Any, name: str, fields: FieldLowerer, origin: Origin) -> Value:
-        found = lower_angle(light, name, origin, fields)
+        found = lower_angle(light, f"SpotLight.{name}", origin, fields)
         if found is None:
             message = f"a light of type {light.type} needs `{name}` [rad] or `{name}_deg`"
             self.sink.report("SC102", message, origin)
@@ -328,9 +323,6 @@ class _RenderObjectLowerer:
     def _read_light_pose(self, light: Any, fields: FieldLowerer, origin: Origin) -> MountPose:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
-            for key in given:
-                message = f"`pose` says where the light is and shines to, and so does `{key}`"
-                report_exclusive_keys("pose", key, origin, self.sink, message=message, related="the pose")
             return read_pose(light.pose, origin, fields)
         missing = _missing_pose_keys(light, given)
         if missing is not None:
@@ -358,7 +350,7 @@ class _RenderObjectLowerer:
             height=height,
             lens=self._lens(camera, (width, height), fields, origin),
             near=literal(NEAR) if camera.near is None else fields.value(camera.near, _NEAR, origin, "near"),
-            far=literal(FAR) if camera.far is None else fields.value(camera.far, _FAR, origin, "far"),
+            far=literal(float(FAR)) if camera.far is None else fields.value(camera.far, _FAR, origin, "far"),
             mount=mount,
             shader=camera.shader,
             origin=origin,
@@ -380,21 +372,15 @@ class _RenderObjectLowerer:
     def _lens(
         self, camera: Any, size: tuple[int, int], fields: FieldLowerer, origin: Origin
     ) -> Perspective | Intrinsic | Orthographic:
-        given = [key for key in _LENSES if getattr(camera, key) is not None]
-        # An angle given twice is reported where it is lowered.
-        lenses = [key for key in given if key not in {f"{other}_deg" for other in given}]
-        if len(lenses) > 1:
-            message = f"a camera has one lens, and this has {len(lenses)}: {', '.join(f'`{key}`' for key in lenses)}"
-            report_exclusive_keys(lenses[0], lenses[1], origin, self.sink, message=message)
         if camera.orthographic is not None:
             return Orthographic(fields.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
         if camera.intrinsic is not None:
             return _intrinsic(camera.intrinsic, size, fields, origin)
-        fovx = lower_angle(camera, "fovx", origin, fields) if any(key.startswith("fovx") for key in given) else None
+        fovx = lower_angle(camera, "Perspective.fovx", origin, fields)
         if fovx is not None:
             return Perspective(fovx=fovx)
-        fovy = lower_angle(camera, "fovy", origin, fields) if given else None
-        return Perspective(fovy=literal(FOVY) if fovy is None else fovy)
+        fovy = lower_angle(camera, "Perspective.fovy", origin, fields)
+        return Perspective(fovy=literal(radians(FOVY_DEGREES)) if fovy is None else fovy)
 
 
 def _missing_pose_keys(light: Any, given: list[str]) -> str | None:

@@ -158,7 +158,6 @@ def _entity_size(entity: Any) -> int:
 def _check_parts(entity: Any, origin: Origin, sink: Sink) -> bool:
     """Whether the parts of an articulation are no more than may be; otherwise that is reported."""
     from scenecc.plan.articulation import MAX_LINKS  # noqa: PLC0415 - loaded where there are articulations
-    from scenecc.spec.articulation import iterate_parts  # noqa: PLC0415 - likewise
 
     waiting = [entity]
     for keys in waiting:
@@ -166,7 +165,7 @@ def _check_parts(entity: Any, origin: Origin, sink: Sink) -> bool:
             message = f"at least {len(waiting)} parts are more than the {MAX_LINKS} links of an articulation"
             sink.report("SC519", message, origin, at="key", hint="join parts, or leave some out")
             return False
-        waiting += [part for _, part in iterate_parts(keys)]
+        waiting += keys.attach.values()
     return True
 
 

@@ -34,9 +34,9 @@ GeometryLowerer = Callable[[Any, "PlanTables", "FieldLowerer", "Origin"], Any]
 
 _HALF_SIZE_2 = field_type("VisualPlane.half_size")
 
-_REPEAT = field_type("texture_repeat")
+_REPEAT = field_type("TiledPlane.texture_repeat")
 
-_TERRAIN_SIZE = field_type("size")
+_TERRAIN_SIZE = field_type("Heightfield.size")
 
 
 def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Value:
@@ -79,9 +79,8 @@ _MAX_PNG_BYTES = 4 * MAX_HEIGHTS
 
 def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> plan.Heightfield | None:
     """Terrain; None where its heights were reported."""
-    if (shape.file is None) == (shape.heights is None):
-        code, message = ("SC102", "needs heights") if shape.file is None else ("SC111", "has both `file` and `heights`")
-        fields.sink.report(code, f"a heightfield {message}", origin, hint="give one of `file` and `heights`")
+    if shape.file is None and shape.heights is None:
+        fields.sink.report("SC102", "a heightfield needs heights", origin, hint="give one of `file` and `heights`")
         return None
     if shape.file is None:
         heights, place = tuple(tuple(map(float, row)) for row in shape.heights), origin.child("heights")
@@ -142,7 +141,7 @@ def coacd_params(keys: Any) -> plan.CoacdParams | None:
 
 
 _SOLIDS = {
-    kind: _solid_lowerer(solid, **{name: field_type(name) for name in solid.__slots__})
+    kind: _solid_lowerer(solid, **{name: field_type(f"{solid.__name__}.{name}") for name in solid.__slots__})
     for kind, solid in (SOLIDS | REVOLVED_SOLIDS).items()
 }
 
@@ -166,7 +165,7 @@ VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
 """What is seen of a type; likewise."""
 
 _CONTACT_FIELDS = tuple(
-    (row.key, row.field, field_type(row.field)) for row in properties_of("shape", "groups") if row.field != "density"
+    (row.key, row.field, field_type(row.quantity)) for row in properties_of("shape", "groups") if row.field != "density"
 )
 """Key of the language, field of the plan, and what a row of it holds."""
 

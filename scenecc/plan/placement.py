@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from scenecc.plan.value import Value
 
 
+APART, GAP, TRIES = 0.001, 0.001, 2000
+"""Defaults: distance from others and from the surface [m], and how often a place is tried."""
+
+
 @frozen
 class Nearness:
     """How far something stands from an entity.
@@ -71,10 +75,10 @@ class Placement:
     facing: Mount | None = None
     facing_point: Value | None = None
     near: tuple[Nearness, ...] = ()
-    apart: float = 0.001
-    gap: float = 0.001
+    apart: float = APART
+    gap: float = GAP
     height: Value | None = None
-    tries: int = 2000
+    tries: int = TRIES
     origin: Origin | None = field(default=None, compare=False)
 
     @property

@@ -41,7 +41,7 @@ class Bounds(NamedTuple):
     nonzero: bool = False
 
     def __str__(self) -> str:
-        low = "" if self.low == -inf else f"at least {self.low:g}"
+        low = "" if self.low == -inf else "above 0" if self.low == FLOAT32_MIN else f"at least {self.low:g}"
         high = "" if self.high == inf else f"at most {self.high:g}"
         return " and ".join(filter(None, (low, high, "not 0" if self.nonzero else "")))
 
@@ -62,6 +62,9 @@ class Bounds(NamedTuple):
 
 DEFAULT_DENSITY = 1000
 """SAPIEN's density of a shape that gives none [kg/m³]; a plane's is 0."""
+
+STATIC_FRICTION, DYNAMIC_FRICTION, RESTITUTION = 0.3, 0.3, 0.1
+"""`sapien.physx.get_default_material()` of SAPIEN 3.0.3."""
 
 CONTACT_OFFSET, REST_OFFSET = 0.01, 0
 """SAPIEN's defaults [m] (`sapien.physx.get_shape_config()`)."""
@@ -118,6 +121,15 @@ class Property(NamedTuple):
     untouched: Any = None
     reset: bool = False
     unit: str = ""
+
+    @property
+    def quantity(self) -> str:
+        """Its name in `QUANTITIES`."""
+        return f"{_PART_CLASSES.get(self.part, 'BodyStructure')}.{self.field}"
+
+
+_PART_CLASSES = {"shape": "CollisionShape", **dict.fromkeys(("joint", "drive", "joint_state"), "Joint")}
+"""Part → the class that has its fields; of all others `BodyStructure`."""
 
 
 def _same_key(
@@ -216,6 +228,12 @@ class Quantity:
 
 _POSE = Quantity(shape=(7,), pose=True)
 
+_DRAWN_POSE = Quantity(shape=(7,), pose=True, reset=True)
+
+_RADIANCE = Quantity(shape=(3,), bounds=NON_NEGATIVE, reset=True)
+
+_NONZERO = Quantity(bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True))
+
 _NUMBER = Quantity()
 
 _LENS = Quantity(reset=True)
@@ -244,93 +262,106 @@ _FILE = Quantity("int64", table="files")
 
 _ANGLE = Quantity(bounds=Bounds(FLOAT32_MIN, pi))
 
-QUANTITIES: dict[str, Quantity] = {
-    **{
-        row.field: Quantity(row.dtype, row.shape, row.bounds, reset=row.reset)
-        for row in (*PROPERTIES, *JOINT_PROPERTIES)
-    },
-    "pose": _POSE,
-    "Entity.pose": Quantity(shape=(7,), pose=True, reset=True),
-    "Camera.pose": Quantity(shape=(7,), pose=True, reset=True),
-    "Light.pose": Quantity(shape=(7,), pose=True, reset=True),
-    "com": Quantity(shape=(7,), pose=True, reset=True),
-    "pose_in_parent": _POSE,
-    "pose_in_child": _POSE,
-    "enabled": Quantity("bool", reset=True),
-    "limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True),
-    "Joint.limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True, reset=True),
-    "AxisLimit.stiffness": _NON_NEGATIVE,
-    "AxisLimit.damping": _NON_NEGATIVE,
-    "Distance.stiffness": _NON_NEGATIVE,
-    "Distance.damping": _NON_NEGATIVE,
-    "Distance.limits": Quantity(shape=(2,), bounds=Bounds(0), infinite=True),
-    "multiplier": Quantity(bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True)),
-    "offset": _NUMBER,
-    "ratio": Quantity(bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True)),
-    "target": Quantity(shape=(7,), pose=True, reset=True),
-    "linear_velocity_target": Quantity(shape=(3,), reset=True),
-    "angular_velocity_target": Quantity(shape=(3,), reset=True),
-    "inv_mass_scales": Quantity(shape=(2,), bounds=NON_NEGATIVE),
-    "inv_inertia_scales": Quantity(shape=(2,), bounds=NON_NEGATIVE),
-    "color": Quantity(shape=(3,), bounds=NON_NEGATIVE, reset=True),
-    "ambient_light": Quantity(shape=(3,), bounds=NON_NEGATIVE, reset=True),
-    "inner_fov": _ANGLE,
-    "outer_fov": _ANGLE,
-    "half_width": _POSITIVE,
-    "half_height": _POSITIVE,
-    **dict.fromkeys(("px", "nx", "py", "ny", "pz", "nz"), _FILE),
-    "fovx": Quantity(bounds=_ANGLE.bounds, reset=True),
-    "fovy": Quantity(bounds=_ANGLE.bounds, reset=True),
-    "fx": _POSITIVE_LENS,
-    "fy": _POSITIVE_LENS,
-    "cx": _LENS,
-    "cy": _LENS,
-    "skew": _LENS,
-    "at": Quantity(shape=(2,), reset=True),
-    "low": Quantity(shape=(3,), reset=True),
-    "high": Quantity(shape=(3,), reset=True),
-    "center": Quantity(shape=(2,), reset=True),
-    "Placement.radius": Quantity(bounds=POSITIVE, reset=True),
-    "Placement.frame": Quantity(shape=(7,), pose=True, reset=True),
-    "rotation": Quantity(shape=(4,), reset=True),
-    "facing_point": Quantity(shape=(2,), reset=True),
-    "height": Quantity(shape=(2,), reset=True),
-    "top": _POSITIVE_LENS,
-    "Camera.near": _POSITIVE_LENS,
-    "Camera.far": _POSITIVE_LENS,
-    "on": Quantity("bool"),
-    "Shadow.near": _NUMBER,
-    "Shadow.far": _NUMBER,
-    "Shadow.half_size": _POSITIVE,
-    "map_size": Quantity("int64", bounds=Bounds(1, 16384)),
-    "half_size": _POSITIVE3,
-    "size": _POSITIVE3,
-    "VisualPlane.half_size": _POSITIVE2,
-    "TiledPlane.half_size": _POSITIVE2,
-    "texture_repeat": _POSITIVE2,
-    "radius": _POSITIVE,
-    "half_length": _POSITIVE,
-    "inner_radius": _POSITIVE,
-    "outer_radius": _POSITIVE,
-    "file": _FILE,
-    "scale": _POSITIVE3,
-    "Mesh.scale": _MIRRORING,
-    "ConvexMesh.scale": _MIRRORING,
-    "ConvexParts.scale": _MIRRORING,
-    "CollisionShape.material": Quantity("int64", table="physical_materials"),
-    "VisualShape.material": Quantity("int64", table="visual_materials"),
-    "inertia": Quantity(shape=(3,), bounds=POSITIVE, reset=True),
-    "pick": Quantity("int64", bounds=COUNT),
-    "static_friction": _FRICTION,
-    "dynamic_friction": _FRICTION,
-    "restitution": _UNIT_AT_RESET,
-    "base_color": Quantity(shape=(4,), bounds=UNIT_INTERVAL, reset=True),
-    "emission": Quantity(shape=(4,), bounds=NON_NEGATIVE, reset=True),
-    "specular": _UNIT_AT_RESET,
-    "roughness": _UNIT_AT_RESET,
-    "metallic": _UNIT_AT_RESET,
-    "transmission": _UNIT,
-    "transmission_roughness": _UNIT_AT_RESET,
-    "ior": Quantity(bounds=Bounds(1, FLOAT32_MAX)),
+_WHOLE_INDEX = Quantity("int64", bounds=COUNT)
+
+_PROPERTIES = {
+    row.quantity: Quantity(row.dtype, row.shape, row.bounds, reset=row.reset)
+    for row in (*PROPERTIES, *JOINT_PROPERTIES)
 }
-"""`Value` fields by name; `Class.field` goes before `field`."""
+
+
+def _like(cls: str, *fields: str) -> dict[str, Quantity]:
+    """The rows of some fields of a class, for another class with fields of the same names."""
+    return {field: _PROPERTIES[f"{cls}.{field}"] for field in fields}
+
+
+_SPRING = {"stiffness": _NON_NEGATIVE, "damping": _NON_NEGATIVE}
+
+_FIELDS: dict[str, dict[str, Quantity]] = {
+    "Entity": {"pose": _DRAWN_POSE, "pick": _WHOLE_INDEX},
+    "ArticulationStructure": {
+        **_like("BodyStructure", "linear_velocity", "angular_velocity", "sleep_threshold"),
+        **_like("BodyStructure", "solver_position_iterations", "solver_velocity_iterations"),
+        "file": _FILE,
+    },
+    "Link": {"file": _FILE},
+    "Joint": {
+        "pose_in_parent": _POSE,
+        "pose_in_child": _POSE,
+        "limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True, reset=True),
+    },
+    "Mimic": {"multiplier": _NONZERO, "offset": _NUMBER},
+    "Inertial": {
+        **_like("BodyStructure", "mass"),
+        "com": _DRAWN_POSE,
+        "inertia": Quantity(shape=(3,), bounds=POSITIVE, reset=True),
+    },
+    "CollisionShape": {
+        **_like("BodyStructure", "collision_groups"),
+        "pose": _POSE,
+        "material": Quantity("int64", table="physical_materials"),
+    },
+    "VisualShape": {"pose": _POSE, "material": Quantity("int64", table="visual_materials")},
+    "Box": {"half_size": _POSITIVE3},
+    "Sphere": {"radius": _POSITIVE},
+    "Capsule Cylinder Cone": {"radius": _POSITIVE, "half_length": _POSITIVE},
+    "Ring": {"inner_radius": _POSITIVE, "outer_radius": _POSITIVE, "half_length": _POSITIVE},
+    "Heightfield": {"size": _POSITIVE3},
+    "VisualPlane": {"half_size": _POSITIVE2},
+    "TiledPlane": {"half_size": _POSITIVE2, "texture_repeat": _POSITIVE2},
+    "ConvexMesh ConvexParts Mesh": {"file": _FILE, "scale": _MIRRORING},
+    "TriangleMesh": {"file": _FILE, "scale": _POSITIVE3},
+    "PhysicalMaterial": {
+        **dict.fromkeys(("static_friction", "dynamic_friction"), _FRICTION),
+        "restitution": _UNIT_AT_RESET,
+    },
+    "VisualMaterial": {
+        "base_color": Quantity(shape=(4,), bounds=UNIT_INTERVAL, reset=True),
+        "emission": Quantity(shape=(4,), bounds=NON_NEGATIVE, reset=True),
+        **dict.fromkeys(("specular", "roughness", "metallic", "transmission_roughness"), _UNIT_AT_RESET),
+        "transmission": _UNIT,
+        "ior": Quantity(bounds=Bounds(1, FLOAT32_MAX)),
+    },
+    "Texture SkyMap": {"file": _FILE},
+    "CubeMap": dict.fromkeys(("px", "nx", "py", "ny", "pz", "nz"), _FILE),
+    "Environment": {"ambient_light": _RADIANCE},
+    "Constraint": {"pose_in_parent": _POSE, "pose_in_child": _POSE, "enabled": Quantity("bool", reset=True)},
+    "AxisLimit": {"limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True), **_SPRING},
+    "AxisDrive": _like("Joint", "stiffness", "damping", "force_limit"),
+    "Distance": {"limits": Quantity(shape=(2,), bounds=Bounds(0), infinite=True), **_SPRING},
+    "Gear": {"ratio": _NONZERO},
+    "Drive": {
+        "target": _DRAWN_POSE,
+        "linear_velocity_target": Quantity(shape=(3,), reset=True),
+        "angular_velocity_target": Quantity(shape=(3,), reset=True),
+        "inv_mass_scales": Quantity(shape=(2,), bounds=NON_NEGATIVE),
+        "inv_inertia_scales": Quantity(shape=(2,), bounds=NON_NEGATIVE),
+    },
+    "Light": {"pose": _DRAWN_POSE, "color": _RADIANCE},
+    "SpotLight TexturedLight": {"inner_fov": _ANGLE, "outer_fov": _ANGLE},
+    "AreaLight": {"half_width": _POSITIVE, "half_height": _POSITIVE},
+    "Shadow": {
+        "on": Quantity("bool"),
+        "near": _NUMBER,
+        "far": _NUMBER,
+        "half_size": _POSITIVE,
+        "map_size": Quantity("int64", bounds=Bounds(1, 16384)),
+    },
+    "Camera": {"pose": _DRAWN_POSE, "near": _POSITIVE_LENS, "far": _POSITIVE_LENS},
+    "Perspective": dict.fromkeys(("fovx", "fovy"), Quantity(bounds=_ANGLE.bounds, reset=True)),
+    "Intrinsic": {"fx": _POSITIVE_LENS, "fy": _POSITIVE_LENS, "cx": _LENS, "cy": _LENS, "skew": _LENS},
+    "Orthographic": {"top": _POSITIVE_LENS},
+    "Placement": {
+        **dict.fromkeys(("at", "center", "facing_point", "height"), Quantity(shape=(2,), reset=True)),
+        **dict.fromkeys(("low", "high"), Quantity(shape=(3,), reset=True)),
+        "radius": Quantity(bounds=POSITIVE, reset=True),
+        "frame": _DRAWN_POSE,
+        "rotation": Quantity(shape=(4,), reset=True),
+    },
+}
+"""Classes of the plan → what their `Value` fields hold, beside those of the tables of properties."""
+
+QUANTITIES: dict[str, Quantity] = _PROPERTIES | {
+    f"{cls}.{field}": row for classes, rows in _FIELDS.items() for cls in classes.split() for field, row in rows.items()
+}
+"""What each `Value` of the plan holds, by `Class.field`."""

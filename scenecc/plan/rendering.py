@@ -13,6 +13,16 @@ if TYPE_CHECKING:
     from scenecc.plan.body import Mount, Texture
 
 
+WIDTH, HEIGHT, FOVY_DEGREES, NEAR, FAR = 640, 480, 60, 0.01, 100
+"""Defaults of a camera: [px], [degrees] and [m]."""
+
+SHADOW_NEAR, SHADOW_FAR, SHADOW_MAP_SIZE = 0.1, 10, 2048
+"""Defaults of a light's shadow: [m] and [px]."""
+
+PARALLEL_SHADOW_NEAR, SHADOW_HALF_SIZE = -10, 10
+"""Defaults of a directional light's shadow [m]."""
+
+
 @frozen
 class Shadow:
     """How a light's shadow is made.
@@ -244,10 +254,10 @@ def shadow_parameters(light: Light) -> dict[str, Value]:
     parallel, given = isinstance(light.light, DirectionalLight), light.shadow
     left_out = {
         "shadow": literal(0, "bool"),
-        "shadow_near": literal(-10.0 if parallel else 0.1),
-        "shadow_far": literal(10.0),
-        **({"shadow_half_size": literal(10.0)} if parallel else {}),
-        "shadow_map_size": literal(2048, "int64"),
+        "shadow_near": literal(float(PARALLEL_SHADOW_NEAR if parallel else SHADOW_NEAR)),
+        "shadow_far": literal(float(SHADOW_FAR)),
+        **({"shadow_half_size": literal(float(SHADOW_HALF_SIZE))} if parallel else {}),
+        "shadow_map_size": literal(SHADOW_MAP_SIZE, "int64"),
     }
     if given is None:
         return left_out

@@ -125,33 +125,29 @@ class PlanField:
 
 PIXEL_BOUNDS = Bounds(1, 16384)
 
-SCALAR_BOUNDS: dict[str, Bounds] = {
-    "num_scenes": Bounds(1),
-    "seed": Bounds(0),
-    "CoacdParams.seed": COUNT,
-    "static_friction": NON_NEGATIVE,
-    "dynamic_friction": NON_NEGATIVE,
-    "restitution": UNIT_INTERVAL,
-    "timestep": POSITIVE,
-    "bounce_threshold": NON_NEGATIVE,
-    "contact_offset": POSITIVE,
-    "sleep_threshold": NON_NEGATIVE,
-    "scene_spacing": POSITIVE,
-    "spacing": POSITIVE,
-    "solver_position_iterations": POSITION_ITERATIONS,
-    "solver_velocity_iterations": VELOCITY_ITERATIONS,
-    "mipmap_levels": Bounds(1, 32),
-    "threshold": Bounds(0.01, 1),
-    **dict.fromkeys(("apart", "gap", "least", "most", "within", "angle", "deeper_than"), NON_NEGATIVE),
-    **dict.fromkeys(("after", "seconds"), Bounds(0, MAX_SECONDS)),
-    "tries": Bounds(1, 10_000),
-    "cpu_workers": Bounds(0, 256),
-    "num_threads_for_construction": Bounds(1, 256),
-    "max_convex_hull": Bounds(-1, 2**31 - 1),
-    "width": PIXEL_BOUNDS,
-    "height": PIXEL_BOUNDS,
+_BOUNDS: dict[str, dict[str, Bounds]] = {
+    "ScenePlan": {"num_scenes": Bounds(1), "seed": Bounds(0)},
+    "Physics": {
+        **dict.fromkeys(("timestep", "contact_offset", "scene_spacing"), POSITIVE),
+        **dict.fromkeys(("bounce_threshold", "sleep_threshold"), NON_NEGATIVE),
+        "solver_position_iterations": POSITION_ITERATIONS,
+        "solver_velocity_iterations": VELOCITY_ITERATIONS,
+        "cpu_workers": Bounds(0, 256),
+    },
+    "SdfConfig": {"spacing": POSITIVE, "num_threads_for_construction": Bounds(1, 256)},
+    "Friction": {"static_friction": NON_NEGATIVE, "dynamic_friction": NON_NEGATIVE, "restitution": UNIT_INTERVAL},
+    "Texture": {"mipmap_levels": Bounds(1, 32)},
+    "CoacdParams": {"threshold": Bounds(0.01, 1), "max_convex_hull": Bounds(-1, 2**31 - 1)},
+    "Camera": {"width": PIXEL_BOUNDS, "height": PIXEL_BOUNDS},
+    "Nearness": {"least": NON_NEGATIVE, "most": NON_NEGATIVE},
+    "Placement": {"apart": NON_NEGATIVE, "gap": NON_NEGATIVE, "tries": Bounds(1, 10_000)},
+    "Settled": {"seconds": Bounds(0, MAX_SECONDS), "within": NON_NEGATIVE, "angle": NON_NEGATIVE},
+    "NoOverlap": {"deeper_than": NON_NEGATIVE},
+    "Condition": {"after": Bounds(0, MAX_SECONDS)},
 }
-"""Ranges of plain numbers by field; a plain integer that is not here is a count (0 to 2³¹ - 1)."""
+
+SCALAR_BOUNDS = {f"{cls}.{field}": bounds for cls, rows in _BOUNDS.items() for field, bounds in rows.items()}
+"""Ranges of plain numbers by `Class.field`; a plain integer that is not here is a count (0 to 2³¹ - 1)."""
 
 _Row = TypeVar("_Row")
 
@@ -234,7 +230,7 @@ def _field_kind(cls: type, name: str, hint: Any) -> FieldKind:
 
 
 def _lookup(table: dict[str, _Row], cls: type, name: str, *, default: _Row | None = None) -> _Row:
-    row = table.get(f"{cls.__name__}.{name}", table.get(name, default))
+    row = table.get(f"{cls.__name__}.{name}", default)
     if row is None:
         raise KeyError(f"{cls.__name__}.{name} is in no table of scenecc.plan.schema")
     return row

@@ -9,13 +9,14 @@ from typing_extensions import TypeAliasType
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
     MAPPING_KEY,
-    NOTE_PREFIX,
+    PATTERN,
+    Excludes,
     Finite,
+    GroupName,
     Iterations,
     Maybe,
     Name,
     NonNegative,
-    OuterName,
     Positive,
     SpecModel,
     Text,
@@ -24,6 +25,8 @@ from scenecc.spec.base import (
     VelocityIterations,
     custom_error,
     key,
+    list_key,
+    names_key,
 )
 from scenecc.spec.body import EntityKeys, MotionKeys
 from scenecc.spec.nodes import COMPONENTS, MAPPING, LazyType, union_by_kind
@@ -34,8 +37,6 @@ from scenecc.spec.shapes import CollisionBits, CollisionSpec, MaterialRef, Shape
 from scenecc.spec.values import Fixed, Leaf
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from scenecc.spec.mesh_shapes import CoacdKeys
     from scenecc.spec.physics import InertialSpec
 else:
@@ -49,15 +50,14 @@ _PATTERN_HINT = (
 
 
 def _check_pattern(text: str) -> str:
-    if not text.startswith("x-"):
-        try:
-            compile_name_pattern(text)
-        except PatternError as error:
-            raise custom_error("SC323", str(error), at="key", hint=_PATTERN_HINT) from error
+    try:
+        compile_name_pattern(text)
+    except PatternError as error:
+        raise custom_error("SC323", str(error), at="key", hint=_PATTERN_HINT) from error
     return text
 
 
-Pattern = Annotated[str, AfterValidator(_check_pattern), MAPPING_KEY]
+Pattern = Annotated[str, AfterValidator(_check_pattern), MAPPING_KEY, PATTERN]
 """A regular expression that matches whole names."""
 
 _Limit = Annotated[float, Field(ge=-inf, allow_inf_nan=True)]
@@ -75,7 +75,7 @@ JointNumbers = TypeAliasType(
     Leaf[
         Annotated[
             Annotated[list[Finite], Field(min_length=0, max_length=MAX_JOINTS), Tag(COMPONENTS)]
-            | Annotated[dict[str, Leaf[Finite]], Tag(MAPPING)],
+            | Annotated[dict[Annotated[str, MAPPING_KEY], Leaf[Finite]], Tag(MAPPING)],
             union_by_kind("a list of one number for each joint that moves, or a mapping of their names"),
         ]
     ],
@@ -90,12 +90,14 @@ class LinkKeys(MotionKeys):
     density: Maybe[Leaf[NonNegative]] = key("Of its shapes [kg/m³].")
     patch_radius: Maybe[Leaf[NonNegative]] = key("Torsional patch radius of its shapes [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest torsional patch radius of its shapes [m].", default=0)
-    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`.")
+    collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
-        "SAPIEN's four integers, as they are; not with `collision_group`.", default=[1, 1, 0, 0]
+        "SAPIEN's four integers, as they are; not with `collision_group`.",
+        default=[1, 1, 0, 0],
+        excludes=("collision_group",),
     )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the inertia accordingly.")
-    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.")
+    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.", excludes=("mass",))
     visibility: Maybe[Leaf[Unit]] = key("Visibility of the render body, 0 to 1.", default=1)
 
 
@@ -105,7 +107,7 @@ class JointKeys(SpecModel):
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
     limits: Maybe[Limits] = key("Lowest and highest position [m or rad].", examples=[[-1.57, 1.57]])
-    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[-90, 90]])
+    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[-90, 90]], excludes=("limits",))
     max_velocity: Maybe[Leaf[Positive]] = key("Maximum speed [m/s or rad/s].")
 
 
@@ -129,10 +131,6 @@ class DriveKeys(SpecModel):
 TreeJointType = Literal["fixed", "revolute", "revolute_unwrapped", "continuous", "prismatic"]
 
 
-def _empty_list() -> list[Any]:
-    return []
-
-
 class MimicKeys(SpecModel):
     """A joint that moves as another one does."""
 
@@ -150,13 +148,18 @@ class TreeJoint(SpecModel):
     )
     origin: Maybe[Pose] = key("Of the link in its parent's frame, where the joint is at 0.", default=[0, 0, 0])
     axis: Maybe[Leaf[Direction]] = key("In the link's frame: [x, y, z] or one of x, y, z.", default="x")
-    pose_in_parent: Maybe[Pose] = key("Of the joint's frame, in place of `origin`; its x is the axis.")
-    pose_in_child: Maybe[Pose] = key("Of the joint's frame, in place of `axis`; its x is the axis.")
+    pose_in_parent: Maybe[Pose] = key(
+        "Of the joint's frame, in place of `origin`; its x is the axis.", excludes=("origin", "axis")
+    )
+    pose_in_child: Maybe[Pose] = key(
+        "Of the joint's frame, in place of `axis`; its x is the axis.", excludes=("origin", "axis")
+    )
     limits: Maybe[Limits] = key("Lowest and highest position [m or rad]. Left out: none.", examples=[[0, 1.57]])
-    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[0, 90]])
+    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[0, 90]], excludes=("limits",))
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
     damping: Maybe[Leaf[NonNegative]] = key("Damping [N·s/m or N·m·s/rad]; `drives` replaces it.", default=0)
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
+    max_velocity: Maybe[Leaf[Positive]] = key("Maximum speed [m/s or rad/s].")
     mimic: Maybe[MimicKeys] = key("The joint to mimic.")
 
 
@@ -173,20 +176,10 @@ class TreeLink(LinkKeys):
 
     name: Fixed[Name] = Field(description="Name of the link in `links` and mounts.")
     joint: Maybe[TreeJoint] = key("Joint to the parent link; for all links except the root.")
-    shapes: list[ShapeSpec] = Field(
-        default_factory=_empty_list,
-        description="Shapes that collide and are visible.",
-        json_schema_extra={"default": []},
-    )
-    collisions: list[CollisionSpec] = Field(
-        default_factory=_empty_list, description="Shapes that only collide.", json_schema_extra={"default": []}
-    )
-    visuals: list[VisualSpec] = Field(
-        default_factory=_empty_list, description="Shapes that are only visible.", json_schema_extra={"default": []}
-    )
-    children: Children = Field(
-        default_factory=_empty_list, description="Child links.", json_schema_extra={"default": []}
-    )
+    shapes: list[ShapeSpec] = list_key("Shapes that collide and are visible.")
+    collisions: list[CollisionSpec] = list_key("Shapes that only collide.")
+    visuals: list[VisualSpec] = list_key("Shapes that are only visible.")
+    children: Children = list_key("Child links.")
 
 
 class ChildLink(TreeLink, CopyKeys):
@@ -199,22 +192,13 @@ else:
     RootLink = Annotated[Any, LazyType("scenecc.spec.articulation", "TreeLink")]
 
 
-def _empty_dict() -> dict[str, Any]:
-    return {}
-
-
 class JointPatterns(SpecModel):
     """Patterns of names of links and joints, and what is said of these."""
 
-    links: dict[Pattern, LinkKeys] = Field(
-        default_factory=_empty_dict, description="Pattern of names → properties of the matching links."
-    )
-    joints: dict[Pattern, JointKeys] = Field(
-        default_factory=_empty_dict, description="Pattern of names → properties of the matching joints."
-    )
-    drives: dict[Pattern, DriveKeys] = Field(
-        default_factory=_empty_dict,
-        description="Pattern of names → drives of the matching joints.",
+    links: dict[Pattern, LinkKeys] = names_key("Pattern of names → properties of the matching links.")
+    joints: dict[Pattern, JointKeys] = names_key("Pattern of names → properties of the matching joints.")
+    drives: dict[Pattern, DriveKeys] = names_key(
+        "Pattern of names → drives of the matching joints.",
         examples=[{"panda_joint.*": {"stiffness": 1000, "damping": 100, "force_limit": 100}}],
     )
 
@@ -251,7 +235,7 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     density: Maybe[Leaf[NonNegative]] = key("Density of its links [kg/m³].", default=DEFAULT_DENSITY)
     patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
-    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`, for its links.")
+    collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`, for its links.")
     disable_self_collisions: Maybe[Fixed[bool]] = key("true: its links do not collide with one another.", default=False)
     sapien_bits: Maybe[Fixed[bool]] = key(
         "true: what ignores one another among its links ignores the same of others that have it, as SAPIEN's loader "
@@ -262,8 +246,8 @@ class ArticulationKeys(JointPatterns, EntityKeys, RepeatKeys):
     solver_velocity_iterations: Maybe[Leaf[VelocityIterations]] = key("0 to 255.", default=1)
     sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
     visibility: Maybe[Leaf[Unit]] = key("Visibility of its links, 0 to 1.", default=1)
-    attach: dict[Annotated[Name, MAPPING_KEY], Part] = Field(
-        default_factory=_empty_dict, description="Parts from other files, by name: one articulation is built."
+    attach: dict[Annotated[Name, MAPPING_KEY], Part] = names_key(
+        "Parts from other files, by name: one articulation is built."
     )
 
 
@@ -294,7 +278,9 @@ VisualGroups = Annotated[
 class UrdfKeys(SpecModel):
     """A URDF, and how it is read."""
 
-    urdf: Leaf[Text] = Field(description="The file.", examples=["robots/arm.urdf"])
+    urdf: Annotated[Leaf[Text], Excludes(("mjcf", "root"))] = Field(
+        description="The file.", examples=["robots/arm.urdf"]
+    )
     srdf: Maybe[Leaf[Text]] = key(
         "The file with the pairs of links that ignore one another, or `none`. Left out: the one beside the URDF."
     )
@@ -323,7 +309,9 @@ class Urdf(UrdfKeys, ArticulationKeys):
 class MjcfKeys(SpecModel):
     """An MJCF, and how it is read."""
 
-    mjcf: Leaf[Text] = Field(description="The file.", examples=["robots/ant.xml"])
+    mjcf: Annotated[Leaf[Text], Excludes(("urdf", "root"))] = Field(
+        description="The file.", examples=["robots/ant.xml"]
+    )
     keyframe: Maybe[Leaf[Text]] = key("The keyframe of the file that gives initial positions; `qpos` replaces it.")
     visual_groups: Maybe[Fixed[VisualGroups]] = key("The groups of geoms that are seen.", default=[0, 1, 2])
 
@@ -335,13 +323,8 @@ class Mjcf(MjcfKeys, ArticulationKeys):
 class TreeKeys(SpecModel):
     """A tree of links."""
 
-    root: RootLink = Field(description="The root link with its descendants.")
+    root: Annotated[RootLink, Excludes(("urdf", "mjcf"))] = Field(description="The root link with its descendants.")
 
 
 class Tree(TreeKeys, ArticulationKeys):
     """An articulation that is written as a tree of links."""
-
-
-def iterate_parts(keys: Any) -> "Iterator[tuple[str, Any]]":
-    """The parts that are attached to an articulation or a part as written, by name."""
-    return ((name, part) for name, part in keys.attach.items() if not name.startswith(NOTE_PREFIX))

@@ -6,14 +6,14 @@ from pydantic import Field, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 
 from scenecc.spec.articulation import JointNumbers, JointPatterns, MjcfKeys, TreeJoint, TreeKeys, UrdfKeys
-from scenecc.spec.base import MAPPING_KEY, ErrorCollector, Maybe, Name, Text, custom_error, key
+from scenecc.spec.base import MAPPING_KEY, ErrorCollector, Maybe, Name, Text, custom_error, key, list_key, names_key
 from scenecc.spec.instances import Prefix
-from scenecc.spec.nodes import PART_LABELS, WRONG_KIND, LazyType, is_mapping
+from scenecc.spec.nodes import PART_LABELS, WRONG_KIND, LazyType, ModelChoice, is_mapping
 from scenecc.spec.pose import Pose
 from scenecc.spec.values import Fixed
 
 if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
@@ -25,11 +25,15 @@ PART_TYPES = {
 """The models of parts, by their labels."""
 
 
-class PartAnnotation:
+class PartAnnotation(ModelChoice):
     """The annotation of a part, whose model follows from its keys."""
 
     def __init__(self, *, nested: bool = False) -> None:
         self._nested = nested
+
+    def choose(self, node: Any) -> "type[BaseModel] | None":
+        """The model of the part's kind."""
+        return next((PART_TYPES[label].type for key, label in PART_LABELS.items() if key in node), None)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: "GetCoreSchemaHandler") -> "CoreSchema":
         return core_schema.no_info_plain_validator_function(_read_part)
@@ -64,14 +68,6 @@ Part = Annotated[Any, PartAnnotation()]
 """What is attached to an articulation."""
 
 
-def _empty_list() -> list[Any]:
-    return []
-
-
-def _empty_dict() -> dict[str, Any]:
-    return {}
-
-
 class PartKeys(JointPatterns):
     """Keys of any part. Links and joints have the part's own names in it."""
 
@@ -79,21 +75,17 @@ class PartKeys(JointPatterns):
         description="The link that it is attached to: one of the whole, or of an earlier part (`gripper/palm`)."
     )
     pose: Maybe[Pose] = key("Pose of its root in the frame of `to`; a fixed joint holds it there.", default=[0, 0, 0])
-    joint: Maybe[TreeJoint] = key("The joint between `to` and its root, in place of `pose`.")
+    joint: Maybe[TreeJoint] = key("The joint between `to` and its root, in place of `pose`.", excludes=("pose",))
     prefix: Maybe[Fixed[Prefix]] = key(
         'Before the names of its links and joints; left out: the name of the part and "/".', examples=[""]
     )
-    ignore: list[Fixed[Text]] = Field(
-        default_factory=_empty_list,
-        description="Links of the whole that never collide with it.",
-        json_schema_extra={"default": []},
-    )
+    ignore: list[Fixed[Text]] = list_key("Links of the whole that never collide with it.")
     qpos: Maybe[JointNumbers] = key(
         "Initial positions of its joints [m or rad]; the `qpos` of the whole replaces them."
     )
     fix_root_link: Maybe[Fixed[bool]] = key("Not used: its root is attached to `to`.")
-    attach: dict[Annotated[Name, MAPPING_KEY], Annotated[Any, PartAnnotation(nested=True)]] = Field(
-        default_factory=_empty_dict, description="Parts that are attached to it."
+    attach: dict[Annotated[Name, MAPPING_KEY], Annotated[Any, PartAnnotation(nested=True)]] = names_key(
+        "Parts that are attached to it."
     )
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, StringConstraints, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
@@ -107,7 +109,13 @@ VALUE_NAME = "{this}"
 
 
 def custom_error(
-    code: str, message: str, *, at: At = "value", hint: str | None = None, span: tuple[int, int] | None = None
+    code: str,
+    message: str,
+    *,
+    at: At = "value",
+    hint: str | None = None,
+    span: tuple[int, int] | None = None,
+    beside: str | None = None,
 ) -> PydanticCustomError:
     """A mistake with its code, message and hint.
 
@@ -117,10 +125,10 @@ def custom_error(
         at: which half of the entry is meant.
         hint: of the diagnostic.
         span: the part of a text that is meant (characters, end exclusive); None: all of it.
+        beside: another key of the same mapping, to which the diagnostic points too.
     """
-    return PydanticCustomError(
-        CUSTOM_ERROR, "{message}", {"code": code, "message": message, "at": at, "hint": hint, "span": span}
-    )
+    context = {"code": code, "message": message, "at": at, "hint": hint, "span": span, "beside": beside}
+    return PydanticCustomError(CUSTOM_ERROR, "{message}", context)
 
 
 class ErrorCollector:
@@ -183,6 +191,46 @@ def _allow_notes(schema: dict[str, Any]) -> None:
     schema["patternProperties"] = NOTE_SCHEMA
 
 
+@dataclass(frozen=True)
+class Excludes:
+    """The annotation of a key beside which some other keys of its mapping are an error; they exclude it too."""
+
+    keys: tuple[str, ...]
+
+
+NameKind = Literal["entity", "frame", "material", "group"]
+
+
+@dataclass(frozen=True)
+class Names:
+    """The annotation of a text that names something: an `entity` (or a frame or camera, or a link of an entity), a
+    `frame` with a region, a `material` or a `group`.
+    """
+
+    kind: NameKind
+
+
+WHOLE = object()
+"""The annotation of a key whose mapping an override replaces, and does not merge."""
+
+PATTERN = object()
+"""The annotation of a text that is a pattern of names."""
+
+
+@cache
+def exclusions(model: type[BaseModel]) -> dict[str, frozenset[str]]:
+    """Key of a model → the keys that it excludes; in order, those after which another is a mistake first."""
+    declared = {
+        field.alias or name: {key for one in field.metadata if isinstance(one, Excludes) for key in one.keys}
+        for name, field in model.model_fields.items()
+    }
+    found: dict[str, set[str]] = {key: keys - {key} for key, keys in declared.items()}
+    for first, keys in declared.items():
+        for second in keys - {first}:
+            found.setdefault(second, set()).add(first)
+    return {key: frozenset(found[key]) for key in sorted(found, key=lambda key: bool(declared.get(key))) if found[key]}
+
+
 class SpecModel(BaseModel):
     """A mapping of the language: unknown keys refused, nothing coerced, nothing changed later."""
 
@@ -192,6 +240,37 @@ class SpecModel(BaseModel):
     model_config = ConfigDict(
         extra="forbid", strict=True, frozen=True, defer_build=True, json_schema_extra=_allow_notes
     )
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler(source)
+        if exclusions(cls):
+            model: Any = handler.resolve_ref_schema(schema)
+            model["post_init"] = "check_exclusions"
+        return schema
+
+    def check_exclusions(self, _context: Any) -> None:
+        """Refuses keys that exclude each other: the one that says so, or the later one where both do.
+
+        Raises:
+            ValidationError: there are two such keys.
+        """
+        given, excluded = self.model_fields_set, exclusions(self.__class__)
+        if len(given) < _PAIR or len(both := [key for key in excluded if key in given]) < _PAIR:
+            return
+        mistakes = ErrorCollector()
+        while both:
+            first, *both = both
+            wrong = [key for key in both if key in excluded[first]]
+            if wrong:
+                both = [key for key in both if key not in wrong]
+                message = f"`{first}` and `{wrong[0]}` exclude each other"
+                error = custom_error("SC111", message, at="key", beside=first)
+                mistakes.add(error, getattr(self, wrong[0]), wrong[0])
+        mistakes.stop()
+
+
+_PAIR = 2
 
 
 class _NotNullable:
@@ -208,16 +287,35 @@ Maybe = Annotated[T | None, _NotNullable()]
 """A key that may be left out: then None, and the engine's own default stands."""
 
 
-def key(description: str, *, default: Any = None, examples: list[Any] | None = None) -> Any:
+def key(
+    description: str,
+    *,
+    default: Any = None,
+    examples: list[Any] | None = None,
+    excludes: tuple[str, ...] = (),
+) -> Any:
     """A key that may be left out, with what is built without it, for the schema's readers.
 
     Args:
         description: what it means, with its unit.
         default: what is built without the key; shown in the schema, never filled in.
         examples: values that an editor may offer.
+        excludes: keys that cannot be beside it; itself may be among them.
     """
     extra = {"default": default} if default is not None else None
-    return Field(default=None, description=description, examples=examples, json_schema_extra=extra)
+    made: Any = Field(default=None, description=description, examples=examples, json_schema_extra=extra)
+    made.metadata += [Excludes(excludes)] if excludes else []
+    return made
+
+
+def list_key(description: str) -> Any:
+    """A list that may be left out, then empty."""
+    return Field(default_factory=list, description=description, json_schema_extra={"default": []})
+
+
+def names_key(description: str, *, alias: str | None = None, examples: list[Any] | None = None) -> Any:
+    """A mapping of names that may be left out, then empty."""
+    return Field(default_factory=dict, alias=alias, description=description, examples=examples)
 
 
 def _check_literal(text: str) -> str:
@@ -232,10 +330,19 @@ REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[^/]+)*$"
 
 
 class _MappingKey:
-    """The annotation of what is a mapping's key. Pydantic marks its errors by `[key]`, which itself may be a key."""
+    """The annotation of a mapping's key. A note is refused: then the document is read again, without its notes.
+
+    Pydantic marks the errors of keys by `[key]`, which itself may be a key.
+    """
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return with_label(handler(source), KEY)
+        return with_label(core_schema.no_info_after_validator_function(_refuse_note, handler(source)), KEY)
+
+
+def _refuse_note(name: str) -> str:
+    if name.startswith(NOTE_PREFIX):
+        raise PydanticCustomError(NOT_MEANT, "a note")
+    return name
 
 
 MAPPING_KEY = _MappingKey()
@@ -273,11 +380,19 @@ Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]
 """What names an entity, a frame or a link, which may be inside an instance. A file may call its links anything."""
 
 OuterName = Annotated[Name, ScopedName(whole=True)]
-"""What names a material or group that a prefab may be given by the file that uses it."""
+"""A name that a prefab may be given by the file that uses it."""
 
-OuterReference = Annotated[Reference, ScopedName(whole=True)]
-"""Likewise an entity or a frame."""
+GroupName = Annotated[OuterName, Names("group")]
+
+EntityName = Annotated[Reference, ScopedName(whole=True), Names("entity")]
+"""ENTITY, ENTITY/LINK, a frame or a camera."""
 
 AnyText = Annotated[str, AfterValidator(_check_literal)]
 
 Text = Annotated[str, StringConstraints(min_length=1), AfterValidator(_check_literal)]
+
+FrameName = Annotated[Reference, ScopedName(whole=True), Names("frame")]
+"""A frame with a region."""
+
+BodyName = Annotated[Text, Names("entity")]
+"""ENTITY or ENTITY/LINK, looked up when it is lowered."""

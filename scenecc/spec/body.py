@@ -6,10 +6,10 @@ from pydantic import Field, Tag
 
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
+    GroupName,
     Iterations,
     Maybe,
     NonNegative,
-    OuterName,
     Positive,
     SpecModel,
     Speed,
@@ -18,6 +18,7 @@ from scenecc.spec.base import (
     Vec3,
     VelocityIterations,
     key,
+    list_key,
 )
 from scenecc.spec.nodes import LIST, NUMBER, WORD, LazyType, union_by_kind
 from scenecc.spec.pose import Pose
@@ -53,7 +54,9 @@ class EntityKeys(SpecModel):
     """Keys of any entity."""
 
     pose: Maybe[Pose] = key("In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
-    place: Maybe[PlaceSpec] = key("In place of `pose`: where it is put so that it overlaps nothing.")
+    place: Maybe[PlaceSpec] = key(
+        "In place of `pose`: where it is put so that it overlaps nothing.", excludes=("pose",)
+    )
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.',
         examples=[[0, 2], "::2"],
@@ -86,11 +89,6 @@ class RigidBodyKeys(MotionKeys):
     solver_velocity_iterations: Maybe[Leaf[VelocityIterations]] = key("0 to 255.", default=1)
 
 
-def _empty_list() -> list[Any]:
-    # `default=[]` would be copied in depth for every body.
-    return []
-
-
 class BodyKeys(RigidBodyKeys):
     """Keys of a body: shapes, mass, properties."""
 
@@ -98,27 +96,19 @@ class BodyKeys(RigidBodyKeys):
         default="dynamic",
         description="dynamic: moved by forces; kinematic: moved by you; static: never moves; none: only visible.",
     )
-    shapes: list[ShapeSpec] = Field(
-        default_factory=_empty_list,
-        description="Shapes that collide and are visible.",
-        json_schema_extra={"default": []},
-    )
-    collisions: list[CollisionSpec] = Field(
-        default_factory=_empty_list, description="Shapes that only collide.", json_schema_extra={"default": []}
-    )
-    visuals: list[VisualSpec] = Field(
-        default_factory=_empty_list, description="Shapes that are only visible.", json_schema_extra={"default": []}
-    )
+    shapes: list[ShapeSpec] = list_key("Shapes that collide and are visible.")
+    collisions: list[CollisionSpec] = list_key("Shapes that only collide.")
+    visuals: list[VisualSpec] = list_key("Shapes that are only visible.")
     material: Maybe[MaterialRef] = key("Material of shapes without their own.")
     color: Maybe[Color] = key("Base colour of shapes without their own.")
     density: Maybe[Leaf[NonNegative]] = key(
         "Density of shapes without one of their own or of their material [kg/m³].", default=DEFAULT_DENSITY
     )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the mass and inertia from the densities.")
-    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.")
-    collision_group: Maybe[Fixed[OuterName]] = key("A name from `collision_groups`.")
+    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.", excludes=("mass",))
+    collision_group: Maybe[Fixed[GroupName]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
-        "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0]
+        "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0], excludes=("collision_group",)
     )
     visibility: Maybe[Leaf[Unit]] = key("Visibility of the render body, 0 to 1.", default=1)
     shading_mode: Maybe[Leaf[Annotated[int, Field(ge=0, le=255)]]] = key("Of the render body.", default=0)

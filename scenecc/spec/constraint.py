@@ -6,7 +6,7 @@ from pydantic import Field, Strict
 
 from scenecc.plan.articulation import DriveMode
 from scenecc.plan.constraint import DriveAxis, LimitAxis
-from scenecc.spec.base import ExtendedFloat, Finite, Maybe, NonNegative, NonNegative2, SpecModel, Text, Vec3, key
+from scenecc.spec.base import BodyName, ExtendedFloat, Finite, Maybe, NonNegative, NonNegative2, SpecModel, Vec3, key
 from scenecc.spec.body import SceneIdxs
 from scenecc.spec.nodes import LazyUnion
 from scenecc.spec.pose import Pose
@@ -23,10 +23,10 @@ AxisRange = Annotated[tuple[ExtendedFloat, ExtendedFloat], Strict(strict=False)]
 class ConstraintKeys(RepeatKeys):
     """Keys of every constraint."""
 
-    parent: Fixed[Text] = Field(
+    parent: Fixed[BodyName] = Field(
         description="ENTITY, ENTITY/LINK or `world`: the parent body.", examples=["world", "robot/hand"]
     )
-    child: Fixed[Text] = Field(description="ENTITY or ENTITY/LINK: the child body.", examples=["cube"])
+    child: Fixed[BodyName] = Field(description="ENTITY or ENTITY/LINK: the child body.", examples=["cube"])
     pose_in_parent: Maybe[Pose] = key(
         "Frame of the constraint in the parent's frame; default: the initial pose of the child's frame."
     )
@@ -156,7 +156,7 @@ class HingeConstraint(ConstraintKeys):
     limits: Maybe[Leaf[AxisRange]] = key(
         "Lowest and highest angle about x [rad]. Left out: none.", examples=[[0, 1.57]]
     )
-    limits_deg: Maybe[Leaf[AxisRange]] = key("The same in degrees.", examples=[[0, 90]])
+    limits_deg: Maybe[Leaf[AxisRange]] = key("The same in degrees.", examples=[[0, 90]], excludes=("limits",))
     drive: Maybe[AxisMotorKeys] = key("Its drive.", examples=[{"stiffness": 10, "damping": 1}])
 
 

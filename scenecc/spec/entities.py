@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 
-from scenecc.spec.base import ErrorCollector, custom_error
+from scenecc.spec.base import ErrorCollector, custom_error, exclusions
 from scenecc.spec.body import BodySpec
-from scenecc.spec.nodes import BODY, COPIES, ENTITY_LABELS, NOT_MEANT, LazyType, entity_kind, ordered_union
+from scenecc.spec.nodes import BODY, COPIES, ENTITY_LABELS, NOT_MEANT, LazyType, ModelChoice, entity_kind, ordered_union
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -36,8 +36,13 @@ def entity_model(label: str) -> type[BaseModel]:
     return ENTITY_TYPES[label].type
 
 
-class _Entity:
+class _Entity(ModelChoice):
     """The annotation of an entity. Models of all but plain bodies are made only where there is such an entity."""
+
+    def choose(self, node: Any) -> type[BaseModel]:
+        """The model of the entity's kind."""
+        label = entity_kind(node)
+        return BodySpec if label == BODY else entity_model(label)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return ordered_union(
@@ -70,12 +75,18 @@ def _read_special_entity(node: Any) -> Any:
 
 
 def _check_common_keys(entity: Variants, mistakes: ErrorCollector) -> None:
-    """What a variant has, the variants have not in common; lists of shapes are joined."""
-    common = entity.model_fields_set
+    """A key may be set on the entity or on a variant, not both, as keys that exclude each other may not. Lists of
+    shapes are concatenated.
+    """
+    common, excluded = entity.model_fields_set, exclusions(entity.__class__)
     for i, variant in enumerate(entity.variants):
-        for key in sorted(common & variant.model_fields_set - {"shapes", "collisions", "visuals"}):
-            message = f"`{key}` is already set beside `variants`, for all of them"
-            mistakes.add(custom_error("SC111", message, at="key"), key, ENTITY_LABELS["variants"], "variants", i, key)
+        for key in sorted(variant.model_fields_set - {"shapes", "collisions", "visuals"}):
+            for other in sorted(common & {key, *excluded.get(key, ())}):
+                message = f"`{other}` is already set beside `variants`, for all of them"
+                if other != key:
+                    message = f"`{other}` beside `variants` and `{key}` exclude each other"
+                error = custom_error("SC111", message, at="key")
+                mistakes.add(error, key, ENTITY_LABELS["variants"], "variants", i, key)
 
 
 if TYPE_CHECKING:

@@ -6,14 +6,14 @@ from pydantic import Field, ModelWrapValidatorHandler, Strict, ValidationError, 
 from typing_extensions import Self
 
 from scenecc.plan.expect import MAX_SECONDS
-from scenecc.spec.base import AnyText, ErrorCollector, Maybe, NonNegative, OuterReference, SpecModel, key
+from scenecc.spec.base import AnyText, EntityName, ErrorCollector, Maybe, NonNegative, SpecModel, key
 from scenecc.spec.body import SceneIdxs
 from scenecc.spec.nodes import EXPANDED
 from scenecc.spec.values import Fixed, VaryingAnnotation
 
 Seconds = Annotated[float, Field(ge=0, le=MAX_SECONDS)]
 
-Pair = Annotated[tuple[Fixed[OuterReference], Fixed[OuterReference]], Strict(strict=False)]
+Pair = Annotated[tuple[Fixed[EntityName], Fixed[EntityName]], Strict(strict=False)]
 
 Test = Annotated[bool, VaryingAnnotation("what holds is said by an expression, `${…}`")]
 
@@ -24,7 +24,7 @@ class SettledSpec(SpecModel):
     seconds: Fixed[Seconds] = Field(default=1.0, description="How long they are simulated [s].")
     within: Fixed[NonNegative] = Field(default=0.005, description="How far each may then be from its start [m].")
     within_deg: Fixed[NonNegative] = Field(default=2.0, description="How far each may then be turned [degrees].")
-    except_: list[Fixed[OuterReference]] = Field(
+    except_: list[Fixed[EntityName]] = Field(
         default_factory=list[str], alias="except", description="Entities that may move.", examples=[["ball"]]
     )
 

@@ -199,7 +199,7 @@ MISPLACED_KEYS: tuple[tuple[str, str, str], ...] = (
      'a scene has drives and no controllers: `drives: {".*": {stiffness: …, damping: …}}`'),
     ("limits", "range limit lower upper", "write `limits: [low, high]`, or `limits_deg: [low, high]`"),
     ("armature", "effort max_force forcerange", "set it on drives: `drives: {JOINT: {force_limit: …}}`"),
-    ("armature", "velocity max_velocity velocity_limit", "set it on joints: `joints: {JOINT: {max_velocity: …}}`"),
+    ("max_velocity", "velocity velocity_limit", "write `max_velocity: …`"),
     ("fix_root_link armature", "stiffness damping force_limit kp kd kv",
      "set it on drives: `drives: {JOINT: {stiffness: …, damping: …}}`"),
     ("body_type fix_root_link", "uid robot robot_uid robot_uids",
@@ -266,9 +266,6 @@ COLORS: dict[str, str] = {
     "cyan": "#00ffff",
 }
 """Names of CSS, in which people think, and their values."""
-
-ANGLE_KEYS = frozenset(("fovy", "fovx", "inner_fov", "outer_fov"))
-"""Keys in radians that have a twin in degrees, and a bound that degrees are beyond."""
 
 LENGTH_HINTS: dict[tuple[str, int], str] = {
     ("pose", 7): "a position and a rotation are {p: [x, y, z], q: [w, x, y, z]}",

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, Tag
 
-from scenecc.spec.base import MAPPING_KEY, PREFIX_PATTERN, Maybe, NonNegativeInt32, Reference, Text, key
+from scenecc.spec.base import MAPPING_KEY, PREFIX_PATTERN, Maybe, NonNegativeInt32, Reference, Text, key, names_key
 from scenecc.spec.body import BodyKeys, BodySpec, EntityKeys
 from scenecc.spec.nodes import MAPPING, WORD, union_by_kind
 from scenecc.spec.repetition import RepeatKeys, Variable
@@ -21,10 +21,6 @@ Override = Fixed[
 """Judged when it has been merged: it is a part of an object."""
 
 
-def _empty_dict() -> dict[str, Any]:
-    return {}
-
-
 class Instance(EntityKeys, RepeatKeys):
     """A scene file used as a part of this one."""
 
@@ -32,15 +28,12 @@ class Instance(EntityKeys, RepeatKeys):
         description="The prefab: a path from this file's folder, pkg://PACKAGE/PATH, asset://PATH or scenecc:NAME.",
         examples=["prefabs/leg.yaml", "scenecc:table"],
     )
-    with_: dict[Variable, Any] = Field(
-        default_factory=_empty_dict, alias="with", description="Its parameters; values may differ from scene to scene."
-    )
+    with_: dict[Variable, Any] = names_key("Its parameters; values may differ from scene to scene.", alias="with")
     prefix: Maybe[Fixed[Prefix]] = key(
         'Before the names inside; left out: the instance\'s name and "/".', examples=[""]
     )
-    override: dict[Annotated[Reference, MAPPING_KEY], Override] = Field(
-        default_factory=_empty_dict,
-        description="What is inside, by the prefab's own name (`lights/NAME`, `cameras/`, `constraints/`, `frames/`, "
+    override: dict[Annotated[Reference, MAPPING_KEY], Override] = names_key(
+        "What is inside, by the prefab's own name (`lights/NAME`, `cameras/`, `constraints/`, `frames/`, "
         "`materials/` too) → keys that are merged into it, or `remove`.",
         examples=[{"cube": {"color": "#f0f0f0"}, "goal": "remove"}],
     )

@@ -41,8 +41,6 @@ def is_sequence(node: Any) -> TypeGuard[list[Any] | tuple[Any, ...]]:
     return isinstance(node, list | tuple)
 
 
-"""Keys that version 1 of the language does not support, and what they would be."""
-
 WRONG_KIND = "#wrong_kind"
 """The error type of a node that fits no branch; its message says what would."""
 
@@ -325,7 +323,15 @@ class LazyType:
         return made
 
 
-class LazyUnion:
+class ModelChoice:
+    """An annotation of a mapping whose model follows from its keys."""
+
+    def choose(self, node: Any) -> type[BaseModel] | None:
+        """The model of a mapping; None where it has none."""
+        raise NotImplementedError
+
+
+class LazyUnion(ModelChoice):
     """An annotation that stands for a union of models by their key `type`, such as those of shapes.
 
     Args:
@@ -343,6 +349,11 @@ class LazyUnion:
     def types(self) -> tuple[str, ...]:
         """The words that `type` may be."""
         return tuple(self._branches)
+
+    def choose(self, node: Any) -> type[BaseModel] | None:
+        """The model of the mapping's `type`."""
+        type_ = node.get(TYPE)
+        return self.model(type_) if isinstance(type_, str) and type_ in self._branches else None
 
     def model(self, type_: str) -> type[BaseModel]:
         """The model of a type."""

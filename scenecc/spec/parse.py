@@ -13,7 +13,6 @@ from scenecc.diagnostics.diagnostic import MAX_REPORTS, Origin
 from scenecc.spec.base import NOTE_PREFIX, SpecModel
 from scenecc.spec.document import SceneFile
 from scenecc.spec.nodes import EXPANDED, is_mapping, is_sequence
-from scenecc.spec.references import NAME_SECTIONS
 from scenecc.spec.values import READ_VALUES
 
 if TYPE_CHECKING:
@@ -81,9 +80,6 @@ def parse(data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = 
 
 
 def _validate(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:
-    # Among names, a note would read as an entry.
-    if any(key.startswith(NOTE_PREFIX) for name in NAME_SECTIONS for key in _keys(data.get(name))):
-        data = strip_notes(data)
     try:
         return SceneFile.model_validate(data)
     except ValidationError as problem:
@@ -124,10 +120,6 @@ def _report_first_errors(data: dict[str, Any], origin: Origin, sink: Sink) -> bo
             if start.whole:
                 return False
         nodes *= 2
-
-
-def _keys(node: Any) -> list[str]:
-    return list(node) if is_mapping(node) else []
 
 
 def _is_note(segment: object) -> bool:

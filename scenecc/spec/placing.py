@@ -4,9 +4,21 @@ from typing import Annotated
 
 from pydantic import Field, Strict, Tag
 
-from scenecc.spec.base import MAPPING_KEY, Finite, Maybe, NonNegative, OuterReference, Positive, SpecModel, Vec3, key
+from scenecc.plan.placement import APART, GAP, TRIES
+from scenecc.spec.base import (
+    MAPPING_KEY,
+    EntityName,
+    Finite,
+    FrameName,
+    Maybe,
+    NonNegative,
+    Positive,
+    SpecModel,
+    Vec3,
+    key,
+)
 from scenecc.spec.nodes import COMPONENTS, LIST, MAPPING, WORD, union_by_kind
-from scenecc.spec.pose import AxisAngle, Quaternion
+from scenecc.spec.pose import Quaternion, WholeAxisAngle
 from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
 
 Vec2 = Annotated[tuple[Finite, Finite], Strict(strict=False)]
@@ -25,7 +37,7 @@ class DiskRegion(SpecModel):
 Region = Annotated[
     Annotated[list[Leaf[Corner]], Field(min_length=2, max_length=2), Tag(LIST)]
     | Annotated[DiskRegion, Tag(MAPPING)]
-    | Annotated[OuterReference, Tag(WORD)],
+    | Annotated[FrameName, Tag(WORD)],
     union_by_kind("[[x, y], [x, y]], {center, radius} or the name of a frame with `region`"),
 ]
 """Two corners, a disk or the name of a frame."""
@@ -33,38 +45,48 @@ Region = Annotated[
 Distances = Annotated[tuple[NonNegative, NonNegative], Strict(strict=False)]
 
 
+TARGETS = ("on", "inside", "above")
+
+TURNS = ("yaw", "yaw_deg", "facing", "q", "rpy", "rpy_deg", "axis_angle")
+
+
 class PlaceSpec(SpecModel):
     """Where an entity is placed, by trial, so that it overlaps nothing."""
 
-    on: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it stands on.")
-    inside: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it stands in.")
-    above: Maybe[Fixed[OuterReference]] = key("ENTITY or ENTITY/LINK that it starts above, standing on nothing.")
+    on: Maybe[Fixed[EntityName]] = key("ENTITY or ENTITY/LINK that it stands on.", excludes=TARGETS)
+    inside: Maybe[Fixed[EntityName]] = key("ENTITY or ENTITY/LINK that it stands in.", excludes=TARGETS)
+    above: Maybe[Fixed[EntityName]] = key(
+        "ENTITY or ENTITY/LINK that it starts above, standing on nothing.", excludes=TARGETS
+    )
     at: Maybe[Leaf[Vec2]] = key("Where its origin is: [x, y] [m].")
     region: Maybe[Region] = key(
         "Where its origin may be: two corners, a disk or the name of a frame with a region [m]. Left out: the top.",
         examples=[[[-0.3, -0.2], [0.3, 0.2]], {"center": [0, 0], "radius": 0.2}],
+        excludes=("at",),
     )
-    relative_to: Maybe[Fixed[OuterReference]] = key(
+    relative_to: Maybe[Fixed[EntityName]] = key(
         "Whose axes count, turned by its heading alone. Left out: the target's."
     )
-    yaw: Maybe[Leaf[Finite]] = key("Turn about z [rad].")
-    yaw_deg: Maybe[Leaf[Finite]] = key("Turn about z [degrees].", examples=[{"uniform": [0, 360]}])
-    q: Maybe[ExpressionOnly[Quaternion]] = key("Rotation as a unit quaternion [w, x, y, z], or `uniform`.")
-    rpy: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z [rad].")
-    rpy_deg: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z [degrees].")
-    axis_angle: Maybe[AxisAngle] = key("Rotation about one axis.")
+    yaw: Maybe[Leaf[Finite]] = key("Turn about z [rad].", excludes=TURNS)
+    yaw_deg: Maybe[Leaf[Finite]] = key("Turn about z [degrees].", examples=[{"uniform": [0, 360]}], excludes=TURNS)
+    q: Maybe[ExpressionOnly[Quaternion]] = key(
+        "Rotation as a unit quaternion [w, x, y, z], or `uniform`.", excludes=TURNS
+    )
+    rpy: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z [rad].", excludes=TURNS)
+    rpy_deg: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z [degrees].", excludes=TURNS)
+    axis_angle: Maybe[WholeAxisAngle] = key("Rotation about one axis.", excludes=TURNS)
     facing: Maybe[
         Annotated[
-            Annotated[Leaf[Vec2], Tag(COMPONENTS)] | Annotated[OuterReference, Tag(WORD)],
+            Annotated[Leaf[Vec2], Tag(COMPONENTS)] | Annotated[EntityName, Tag(WORD)],
             union_by_kind("[x, y] or the name of an entity"),
         ]
-    ] = key("What its +x points to, about z alone: an entity, or a point [x, y] [m].")
-    near: dict[Annotated[OuterReference, MAPPING_KEY], Fixed[Distances]] = Field(
+    ] = key("What its +x points to, about z alone: an entity, or a point [x, y] [m].", excludes=TURNS)
+    near: dict[Annotated[EntityName, MAPPING_KEY], Fixed[Distances]] = Field(
         default_factory=dict,
         description="Entity → least and greatest distance between the colliding shapes [m].",
         examples=[{"mug": [0.05, 0.15]}],
     )
-    apart: Fixed[NonNegative] = Field(default=0.001, description="Least distance from every other body [m].")
-    gap: Fixed[NonNegative] = Field(default=0.001, description="Between its lowest point and the surface [m].")
+    apart: Fixed[NonNegative] = Field(default=APART, description="Least distance from every other body [m].")
+    gap: Fixed[NonNegative] = Field(default=GAP, description="Between its lowest point and the surface [m].")
     height: Maybe[Leaf[Vec2]] = key("With `above`: the least and the most above the target's top [m].")
-    tries: Fixed[Annotated[int, Field(ge=1, le=10_000)]] = Field(default=2000, description="In each scene.")
+    tries: Fixed[Annotated[int, Field(ge=1, le=10_000)]] = Field(default=TRIES, description="In each scene.")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, Field, Strict, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import Finite, Maybe, OuterReference, SpecModel, Vec3, Vec4, key
+from scenecc.spec.base import WHOLE, EntityName, Finite, Maybe, SpecModel, Vec3, Vec4, key
 from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, LazyType, union_by_kind
 from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
 
@@ -22,8 +22,10 @@ class AxisAngle(SpecModel):
 
     axis: Leaf[Direction] = Field(description="[x, y, z] (of any length) or one of x, y, z.")
     angle: Maybe[Leaf[Finite]] = key("Angle [rad]; this or `angle_deg`.")
-    angle_deg: Maybe[Leaf[Finite]] = key("Angle [degrees]; this or `angle`.")
+    angle_deg: Maybe[Leaf[Finite]] = key("Angle [degrees]; this or `angle`.", excludes=("angle",))
 
+
+WholeAxisAngle = Annotated[AxisAngle, WHOLE]
 
 Matrix = Annotated[tuple[Vec4, Vec4, Vec4, Vec4], Strict(strict=False)]
 
@@ -40,6 +42,9 @@ Quaternion = Annotated[
 ]
 
 
+ROTATIONS = ("q", "rpy", "rpy_deg", "axis_angle", "look_at")
+
+
 class PoseMapping(SpecModel):
     """A position and at most one rotation, or a matrix alone."""
 
@@ -47,18 +52,24 @@ class PoseMapping(SpecModel):
     q: Maybe[ExpressionOnly[Quaternion]] = key(
         "Rotation as a unit quaternion [w, x, y, z], or `uniform`: a uniformly random rotation.",
         default=[1, 0, 0, 0],
+        excludes=ROTATIONS,
     )
-    rpy: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z: roll, pitch, yaw [rad].")
-    rpy_deg: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z: roll, pitch, yaw [degrees].")
-    axis_angle: Maybe[AxisAngle] = key("Rotation about one axis.")
+    rpy: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z: roll, pitch, yaw [rad].", excludes=ROTATIONS)
+    rpy_deg: Maybe[Leaf[Vec3]] = key(
+        "Rotation about the fixed axes x, y, z: roll, pitch, yaw [degrees].", excludes=ROTATIONS
+    )
+    axis_angle: Maybe[WholeAxisAngle] = key("Rotation about one axis.", excludes=ROTATIONS)
     look_at: Maybe[Leaf[Vec3]] = key(
-        "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m]."
+        "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m].",
+        excludes=ROTATIONS,
     )
-    matrix: Maybe[ExpressionOnly[Matrix]] = key("A rigid 4×4 transformation, row by row; excludes the other keys.")
+    matrix: Maybe[ExpressionOnly[Matrix]] = key(
+        "A rigid 4×4 transformation, row by row; excludes the other keys.", excludes=("p", "anchor", *ROTATIONS)
+    )
     anchor: Maybe[Fixed[Literal["bottom", "center", "top"]]] = key(
         "The point of an entity's bounds that is at `p`, in place of its origin."
     )
-    relative_to: Maybe[Fixed[OuterReference]] = key(
+    relative_to: Maybe[Fixed[EntityName]] = key(
         "The entity, ENTITY/LINK, frame or camera that this pose is relative to."
     )
 

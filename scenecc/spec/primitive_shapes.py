@@ -73,7 +73,9 @@ class HeightfieldKeys(SpecModel):
     type: Literal["heightfield"]
     size: Leaf[Positive3] = Field(description="Extents along x and y, and how high a 1 or white is [m].")
     file: Maybe[Fixed[Text]] = key("A grey PNG of 8 or 16 bits, its top at +y; black is 0 and white 1.")
-    heights: Maybe[Fixed[list[Fixed[HeightRow]]]] = key("Rows of heights from +y to -y, each from -x to +x.")
+    heights: Maybe[Fixed[list[Fixed[HeightRow]]]] = key(
+        "Rows of heights from +y to -y, each from -x to +x.", excludes=("file",)
+    )
 
 
 class PlaneKeys(SpecModel):

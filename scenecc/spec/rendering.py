@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.plan.rendering import ShaderName
+from scenecc.plan import rendering as plan
 from scenecc.spec.base import (
+    BodyName,
     Finite,
     Maybe,
     NonNegative3,
@@ -49,7 +50,7 @@ class LightKeys(RepeatKeys):
     pose: Maybe[Pose] = key(
         "It shines along x of this pose: in the world, in the frame of `relative_to`, or in that of `mount`."
     )
-    mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
+    mount: Maybe[Fixed[BodyName]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
     )
@@ -58,33 +59,35 @@ class LightKeys(RepeatKeys):
 class PositionKeys(SpecModel):
     """Where a light stands, in place of a pose."""
 
-    position: Maybe[Leaf[Vec3]] = key("Position, instead of `pose` [m].", default=[0, 0, 0])
+    position: Maybe[Leaf[Vec3]] = key("Position, instead of `pose` [m].", default=[0, 0, 0], excludes=("pose",))
 
 
 class DirectionKeys(PositionKeys):
     """Where a light stands and shines to, in place of a pose."""
 
-    direction: Maybe[Leaf[Vec3]] = key("Direction of the light, of any length; instead of `pose`.")
+    direction: Maybe[Leaf[Vec3]] = key("Direction of the light, of any length; instead of `pose`.", excludes=("pose",))
 
 
 class ShadowKeys(SpecModel):
     """Keys of lights that may throw shadows."""
 
     shadow: Maybe[Leaf[bool]] = key("Whether it casts shadows.", default=False)
-    shadow_near: Maybe[Leaf[Positive]] = key("Distance from the light at which shadows begin [m].", default=0.1)
-    shadow_far: Maybe[Leaf[Positive]] = key("Where they end [m].", default=10)
-    shadow_map_size: Maybe[Leaf[_MapSize]] = key("Size of the shadow map [px].", default=2048)
+    shadow_near: Maybe[Leaf[Positive]] = key(
+        "Distance from the light at which shadows begin [m].", default=plan.SHADOW_NEAR
+    )
+    shadow_far: Maybe[Leaf[Positive]] = key("Where they end [m].", default=plan.SHADOW_FAR)
+    shadow_map_size: Maybe[Leaf[_MapSize]] = key("Size of the shadow map [px].", default=plan.SHADOW_MAP_SIZE)
 
 
 class LightConeKeys(SpecModel):
     """The cone of a light."""
 
     inner_fov: Maybe[Leaf[OpeningAngle]] = key("Angle of the cone of full brightness [rad]; this or `inner_fov_deg`.")
-    inner_fov_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].")
+    inner_fov_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", excludes=("inner_fov",))
     outer_fov: Maybe[Leaf[OpeningAngle]] = key(
         "Angle of the cone beyond which it is dark [rad]; this or `outer_fov_deg`."
     )
-    outer_fov_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].")
+    outer_fov_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", excludes=("outer_fov",))
 
 
 class DirectionalLightSpec(LightKeys, DirectionKeys, ShadowKeys):
@@ -93,10 +96,12 @@ class DirectionalLightSpec(LightKeys, DirectionKeys, ShadowKeys):
     type: Literal["directional"]
     # It stands nowhere, so what lies behind it may throw shadows too.
     shadow_near: Maybe[Leaf[Finite]] = key(  # pyright: ignore[reportIncompatibleVariableOverride]
-        "Where shadows begin, along the light from its position [m].", default=-10
+        "Where shadows begin, along the light from its position [m].", default=plan.PARALLEL_SHADOW_NEAR
     )
-    shadow_far: Maybe[Leaf[Finite]] = key("Where they end [m].", default=10)  # pyright: ignore[reportIncompatibleVariableOverride]
-    shadow_scale: Maybe[Leaf[Positive]] = key("Half of the edge of the square that has shadows [m].", default=10)
+    shadow_far: Maybe[Leaf[Finite]] = key("Where they end [m].", default=plan.SHADOW_FAR)  # pyright: ignore[reportIncompatibleVariableOverride]
+    shadow_scale: Maybe[Leaf[Positive]] = key(
+        "Half of the edge of the square that has shadows [m].", default=plan.SHADOW_HALF_SIZE
+    )
 
 
 class PointLightSpec(LightKeys, PositionKeys, ShadowKeys):
@@ -183,22 +188,25 @@ class OrthographicKeys(SpecModel):
     top: Leaf[Positive] = Field(description="Half height of the view [m]; pixels are square.")
 
 
+_LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
+
+
 class CameraSpec(RepeatKeys):
     """A camera. It looks along x of its pose, z is up."""
 
     pose: Maybe[Pose] = key("In the world, in the frame of `relative_to`, or in that of `mount`; `look_at` aims it.")
-    width: Maybe[Fixed[_Pixels]] = key("[px]", default=640)
-    height: Maybe[Fixed[_Pixels]] = key("[px]", default=480)
-    fovy: Maybe[Leaf[OpeningAngle]] = key("Angle of view from top to bottom [rad].")
-    fovy_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", default=60)
-    fovx: Maybe[Leaf[OpeningAngle]] = key("Angle of view from left to right [rad].")
-    fovx_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].")
-    intrinsic: Maybe[IntrinsicKeys] = key("Intrinsic matrix, instead of an angle.")
-    orthographic: Maybe[OrthographicKeys] = key("Orthographic projection, instead of an angle.")
-    near: Maybe[Leaf[Positive]] = key("Near plane [m].", default=0.01)
-    far: Maybe[Leaf[Positive]] = key("Far plane [m].", default=100)
-    mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
-    shader: Maybe[Fixed[ShaderName]] = key("SAPIEN's shader pack.", default="default")
+    width: Maybe[Fixed[_Pixels]] = key("[px]", default=plan.WIDTH)
+    height: Maybe[Fixed[_Pixels]] = key("[px]", default=plan.HEIGHT)
+    fovy: Maybe[Leaf[OpeningAngle]] = key("Angle of view from top to bottom [rad].", excludes=_LENSES)
+    fovy_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", default=plan.FOVY_DEGREES, excludes=_LENSES)
+    fovx: Maybe[Leaf[OpeningAngle]] = key("Angle of view from left to right [rad].", excludes=_LENSES)
+    fovx_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", excludes=_LENSES)
+    intrinsic: Maybe[IntrinsicKeys] = key("Intrinsic matrix, instead of an angle.", excludes=_LENSES)
+    orthographic: Maybe[OrthographicKeys] = key("Orthographic projection, instead of an angle.", excludes=_LENSES)
+    near: Maybe[Leaf[Positive]] = key("Near plane [m].", default=plan.NEAR)
+    far: Maybe[Leaf[Positive]] = key("Far plane [m].", default=plan.FAR)
+    mount: Maybe[Fixed[BodyName]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
+    shader: Maybe[Fixed[plan.ShaderName]] = key("SAPIEN's shader pack.", default="default")
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
     )

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import ConfigDict, Field, Strict, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.plan.properties import CONTACT_OFFSET, DEFAULT_DENSITY, REST_OFFSET
+from scenecc.plan import properties
 from scenecc.spec.base import (
     NOTE_SCHEMA,
+    WHOLE,
     Finite,
     Maybe,
+    Names,
     NonNegative,
     OuterName,
     Positive,
@@ -54,12 +56,16 @@ Radiance = Annotated[
 class Physical(SpecModel):
     """How a surface rubs and bounces, and how heavy what it covers is."""
 
-    static_friction: Maybe[Leaf[NonNegative]] = key("Coefficient of static friction.", default=0.3)
-    dynamic_friction: Maybe[Leaf[NonNegative]] = key(
-        "Coefficient of dynamic friction, at most the static one.", default=0.3
+    static_friction: Maybe[Leaf[NonNegative]] = key(
+        "Coefficient of static friction.", default=properties.STATIC_FRICTION
     )
-    restitution: Maybe[Leaf[NonNegative]] = key("Coefficient of restitution, 0 to 1.", default=0.1)
-    density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³] of shapes that give none.", default=DEFAULT_DENSITY)
+    dynamic_friction: Maybe[Leaf[NonNegative]] = key(
+        "Coefficient of dynamic friction, at most the static one.", default=properties.DYNAMIC_FRICTION
+    )
+    restitution: Maybe[Leaf[NonNegative]] = key("Coefficient of restitution, 0 to 1.", default=properties.RESTITUTION)
+    density: Maybe[Leaf[NonNegative]] = key(
+        "Density [kg/m³] of shapes that give none.", default=properties.DEFAULT_DENSITY
+    )
 
 
 class TextureMapping(SpecModel):
@@ -121,11 +127,14 @@ else:
 
 MaterialRef = TypeAliasType(
     "MaterialRef",
-    Leaf[
-        Annotated[
-            Annotated[OuterName, Tag(WORD)] | Annotated[_LazyMaterial, Tag(MAPPING)],
-            union_by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
-        ]
+    Annotated[
+        Leaf[
+            Annotated[
+                Annotated[OuterName, Names("material"), Tag(WORD)] | Annotated[_LazyMaterial, Tag(MAPPING)],
+                union_by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
+            ]
+        ],
+        WHOLE,
     ],
 )
 """A name from `materials`, or the same mapping inline."""
@@ -176,10 +185,12 @@ CollisionBits = Annotated[tuple[_Bits, _Bits, _Bits, _Ids], Strict(strict=False)
 class CollisionKeys(ShapeKeys):
     """Keys of shapes that collide."""
 
-    density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³].", default=DEFAULT_DENSITY)
-    contact_offset: Maybe[Leaf[Positive]] = key("Distance at which contacts are generated [m].", default=CONTACT_OFFSET)
+    density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³].", default=properties.DEFAULT_DENSITY)
+    contact_offset: Maybe[Leaf[Positive]] = key(
+        "Distance at which contacts are generated [m].", default=properties.CONTACT_OFFSET
+    )
     rest_offset: Maybe[Leaf[Finite]] = key(
-        "Distance at which shapes rest, below `contact_offset` [m].", default=REST_OFFSET
+        "Distance at which shapes rest, below `contact_offset` [m].", default=properties.REST_OFFSET
     )
     patch_radius: Maybe[Leaf[NonNegative]] = key("Radius of the torsional friction patch [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest radius of the torsional friction patch [m].", default=0)

@@ -5,24 +5,19 @@ Pydantic's `loc` is traced to a path in the document and to the model whose keys
 
 from __future__ import annotations
 
+import math
 import re
-import types
-import typing
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
-
-from pydantic import BaseModel, Tag
-from typing_extensions import TypeAliasType
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from scenecc.diagnostics.messages import cut, is_slip_of, keyboard_hint, listed, nearest, show, suggest
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.source.events import RESERVED_CHARACTER
 from scenecc.spec.base import CUSTOM_ERROR, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
 from scenecc.spec.body import BodySpec
-from scenecc.spec.document import SceneFile
 from scenecc.spec.entities import ENTITY_TYPES, entity_model
 from scenecc.spec.forms import quote_names
 from scenecc.spec.hints import (
-    ANGLE_KEYS,
     COLORS,
     HALVES,
     INSTANCE_HINT,
@@ -40,18 +35,12 @@ from scenecc.spec.hints import (
     VALUE_SYNONYMS,
     VARIANTS_HINT,
 )
+from scenecc.spec.keys import place_at
 from scenecc.spec.nodes import (
-    BODY,
     KEY,
     NOT_MEANT,
-    OTHERWISE,
-    PART_LABELS,
-    SHAPE,
     TAGGED,
-    VALUE,
-    VECTOR,
     WRONG_KIND,
-    LazyType,
     LazyUnion,
     child_at,
     is_mapping,
@@ -61,18 +50,18 @@ from scenecc.spec.nodes import (
     value_at,
 )
 from scenecc.spec.references import NAME_SECTIONS
-from scenecc.spec.repetition import Repeat, RepeatKeys
+from scenecc.spec.repetition import RepeatKeys
 from scenecc.spec.shapes import ShapeKeys
 from scenecc.spec.value_hints import MAPPING_OF_NAMES, kind_hint
-from scenecc.variation.forms import FORM_KEYS, ONCE
+from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Sequence
 
     from pydantic_core import ErrorDetails
 
     from scenecc.diagnostics import Sink
-    from scenecc.diagnostics.diagnostic import At, Origin, Path, PathKey
+    from scenecc.diagnostics.diagnostic import At, Origin, Path, PathKey, RelatedPlace
 
 
 def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
@@ -92,93 +81,6 @@ def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
         elif segment == TAGGED:
             next(segments, None)
     return tuple(path)
-
-
-_TRANSPARENT_LABELS = frozenset((VALUE, VECTOR, OTHERWISE, SHAPE, BODY, TAGGED))
-
-
-def find_model(root: type[BaseModel], loc: tuple[PathKey, ...]) -> type[BaseModel] | None:
-    """The model whose mapping holds the last segment of `loc`; None where any key may stand."""
-    annotation: Any = root
-    for segment in _skip_forms(loc[:-1]):
-        annotation = _descend(_unwrap_annotation(annotation), segment)
-    bare = _unwrap_annotation(annotation)
-    return bare if isinstance(bare, type) and issubclass(bare, BaseModel) else None
-
-
-def _skip_forms(loc: tuple[PathKey, ...]) -> Iterator[PathKey]:
-    """The same without the keys of forms and the places in them: an alternative is of the type of the whole."""
-    rest = iter(loc)
-    in_form = False
-    for segment in rest:
-        if in_form and segment in FORM_KEYS:
-            if segment != ONCE:
-                next(rest, None)
-        else:
-            in_form = segment == OTHERWISE
-            yield segment
-
-
-def _unwrap_annotation(annotation: Any) -> Any:
-    """Without aliases, `Annotated` and the None of a key that may be left out."""
-    while True:
-        if isinstance(annotation, TypeAliasType):
-            annotation = annotation.__value__
-        elif typing.get_origin(annotation) is Annotated:
-            annotation, *said = typing.get_args(annotation)
-            for item in said:
-                if isinstance(item, LazyUnion):
-                    return item
-                annotation = item.type if isinstance(item, LazyType) else annotation
-        elif _is_union(annotation) and len(_union_members(annotation)) == 1:
-            annotation = _union_members(annotation)[0]
-        else:
-            return annotation
-
-
-def _is_union(annotation: Any) -> bool:
-    return typing.get_origin(annotation) in (typing.Union, types.UnionType)
-
-
-def _union_members(union: Any) -> list[Any]:
-    return [arg for arg in typing.get_args(union) if arg is not type(None)]
-
-
-def _descend(annotation: Any, segment: PathKey) -> Any:
-    """One segment of `loc` down: a field, an item, a mapping's value or a branch of a union."""
-    if segment in _TRANSPARENT_LABELS:
-        return annotation
-    if segment in ENTITY_TYPES or segment in PART_LABELS.values():
-        return _labelled_model(str(segment))
-    if isinstance(annotation, LazyUnion):
-        return Repeat if segment == "repeat" else annotation.model(str(segment))
-    if _is_union(annotation):
-        return next((branch for branch in _union_members(annotation) if _member_tag(branch) == segment), Any)
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        field = annotation.model_fields.get(str(segment))
-        # A type that is loaded late stands beside the annotation.
-        late = next((item.type for item in field.metadata if isinstance(item, LazyType)), None) if field else None
-        return late or (field.annotation if field else Any)
-    args = typing.get_args(annotation)
-    # Of a mapping the values, of a list or tuple the items.
-    return args[-1 if typing.get_origin(annotation) is dict else 0] if args else Any
-
-
-def _labelled_model(label: str) -> Any:
-    """The model of an entity, or of a part that is attached to one."""
-    if label in ENTITY_TYPES:
-        return entity_model(label)
-    from scenecc.spec.attachments import PART_TYPES
-
-    return PART_TYPES[label].type
-
-
-def _member_tag(branch: Any) -> str | None:
-    if typing.get_origin(branch) is Annotated:
-        for item in typing.get_args(branch)[1:]:
-            if isinstance(item, Tag):
-                return item.tag
-    return None
 
 
 _ENTITY_KEY_DEPTH = 3
@@ -209,16 +111,8 @@ _TYPED_SECTIONS = {"lights": "light", "constraints": "constraint"}
 """Sections whose entries are told apart by `type`, and what these are; elsewhere they are shapes."""
 
 
-def report_error(error: ErrorDetails, path: Path, place: Origin, sink: Sink, *, siblings: Iterable[str] = ()) -> None:
-    """Reports an error.
-
-    Args:
-        error: pydantic's.
-        path: of the value in the document.
-        place: the same, as an origin.
-        siblings: of an unknown key, the keys of its mapping.
-        sink: takes the diagnostic.
-    """
+def _report_error(error: ErrorDetails, path: Path, place: Origin, data: dict[str, Any], sink: Sink) -> None:
+    """Reports one of pydantic's errors. `path`: of the value in the document; `place`: the same, as an origin."""
     kind, found = error["type"], error["input"]
     if kind == CUSTOM_ERROR:
         _report_custom_error(error, path, place, sink)
@@ -227,7 +121,7 @@ def report_error(error: ErrorDetails, path: Path, place: Origin, sink: Sink, *, 
             "SC100", f"this is scenecc 1; it does not read version {show(found)}", place, hint="write `scenecc: 1`"
         )
     elif kind == "extra_forbidden":
-        _report_unknown_key(error, str(path[-1]), siblings, place, sink)
+        _report_unknown_key(path, data, place, sink)
     elif kind == "missing":
         _report_missing_key(path, place, sink)
     elif kind in _BOUNDS:
@@ -239,7 +133,7 @@ def report_error(error: ErrorDetails, path: Path, place: Origin, sink: Sink, *, 
     elif kind in {"too_long", "too_short"}:
         _report_length(error, path, place, sink)
     elif kind in {"literal_error", "union_tag_invalid", "union_tag_not_found"}:
-        _report_choice(error, path, place, sink)
+        _report_choice(error, path, place, data, sink)
     elif kind == "string_pattern_mismatch":
         _report_pattern(error, place, sink)
     else:
@@ -252,7 +146,10 @@ def _report_custom_error(error: ErrorDetails, path: Path, place: Origin, sink: S
     message, hint = context["message"].replace(VALUE_NAME, value_name(path)), context["hint"]
     if context["code"] == "SC116" and hint is None:
         hint = _variation_hint(path)
-    sink.report(context["code"], message, place, at=context["at"], hint=hint, span=context["span"])
+    related: list[RelatedPlace] = []
+    if context["beside"] is not None:
+        related = [("the first", replace(place, path=(*place.path[:-1], context["beside"])), "key")]
+    sink.report(context["code"], message, place, at=context["at"], hint=hint, span=context["span"], related=related)
 
 
 def _variation_hint(path: Path) -> str | None:
@@ -277,7 +174,7 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
         hint = "the engine computes in single precision, whose range ends there"
     elif limit == 1 and found > 1 and any(str(key).endswith("color") for key in path[-2:]):
         hint = "colours are in 0..1: divide numbers up to 255 by 255"
-    elif path and path[-1] in ANGLE_KEYS and found > limit:
+    elif path and limit == math.pi:
         hint = f"angles are radians; `{path[-1]}_deg` takes degrees"
     sink.report(
         "SC104",
@@ -287,18 +184,18 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
     )
 
 
-def _report_unknown_key(error: ErrorDetails, key: str, siblings: Iterable[str], place: Origin, sink: Sink) -> None:
+def _report_unknown_key(path: Path, data: Any, place: Origin, sink: Sink) -> None:
+    key = str(path[-1])
     if key in UNSUPPORTED_KEYS:
         sink.report("SC110", f"version 1 of the language does not support {UNSUPPORTED_KEYS[key]}", place, at="key")
         return
-    known = known_keys(error)
+    known, free = known_keys(path, data)
     word = snake_case(key)
     hint = _misplaced_key_hint(word, known)
     if hint is None and "use" in known and _is_key_of_entities(key):
         hint = INSTANCE_HINT.format(key=key)
     fix: tuple[Literal["key"], str] | None = None
     if hint is None:
-        free = _without(known, siblings)
         near = suggest_key(key, known, free)
         hint = f"did you mean `{near}`?" if near else listed(known, key)
         if near in HALVES.get(word, ()):
@@ -312,12 +209,6 @@ def _report_unknown_key(error: ErrorDetails, key: str, siblings: Iterable[str], 
 
 _SAME_WORD: Final = 0.8
 """How similar two spellings of a word are, as `difflib` counts it."""
-
-
-def _without(known: tuple[str, ...], present: Iterable[str]) -> tuple[str, ...]:
-    """The known keys that a mapping does not have: a slip of letters is not meant to be a key that is there."""
-    taken = frozenset(present)
-    return tuple(each for each in known if each not in taken)
 
 
 def _misplaced_key_hint(word: str, known: tuple[str, ...]) -> str | None:
@@ -351,15 +242,17 @@ def suggest_key(key: str, known: tuple[str, ...], free: tuple[str, ...] | None =
     return renamed or nearest(key, known if free is None else free)
 
 
-def known_keys(error: ErrorDetails) -> tuple[str, ...]:
-    """The keys that the mapping of an unknown one may have."""
-    model = find_model(SceneFile, error["loc"])
+def known_keys(path: Path, data: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The keys that the mapping of an unknown one may have, and those of them that it does not have."""
+    owner = value_at(data, path[:-1])
+    model = place_at(data, path[:-1]).model(owner)
     if model is None:
-        return ()
+        return (), ()
     # A plain body becomes another model by the keys of copies.
     models = (model, RepeatKeys) if model is BodySpec else (model,)
     keys = [field.alias or name for known in models for name, field in known.model_fields.items()]
-    return (*keys, "repeat") if issubclass(model, ShapeKeys) else tuple(keys)
+    known = (*keys, "repeat") if issubclass(model, ShapeKeys) else tuple(keys)
+    return known, tuple(key for key in known if key not in owner)
 
 
 def _report_missing_key(path: Path, place: Origin, sink: Sink) -> None:
@@ -397,7 +290,7 @@ def _report_length(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -
     sink.report("SC106", f"{value_name(path)} must have {words} {bound} {values}, not {count}", place, hint=hint)
 
 
-def _report_choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+def _report_choice(error: ErrorDetails, path: Path, place: Origin, data: Any, sink: Sink) -> None:
     found, context = error["input"], error.get("ctx", {})
     if error["type"] == "literal_error":
         choices = _quoted_words(context["expected"].replace(" or ", ", "))
@@ -410,7 +303,8 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -
     if not is_mapping(found):
         _report_wrong_kind("a mapping", path, found, place, sink)
     elif "type" not in found:
-        choices = _types_at(error["loc"])
+        union = place_at(data, path).choice
+        choices = union.types() if isinstance(union, LazyUnion) else ()
         hint = next((f"write `{{type: {key}, …}}`" for key in found if key in choices), None)
         message = f"{value_name(path)} lacks the key `type`"
         sink.report("SC102", message, place, hint=hint or listed(choices))
@@ -425,15 +319,6 @@ def _report_choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -
         hint = SHAPE_LIST_HINTS.get(tag) or _suggest_value(tag, choices)
         kind = _TYPED_SECTIONS.get(str(path[0]), "shape")
         sink.report("SC105", f"there is no {kind} type {show(tag)} here", place.child("type"), hint=hint)
-
-
-def _types_at(loc: tuple[PathKey, ...]) -> tuple[str, ...]:
-    """The words that the missing `type` of a mapping may be."""
-    annotation: Any = SceneFile
-    for segment in loc:
-        annotation = _descend(_unwrap_annotation(annotation), segment)
-    union = _unwrap_annotation(annotation)
-    return union.types() if isinstance(union, LazyUnion) else ()
 
 
 def _quoted_words(text: str) -> list[str]:
@@ -537,13 +422,7 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
         if error["type"] == "missing" and path[:-1] in short:
             report_wrong_length(path[:-1], short[path[:-1]], error["input"], origin.child(*path[:-1]), sink)
             continue
-        report_error(error, path, origin.child(*path), sink, siblings=_siblings(error, path, data))
-
-
-def _siblings(error: ErrorDetails, path: Path, data: dict[str, Any]) -> tuple[str, ...]:
-    """Of an unknown key, the keys of its mapping."""
-    node = value_at(data, path[:-1]) if error["type"] == "extra_forbidden" else None
-    return tuple(map(str, node)) if is_mapping(node) else ()
+        _report_error(error, path, origin.child(*path), data, sink)
 
 
 def _find_misplaced_forms(located: LocatedErrors, data: dict[str, Any]) -> dict[Path, str | None]:
@@ -595,7 +474,6 @@ def _find_misspelt_keys(located: LocatedErrors, data: dict[str, Any]) -> set[Pat
     for error, path in located:
         # Comparing letters takes its time, and most unknown keys are like none of the few that are missing.
         if error["type"] == "extra_forbidden" and suggest_key(str(path[-1]), missing.get(path[:-1], ())):
-            known = known_keys(error)
-            near = suggest_key(str(path[-1]), known, _without(known, _siblings(error, path, data)))
+            near = suggest_key(str(path[-1]), *known_keys(path, data))
             misspelt.update([(*path[:-1], near)] if near else [])
     return misspelt

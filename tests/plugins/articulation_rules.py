@@ -137,7 +137,7 @@ def _one_joint(joint: Node, random: Random) -> None:
             joint[key] = ascending(joint[key], random)
     match joint["type"]:
         case "fixed":
-            drop(joint, "friction", "damping", "armature", "axis", "limits", "limits_deg", "mimic")
+            drop(joint, "friction", "damping", "armature", "max_velocity", "axis", "limits", "limits_deg", "mimic")
         case "continuous":
             drop(joint, "limits", "limits_deg")
         case "prismatic":

@@ -127,11 +127,11 @@ _IGNORE_ALL_BIT = 1 << 29
 """The bit of the third collision integer by which all links of an articulation ignore one another."""
 
 _SOLVER: dict[str, FieldType] = {
-    "solver_position_iterations": field_type("solver_position_iterations"),
-    "solver_velocity_iterations": field_type("solver_velocity_iterations"),
-    "sleep_threshold": field_type("sleep_threshold"),
+    "solver_position_iterations": field_type("ArticulationStructure.solver_position_iterations"),
+    "solver_velocity_iterations": field_type("ArticulationStructure.solver_velocity_iterations"),
+    "sleep_threshold": field_type("ArticulationStructure.sleep_threshold"),
 }
-_VELOCITIES = {key: field_type(key) for key in ("linear_velocity", "angular_velocity")}
+_VELOCITIES = {key: field_type(f"ArticulationStructure.{key}") for key in ("linear_velocity", "angular_velocity")}
 
 
 @dataclass(frozen=True, slots=True)

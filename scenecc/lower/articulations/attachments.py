@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.lower.articulations.drafts import AttachedPart, DraftJoint
-from scenecc.lower.field_types import report_exclusive_keys
 from scenecc.lower.local_poses import local_pose
 from scenecc.plan.articulation import MAX_LINKS
 from scenecc.robots.ignored_sets import MAX_SETS, Pairs, cover_pairs, ordered
-from scenecc.spec.articulation import iterate_parts
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -79,7 +77,7 @@ class ArticulationAssembler:
             good &= self._is_by_name(keys, origin)
         # What was reported of a part is not reported again of those that are attached to it.
         missing: list[str] = []
-        for name, part in iterate_parts(keys):
+        for name, part in keys.attach.items():
             place = origin.child("attach", name)
             if part.fix_root_link is not None:
                 message = "`fix_root_link` of a part is left out: its root is attached to `to`"
@@ -173,8 +171,6 @@ class ArticulationAssembler:
                     pose = local_pose(part.pose, place, ("pose",), "a part", self._fields)
                 known = DraftJoint("fixed", "", place, pose)
             else:
-                if part.pose is not None:
-                    report_exclusive_keys("pose", "joint", place, self._sink)
                 known = self._trees.joint(part.joint, place.child("joint"), self._fields)
                 if known.mimic is not None:
                     message = "the joint of a part follows no other joint: those of the part hang on it"

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import show
 from scenecc.geometry.rotations import AXES, IDENTITY, IDENTITY_POSE, shortest_from_x, turned
-from scenecc.lower.field_types import FieldType, field_type, report_exclusive_keys, report_unused_key, vector
+from scenecc.lower.field_types import FieldType, field_type, report_unused_key, vector
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.local_poses import local_pose, seven_numbers
 from scenecc.lower.poses import POSE, check_limits_keys, direction, lower_limits, pose_item, warn_limits_in_degrees
@@ -22,7 +22,6 @@ from scenecc.lower.references import possible_values
 from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene, varying
 from scenecc.plan.articulation import JointType, breadth_first_order
 from scenecc.plan.properties import POSITIVE
-from scenecc.spec.articulation import TreeJoint, TreeLink, iterate_parts
 from scenecc.variation.nodes import Composed, Node, Pointing, Posed, Stacked
 
 if TYPE_CHECKING:
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
     from scenecc.plan import Inertial
+    from scenecc.spec.articulation import TreeJoint, TreeLink
 
 Layer = tuple[Any, "Origin"]
 """A model with keys, and the node that has them."""
@@ -173,7 +173,7 @@ class AttachedPart:
         return self.start <= link < self.start + len(self.draft.links)
 
 
-_JOINT_NUMBERS = ("friction", "damping", "armature")
+_JOINT_NUMBERS = ("friction", "damping", "armature", "max_velocity")
 
 _MOVING_JOINT_KEYS = (*_JOINT_NUMBERS, "axis", "pose_in_child", "limits", "limits_deg", "mimic")
 
@@ -249,7 +249,10 @@ class LinkTreeDrafter:
     def joint(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> DraftJoint:
         """A joint as written. `origin`: of it."""
         given = joint.model_fields_set
-        self._one_way(joint, origin)
+        if joint.type == "continuous" and (wrong := next(iter(given & {"limits", "limits_deg"}), None)):
+            message = f"a continuous joint has no `{wrong}`"
+            self._sink.report("SC111", message, origin.child(wrong), at="key", hint="write type: revolute")
+        check_limits_keys(joint, joint.type, origin, self._sink)
         in_parent, in_child = self._poses(joint, origin, fields)
         name = joint.name or ""
         if joint.type == "fixed":
@@ -262,7 +265,7 @@ class LinkTreeDrafter:
         properties = {
             key: value
             for key in _JOINT_NUMBERS
-            if (value := fields.optional(getattr(joint, key), field_type(key), origin, key)) is not None
+            if (value := fields.optional(getattr(joint, key), field_type(f"Joint.{key}"), origin, key)) is not None
         }
         mimic = None
         if joint.mimic is not None:
@@ -270,26 +273,13 @@ class LinkTreeDrafter:
             if not name:
                 message = "a joint that follows another lacks the key `name`"
                 self._sink.report("SC102", message, origin, hint="it is known by its name, as the one that it follows")
-            multiplier = fields.optional(joint.mimic.multiplier, field_type("multiplier"), place, "multiplier")
-            offset = fields.optional(joint.mimic.offset, field_type("offset"), place, "offset")
+            multiplier = fields.optional(joint.mimic.multiplier, field_type("Mimic.multiplier"), place, "multiplier")
+            offset = fields.optional(joint.mimic.offset, field_type("Mimic.offset"), place, "offset")
             mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)
         limits = lower_limits(joint, origin, fields) or literal(_NO_LIMITS)
         warn_limits_in_degrees(joint, joint.type, origin, self._sink)
         place = origin.child("limits" if joint.limits_deg is None else "limits_deg")
         return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, properties, mimic=mimic)
-
-    def _one_way(self, joint: TreeJoint, origin: Origin) -> None:
-        """A joint is placed in URDF's way or in SAPIEN's, and its limits are written once."""
-        given = joint.model_fields_set
-        pairs = [(a, b) for a in ("origin", "axis") for b in ("pose_in_parent", "pose_in_child")]
-        for first, second in pairs:
-            if first in given and second in given:
-                report_exclusive_keys(first, second, origin, self._sink)
-                return
-        if joint.type == "continuous" and (wrong := next(iter(given & {"limits", "limits_deg"}), None)):
-            message = f"a continuous joint has no `{wrong}`"
-            self._sink.report("SC111", message, origin.child(wrong), at="key", hint="write type: revolute")
-        check_limits_keys(joint, joint.type, origin, self._sink)
 
     def _poses(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> tuple[Value | None, Value | None]:
         """The joint's frame in the parent's and in the child's."""
@@ -441,7 +431,7 @@ def _written_keys(keys: Any, origin: Origin, path: tuple[str, ...]) -> Iterator[
         # A part is attached, whatever is said of its root.
         if (given := getattr(keys, key, None)) is not None and not (path and key == "fix_root_link"):
             yield path, key, given, origin.child(key)
-    for name, part in iterate_parts(keys):
+    for name, part in keys.attach.items():
         yield from _written_keys(part, origin.child("attach", name), (*path, name))
 
 
@@ -453,7 +443,7 @@ def _alternative(keys: Any, rows: Sequence[WrittenKey]) -> Alternative:
         {key: place for _, key, _, place in own},
         {
             name: _alternative(part, [(row[0][1:], row[1], row[2], row[3]) for row in rows if row[0][:1] == (name,)])
-            for name, part in iterate_parts(keys)
+            for name, part in keys.attach.items()
         },
     )
 

@@ -15,7 +15,6 @@ from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, Va
 from scenecc.lower.poses import suspect_degrees, warn_large_angle
 from scenecc.plan import literal, per_scene, varying
 from scenecc.plan.properties import FLOAT32_MAX, Bounds
-from scenecc.spec.base import NOTE_PREFIX
 from scenecc.variation import forms
 from scenecc.variation.bounds import ValueBounds, affine_clamp_bounds, component_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS
@@ -31,8 +30,8 @@ if TYPE_CHECKING:
     from scenecc.lower.articulations.drafts import DraftJoint, DraftMimic
     from scenecc.plan import Value
 
-_POSITION = field_type("qpos")
-_VELOCITY = field_type("qvel")
+_POSITION = field_type("Joint.qpos")
+_VELOCITY = field_type("Joint.qvel")
 
 
 class InitialStateLowerer:
@@ -388,8 +387,6 @@ class JointNumbers:
         numbers = {name: number for number, name in enumerate(self.names) if name}
         found: dict[int, JointValue] = {}
         for name, item in written.items():
-            if name.startswith(NOTE_PREFIX):
-                continue
             place = field_place(origin.child(name))
             if name in numbers:
                 found[numbers[name]] = self._read_value(item, place)

@@ -11,7 +11,7 @@ from scenecc.lower.articulations.drafts import ContactDefaults, DraftJoint, Draf
 from scenecc.lower.articulations.overrides import OverrideValues, nearest_override
 from scenecc.lower.collision_groups import DEFAULT_BITS, GroupBits, find_group
 from scenecc.lower.deferred_checks import ResettableValue
-from scenecc.lower.field_types import BODY_FIELDS, field_type, report_exclusive_keys
+from scenecc.lower.field_types import BODY_FIELDS, field_type
 from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _LINK_KEYS = tuple(row.key for row in properties_of("body") if row.field not in NON_LINK_FIELDS)
 """What a link may say of itself, of what SAPIEN keeps for any body."""
 _MASS_TYPE = BODY_FIELDS["mass"][1]
-_RADIUS_TYPE = field_type("patch_radius")
+_RADIUS_TYPE = field_type("CollisionShape.patch_radius")
 
 
 class LinkLowerer:
@@ -109,8 +109,6 @@ class LinkLowerer:
         if layer is not None:
             keys, origin = layer
             group, written = keys.collision_group, getattr(keys, "collision_bits", None)
-            if group is not None and written is not None:
-                report_exclusive_keys("collision_group", "collision_bits", origin, self._sink)
             if written is not None:
                 return values.of(layer, "collision_bits", BODY_FIELDS["collision_bits"][1])
             found = find_group(
@@ -129,8 +127,6 @@ class LinkLowerer:
         if nearest is None:
             return link.mass, link.inertial
         keys = nearest[0]
-        if keys.mass is not None and keys.inertial is not None:
-            report_exclusive_keys("mass", "inertial", nearest[1], self._sink)
         if keys.inertial is not None:
             given = lower_inertial(keys.inertial, nearest[1], values.fields)
             if nearest is not link.own:
@@ -189,7 +185,7 @@ def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) ->
 
 
 _JOINT_FIELDS = property_fields("joint")
-_JOINT_TYPES = {row.field: field_type(row.field) for row in JOINT_PROPERTIES}
+_JOINT_TYPES = {row.field: field_type(row.quantity) for row in JOINT_PROPERTIES}
 
 
 def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideValues) -> DraftJoint:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, nearest
 from scenecc.lower.poses import lower_limits
-from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.references import NamePattern, compile_name_pattern
 
 if TYPE_CHECKING:
@@ -74,9 +73,7 @@ class PatternOverrides:
         self._origin = origin
         self._maps: dict[str, list[tuple[str, Layer]]] = {
             section: [
-                (pattern, (keys, origin.child(section, pattern)))
-                for pattern, keys in getattr(entity, section).items()
-                if not pattern.startswith(NOTE_PREFIX)
+                (pattern, (keys, origin.child(section, pattern))) for pattern, keys in getattr(entity, section).items()
             ]
             for section in ("links", "joints", "drives")
         }

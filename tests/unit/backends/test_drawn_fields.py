@@ -55,7 +55,7 @@ def test_what_may_be_drawn_anew_can_be_set_and_nothing_else() -> None:
 @pytest.mark.parametrize(
     ("keys", "given", "message"),
     [
-        ("mass: '${u - 0.1}'", 0.1, r"'cube' in scene 1: its mass is drawn as 0.0, and must be at least 1.17549e-38"),
+        ("mass: '${u - 0.1}'", 0.1, r"'cube' in scene 1: its mass is drawn as 0.0, and must be above 0 and"),
         ("mass: '${1 / u}'", 0.0, "'cube' in scene 1: its mass has no value"),
         ("mass: '${1e30 / u}'", 1e-30, "'cube' in scene 1: its mass is drawn as 1e.60, and the engine takes finite"),
         ("material: {physical: {static_friction: '${u}'}}", 0.2, "scene 1: a dynamic friction above the static one"),

@@ -91,7 +91,6 @@ def test_plans_without_origins_have_paths(sink: Any) -> None:
         (BodyStructure("none", (BALL,), (SEEN,)), "SC115"),
         (body(kind="static", mass=constant(1.0)), "SC115"),
         (body(visibility=constant(0.5)), "SC115"),
-        (body(mass=constant(1.0), inertial=Inertial(constant(1.0), IDENTITY, constant([1, 1, 1]))), "SC111"),
         (body(CollisionShape(Sphere(constant(1.0)), density=constant(0.0)), mass=constant(1.0)), "SC510"),
         (body(inertial=Inertial(constant(1.0), IDENTITY, constant([1, 1, 5]))), "SC506"),
         (body(CollisionShape(Sphere(constant(1.0)), contact_offset=constant(0.1), rest_offset=constant(0.1))), "SC507"),

@@ -262,6 +262,26 @@ def test_an_instance_inside(expanded: Expander) -> None:
     assert data["entities"]["work/cube"]["hidden"] is True
 
 
+PAINTED = """
+params: {material: "#ffffff", parent: {type: string, default: none}, near: 1, on: 1}
+entities: {cube: {color: "${material}", mass: "${on}", density: "${near}", shapes: [{type: sphere, radius: 1}]}}
+"""
+
+
+def test_a_parameter_that_is_called_like_a_key_that_names_something_is_given_as_it_is_written(
+    expanded: Expander,
+) -> None:
+    given = "{material: '#00ff00', parent: green, near: '${d}', on: '${n}'}"
+    data = expanded.good(
+        f"draws: {{d: {{uniform: [1, 2]}}}}\nparams: {{n: 5}}\n"
+        f"entities: {{outer: {{use: outer.yaml, override: {{inner: {{with: {given}}}}}}}}}",
+        {"outer.yaml": "entities: {inner: {use: inner.yaml}}", "inner.yaml": PAINTED},
+    ).data
+    cube = data["entities"]["outer/inner/cube"]
+    assert (cube["color"], cube["mass"]) == ("#00ff00", 5)
+    assert data["draws"]["outer/inner/near"] == Template("${d}")
+
+
 def test_scenes_of_what_is_inside(expanded: Expander) -> None:
     text = (
         "num_scenes: 4\nentities: {work: {use: work.yaml, scene_idxs: '0:2', override: {leg_0: {scene_idxs: [1, 3]}}}}"
@@ -304,6 +324,31 @@ def test_what_something_refers_to_is_not_removed(expanded: Expander, override: s
     assert message in found.message
     assert str(found.file).endswith("scene.yaml")
     assert any(str(note.location.file).endswith("work.yaml") for note in found.related)
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "region: zone",
+        "region: zone, near: {x-old: [0, 1]}",
+        "relative_to: zone",
+        "facing: zone",
+        "near: {zone: [0, 1]}",
+    ],
+)
+def test_a_frame_that_a_placement_names_is_not_removed(expanded: Expander, key: str) -> None:
+    prefab = (
+        "frames: {zone: {pose: [0, 0, 0], region: [[0, 0], [1, 1]]}}\n"
+        f"entities: {{mug: {{place: {{on: table, {key}}}}}, table: {{}}}}"
+    )
+    found = expanded.one("entities: {a: {use: a.yaml, override: {frames/zone: remove}}}", {"a.yaml": prefab})
+    assert (found.code, found.message) == ("SC245", "`a/zone` cannot be removed: `a/mug` refers to it")
+
+
+def test_a_name_in_a_form_is_found(expanded: Expander) -> None:
+    prefab = "materials: {red: {}, blue: {}}\nentities: {mug: {material: {choice: [red, {once: {cycle: [blue]}}]}}}"
+    found = expanded.one("entities: {a: {use: a.yaml, override: {materials/blue: remove}}}", {"a.yaml": prefab})
+    assert (found.code, found.message) == ("SC245", "`a/blue` cannot be removed: `a/mug` refers to it")
 
 
 def test_what_is_inside_of_what_is_removed_is_not_overridden(expanded: Expander) -> None:

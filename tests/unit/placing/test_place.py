@@ -97,6 +97,12 @@ def test_planks_have_one_top() -> None:
     assert np.allclose(cube[:, 2], 0.42 + 0.001 + 0.015)
 
 
+def test_a_note_among_the_distances_is_ignored() -> None:
+    ball = {"place": {"on": "table", "near": {"x-old": [0, 1]}}, "shapes": [SHAPES[1]]}
+    (placement,) = compile_scene(scene(1, ball=ball)).placements
+    assert placement.near == ()
+
+
 def test_inside_above_near_and_facing() -> None:
     walls = [
         {"type": "box", "half_size": size, "pose": at}

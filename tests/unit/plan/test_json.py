@@ -491,5 +491,5 @@ def test_the_bounds_are_those_of_the_language() -> None:
     from scenecc.plan import schema
     from scenecc.spec import physics
 
-    assert schema.SCALAR_BOUNDS["cpu_workers"].high == physics.MAX_THREADS
-    assert schema.SCALAR_BOUNDS["num_threads_for_construction"].high == physics.MAX_THREADS
+    assert schema.SCALAR_BOUNDS["Physics.cpu_workers"].high == physics.MAX_THREADS
+    assert schema.SCALAR_BOUNDS["SdfConfig.num_threads_for_construction"].high == physics.MAX_THREADS

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass, make_dataclass
 
 import pytest
 
-from scenecc.plan import BodyStructure, CollisionShape, Joint
-from scenecc.plan.properties import JOINT_PROPERTIES, PROPERTIES, Property, Quantity, property_fields
-from scenecc.plan.schema import plan_fields
+from scenecc.plan import BodyStructure, CollisionShape, Joint, Value
+from scenecc.plan.properties import (
+    ANY,
+    COUNT,
+    JOINT_PROPERTIES,
+    POSITIVE,
+    PROPERTIES,
+    Property,
+    Quantity,
+    property_fields,
+)
+from scenecc.plan.schema import ScalarKind, plan_fields
 
 
 @pytest.mark.parametrize(
@@ -22,6 +32,24 @@ from scenecc.plan.schema import plan_fields
 def test_each_value_of_a_body_a_shape_and_a_joint_is_a_row(cls: type, parts: tuple[str, ...], others: set[str]) -> None:
     values = {slot.name for slot in plan_fields(cls) if isinstance(slot.kind, Quantity)}
     assert values == set(property_fields(*parts)) | others  # pyright: ignore[reportArgumentType]
+
+
+@dataclass
+class Shelf:
+    height: int
+    apart: float
+    color: Value | None = None
+
+
+def test_a_field_takes_no_range_of_one_with_the_same_name() -> None:
+    with pytest.raises(KeyError, match=r"Shelf\.color"):
+        plan_fields(Shelf)
+    plain = make_dataclass("Shelf", [("height", int), ("apart", float)])
+    assert [slot.kind for slot in plan_fields(plain)] == [ScalarKind(int, COUNT), ScalarKind(float, ANY)]
+
+
+def test_a_number_that_must_be_positive_is_above_0() -> None:
+    assert str(POSITIVE) == "above 0 and at most 3.40282e+38"
 
 
 @pytest.mark.parametrize("knob", [*PROPERTIES, *JOINT_PROPERTIES], ids=lambda knob: knob.field)

@@ -110,6 +110,21 @@ def test_of_several_patterns_the_later_counts_key_by_key_and_what_a_link_says_it
     assert (rows(found["b"].friction), rows(found["b"].armature), found["a"].armature) == ([1.0], [2.0], None)
 
 
+def test_a_joint_of_a_tree_says_its_own_speed() -> None:
+    def tree(**keys: Any) -> dict[str, Any]:
+        link = {"name": "l", "joint": {"name": "j", "type": "revolute", **keys}, "shapes": BOX}
+        return {"root": {"name": "base", "children": [link]}}
+
+    document = {"scenecc": 1, "num_scenes": 2, "entities": {
+        "plain": tree(max_velocity=2),
+        "drawn": tree(max_velocity={"cycle": [1, 3]}),
+        "matched": {**tree(max_velocity=2), "joints": {"j": {"max_velocity": 5}}},
+    }}  # fmt: skip
+    plan = compile_scene(document)
+    assert [rows(joints(plan, number)["j"].max_velocity) for number in range(3)] == [[2.0], [1.0, 3.0], [5.0]]
+    assert codes({"scenecc": 1, "entities": {"a": tree(type="fixed", max_velocity=2)}}) == ["SC115"]
+
+
 def test_what_is_drawn_is_held_within_the_limits_and_so_is_its_recipe() -> None:
     data = scene(50, qpos=[{"uniform": [-3, 3]}], joints={"hinge": {"limits": [-1, {"per_scene": [1] * 49 + [2]}]}})
     joint = joints(compile_scene(data))["hinge"]

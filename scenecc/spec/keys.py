@@ -1,0 +1,175 @@
+"""The keys that may be at a place of a document, and what their models declare about them."""
+
+from __future__ import annotations
+
+import types
+import typing
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel
+from typing_extensions import TypeAliasType
+
+from scenecc.spec.base import NOTE_PREFIX, PATTERN, WHOLE, Names
+from scenecc.spec.document import SceneFile
+from scenecc.spec.nodes import LazyType, ModelChoice, child_at, is_mapping, is_sequence
+from scenecc.spec.repetition import Repeat
+from scenecc.spec.values import VaryingAnnotation
+from scenecc.variation.forms import FORM_KEYS, ONCE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scenecc.diagnostics.diagnostic import Path, PathKey
+    from scenecc.spec.base import NameKind
+
+    Change = Callable[[Any, NameKind | None, Path], Any]
+
+
+@dataclass
+class Place:
+    """What may be written at a place.
+
+    Attributes:
+        names: what a text names.
+        varies: whether a form may be here.
+        whole: whether an override replaces a mapping, and does not merge it.
+        pattern: whether a text is a pattern of names.
+        key: of a mapping of names, the place of its keys.
+        entry, item: of a mapping of names and of a list: the place of what is in it.
+        choice: the model of a mapping of keys, or what chooses one.
+    """
+
+    names: NameKind | None = None
+    varies: bool = False
+    whole: bool = False
+    pattern: bool = False
+    key: Place | None = None
+    entry: Place | None = None
+    item: Place | None = None
+    choice: type[BaseModel] | ModelChoice | None = None
+
+    def model(self, node: Any) -> type[BaseModel] | None:
+        """The model of a mapping of keys; None where there is none."""
+        return self.choice.choose(node) if isinstance(self.choice, ModelChoice) else self.choice
+
+    def below(self, node: Any, step: PathKey) -> Place:
+        """The place of a key or an item of a node that is here."""
+        if not isinstance(step, str):
+            return self.item or NOWHERE
+        model = self.model(node)
+        if model is None:
+            return self.entry or NOWHERE
+        return model_places(model).get(step) or (_REPEAT if step == "repeat" else NOWHERE)
+
+    def is_form(self, node: Any) -> bool:
+        """Whether a mapping is one value that differs from scene to scene."""
+        return self.varies and not FORM_KEYS.isdisjoint(node)
+
+
+NOWHERE = Place()
+"""Where anything may be, and names nothing."""
+
+
+@cache
+def section_place(section: str) -> Place:
+    """The place of an entry of a section."""
+    return model_places(SceneFile)[section].entry or NOWHERE
+
+
+@cache
+def model_places(model: type[BaseModel]) -> dict[str, Place]:
+    """The keys of a model, with their places."""
+    return {
+        field.alias or name: _take(Place(), field.annotation, field.metadata)
+        for name, field in model.model_fields.items()
+    }
+
+
+def _take(place: Place, annotation: Any, metadata: typing.Iterable[Any] = ()) -> Place:
+    """Adds to a place what a type says of it."""
+    for said in metadata:
+        match said:
+            case LazyType():
+                annotation = said.type
+            case ModelChoice():
+                place.choice, annotation = said, None
+            case Names(kind):
+                place.names = kind
+            case VaryingAnnotation():
+                place.varies = True
+            case _:
+                place.whole |= said is WHOLE
+                place.pattern |= said is PATTERN
+    _take_type(place, annotation)
+    return place
+
+
+def _take_type(place: Place, annotation: Any) -> None:
+    """Adds what a type without annotations says."""
+    origin, args = typing.get_origin(annotation), typing.get_args(annotation)
+    if isinstance(annotation, TypeAliasType):
+        _take(place, annotation.__value__)
+    elif origin is Annotated:
+        _take(place, args[0], args[1:])
+    elif origin in (typing.Union, types.UnionType):
+        for branch in args:
+            _take(place, branch)
+    elif origin is dict:
+        place.key, place.entry = _take(Place(), args[0]), _take(Place(), args[1])
+    elif origin in {list, tuple}:
+        place.item = _take(Place(), args[0])
+    elif isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        place.choice = annotation
+
+
+_DOCUMENT = Place(choice=SceneFile)
+
+_REPEAT = _take(Place(), Repeat)
+"""Of shapes, whose models have no such key: expansion takes it out."""
+
+
+def place_at(data: Any, path: Path) -> Place:
+    """The place at a path of a document. An alternative of a form is at the place of the form."""
+    place, node, steps = _DOCUMENT, data, iter(path)
+    for step in steps:
+        if is_mapping(node) and place.is_form(node):
+            node = child_at(node, step)
+            step = None if step == ONCE else next(steps, None)  # noqa: PLW2901 - the place is that of the form
+        else:
+            place = place.below(node, step)
+        node = node if step is None else child_at(node, step)
+    return place
+
+
+def change_leaves(node: Any, place: Place, change: Change, path: Path = ()) -> Any:
+    """A copy of a node with its scalars, and keys that name something, changed; notes stay as they are.
+
+    Args:
+        node: plain data, with templates in place of expressions.
+        place: of it.
+        change: gives what replaces a scalar, from that, what it names here and its path.
+        path: of the node.
+    """
+    if is_sequence(node):
+        item = place.item or NOWHERE
+        return [change_leaves(one, item, change, (*path, index)) for index, one in enumerate(node)]
+    if not is_mapping(node):
+        return change(node, place.names, path)
+    made: dict[str, Any] = {}
+    is_form = place.is_form(node)
+    for key, below in node.items():
+        at = (*path, key)
+        if key.startswith(NOTE_PREFIX):
+            made[key] = below
+        elif not is_form:
+            named = key if place.key is None or place.key.names is None else change(key, place.key.names, at)
+            made[named] = change_leaves(below, place.below(node, key), change, at)
+        elif is_sequence(below):
+            made[key] = [change_leaves(one, place, change, (*at, index)) for index, one in enumerate(below)]
+        elif is_mapping(below) and not place.is_form(below):
+            made[key] = {scene: change_leaves(one, place, change, (*at, scene)) for scene, one in below.items()}
+        else:
+            made[key] = change_leaves(below, place, change, at)
+    return made
