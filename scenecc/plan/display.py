@@ -257,11 +257,11 @@ def format_reset_pair(
 
 
 def _format_reset(value: Value, plan: ScenePlan, part: slice | None) -> str:
-    from scenecc.variation.node_bounds import find_bounds  # noqa: PLC0415 - most plans have no recipes
+    from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - most plans have no recipes
 
     if value.recipe is None:
         return "as built"
-    found = find_bounds(value.recipe, dict(plan.draws), num_scenes=plan.num_scenes)
+    found = BoundsAnalysis(dict(plan.draws), {}, plan.num_scenes).bounds(value.recipe)
     if part is not None and found.low is not None:
         found = slice_value_bounds(found, part.start, part.stop)
         if part.start and is_any_rotation(found):
