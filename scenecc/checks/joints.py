@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite, pi
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.checks.value_queries import highest, is_deferred, judged_limits, list_alternatives, lowest
+from scenecc.checks.value_queries import Row, find_single_fault, report_fault, reversed_limits
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
@@ -51,24 +51,31 @@ def _format_joint(joint: Joint) -> str:
 
 
 def _check_joint_limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    pairs = () if joint.limits is None else judged_limits(joint.limits, drawn=drawn)
-    wrong = next(((low, high) for low, high in pairs if low > high), None)
-    if wrong is not None:
-        low, high = wrong
+    found = joint.limits and reversed_limits(joint.limits, _reversed, drawn=drawn)
+    if found is not None:
+        low, high = found.found
         message = f"the lowest position of {_format_joint(joint)}, {low:g}, is above the highest, {high:g}"
         place = joint.limits_origin or joint.origin or origin
         at: Literal["key", "value"] = "key" if joint.limits_origin is None else "value"
-        sink.report("SC520", message, place, at=at, hint="limits are [lowest, highest]")
+        report_fault(sink, "SC520", message, place, "limits are [lowest, highest]", found.sample, at=at)
+
+
+def _reversed(limits: Row) -> Row | None:
+    return limits if limits[0] > limits[1] else None
 
 
 def _check_joint_distance(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    places = [pose for pose in (joint.pose_in_parent, joint.pose_in_child) if pose is not None]
-    if not places or is_deferred(places, drawn=drawn):
-        return
-    far = max(abs(number) for place in places for number in (*lowest(place)[:3], *highest(place)[:3]))
-    if far > _MAX_JOINT_DISTANCE:
-        message = f"{_format_joint(joint)} is {far:.3g} m from a link of it, and {_MAX_JOINT_DISTANCE:g} m is the most"
-        sink.report("SC512", message, joint.origin or origin, hint="mend the coordinates: they are in metres")
+    def judge(pose: Row) -> float | None:
+        far = max(map(abs, pose[:3]))
+        return far if far > _MAX_JOINT_DISTANCE else None
+
+    for place in (joint.pose_in_parent, joint.pose_in_child):
+        found = place and find_single_fault(place, judge, drawn=drawn)
+        if found is not None:
+            far = f"{found.found:.3g} m from a link of it, and {_MAX_JOINT_DISTANCE:g} m is the most"
+            hint = "mend the coordinates: they are in metres"
+            report_fault(sink, "SC512", f"{_format_joint(joint)} is {far}", joint.origin or origin, hint, found.sample)
+            return
 
 
 def _check_link_count(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
@@ -185,26 +192,29 @@ def _iterate_limits(constraint: Constraint, origin: Origin) -> Iterator[tuple[Va
 
 
 def _check_drive_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool, drawn: bool) -> None:
-    pairs = judged_limits(limits, drawn=drawn)
-    wrong = next(((low, high) for low, high in pairs if low > high), None)
-    if wrong is not None:
-        message = f"the lowest must not be above the highest: {wrong[0]:g} is above {wrong[1]:g}"
-        sink.report("SC560", message, place, hint="PhysX takes such limits and applies none, or others")
+    found = reversed_limits(limits, _reversed, drawn=drawn)
+    if found is not None:
+        low, high = found.found
+        message = f"the lowest must not be above the highest: {low:g} is above {high:g}"
+        hint = "PhysX takes such limits and applies none, or others"
+        report_fault(sink, "SC560", message, place, hint, found.sample)
         return
-    far = next((side for pair in pairs for side in pair if turns and isfinite(side) and abs(side) > pi), None)
-    if far is not None:
+    found = reversed_limits(limits, _beyond_half_turn, drawn=drawn) if turns else None
+    if found is not None:
+        far = found.found
         message = f"PhysX knows the twist from -π to π only, so that a limit of {far:g} is never reached"
-        sink.report(
-            "SC561",
-            message,
-            place,
-            hint="`limits_deg` takes degrees" if abs(far) > 2 * pi else "write one within -π and π, or ±.inf for none",
-        )
+        hint = "`limits_deg` takes degrees" if abs(far) > 2 * pi else "write one within -π and π, or ±.inf for none"
+        report_fault(sink, "SC561", message, place, hint, found.sample)
+
+
+def _beyond_half_turn(limits: Row) -> float | None:
+    return next((side for side in limits if isfinite(side) and abs(side) > pi), None)
 
 
 def _check_ratio(ratio: Value, place: Origin, sink: Sink, *, drawn: bool) -> None:
-    if not is_deferred([ratio], drawn=drawn) and (0.0,) in (list_alternatives(ratio) or ()):
-        sink.report("SC104", "`ratio` must not be 0", place, hint="a gear of ratio 0 turns nothing")
+    found = find_single_fault(ratio, lambda row: None if row[0] else row, drawn=drawn)
+    if found is not None:
+        report_fault(sink, "SC104", "`ratio` must not be 0", place, "a gear of ratio 0 turns nothing", found.sample)
 
 
 def _check_ends(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> bool:

@@ -6,22 +6,21 @@ from itertools import chain, islice
 from typing import TYPE_CHECKING, NamedTuple
 
 from scenecc.checks.value_queries import (
+    Fault,
     Row,
-    alternatives_or_extremes,
+    find_fault,
+    find_single_fault,
     highest,
-    is_bounded,
-    is_deferred,
     list_alternatives,
     lowest,
     report_fault,
-    rows,
 )
 from scenecc.plan import literal
 from scenecc.plan.geometry import Solid
 from scenecc.plan.properties import DEFAULT_DENSITY, FLOAT32_MAX, FLOAT32_MIN, MAX_BODY_OFFSET
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import At, Origin
@@ -50,16 +49,12 @@ def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sin
         if isinstance(shape.geometry, Solid):
             holes.update(len(values) + shape.geometry.__slots__.index(size) for size in shape.geometry.HOLES)
             values += shape.geometry.values
-    if is_deferred(values, drawn=drawn):
-        if not drawn:
-            _warn_mass_may_fail(body, name, _corners(values, holes), origin, sink)
-        return
-    found = rows(values)
-    for row in _corners(values, holes) if found is None else found:
-        fault = _density_mass_fault(body, name, row, origin)
-        if fault is not None:
-            _report(fault, sink)
-            return
+
+    def judge(*row: Row) -> _MassFault | None:
+        # A size that an expression makes negative is reported at the expression.
+        return None if min(chain.from_iterable(row)) < 0 else _density_mass_fault(body, name, row, origin)
+
+    _report(find_fault(values, judge, drawn=drawn, corners=lambda: _corners(values, holes)), sink)
 
 
 def _corners(values: Sequence[Value], holes: Collection[int] = ()) -> list[tuple[Row, ...]]:
@@ -70,19 +65,6 @@ def _corners(values: Sequence[Value], holes: Collection[int] = ()) -> list[tuple
     light = tuple((highest if number in holes else lowest)(value) for number, value in enumerate(values))
     heavy = tuple((lowest if number in holes else highest)(value) for number, value in enumerate(values))
     return [light, heavy]
-
-
-def _warn_mass_may_fail(
-    body: BodyStructure, name: str, corners: list[tuple[Row, ...]], origin: Origin, sink: Sink
-) -> None:
-    """Warns of a mass by expressions that may be invalid; rows are checked once they are drawn."""
-    if not all(map(is_bounded, chain.from_iterable(corners))) or min(chain.from_iterable(corners[0])) < 0:
-        return  # an expression may give an invalid size, which is reported at the expression
-    light, heavy = (_density_mass_fault(body, name, row, origin) for row in corners)
-    fault = light or heavy
-    if fault is None:
-        return
-    _report(fault, sink, possible=not (light and heavy and light.code == heavy.code))
 
 
 class _MassFault(NamedTuple):
@@ -146,49 +128,50 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
         given += [body.inertial.mass, body.inertial.inertia]
     if not (places or given):
         return
-    by_rows = not drawn and is_deferred([*places, *given], drawn=False)
-    if drawn and is_deferred([*places, *given], drawn=True):
-        return
-    ends = _finite_extremes if by_rows else alternatives_or_extremes
-    far = max((abs(number) for place in places for row in ends(place) for number in row[:3]), default=0)
-    if far > MAX_BODY_OFFSET:
+
+    def judge_place(place: Row) -> _MassFault | None:
+        far = max(map(abs, place[:3]))
+        if far <= MAX_BODY_OFFSET:
+            return None
         message = (
             f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin, and {MAX_BODY_OFFSET:g} m is "
             "the most that leaves something of its inertia in single precision"
         )
-        hint = "mend the coordinates: they are in metres"
-        _report(_MassFault("SC512", message, origin, hint), sink, possible=by_rows)
-    # The engine keeps the inverse, and takes 1 where that is no normal number.
-    wrong = [
-        number for item in given for row in ends(item) for number in row if not FLOAT32_MIN <= number <= 1 / FLOAT32_MIN
-    ]
-    if wrong:
-        message = (
-            f"the mass or a moment of inertia of `{name}` is {wrong[0]:.3g}, whose inverse the engine does not hold"
-        )
-        hint = "mend the mass or the inertia: they are in kg and kg·m²"
-        _report(_MassFault("SC512", message, origin, hint), sink, possible=by_rows)
+        return _MassFault("SC512", message, origin, "mend the coordinates: they are in metres")
+
+    def judge_numbers(numbers: Row) -> _MassFault | None:
+        # The engine keeps the inverse, and takes 1 where that is no normal number.
+        wrong = next((number for number in numbers if not FLOAT32_MIN <= number <= 1 / FLOAT32_MIN), None)
+        if wrong is None:
+            return None
+        message = f"the mass or a moment of inertia of `{name}` is {wrong:.3g}, whose inverse the engine does not hold"
+        return _MassFault("SC512", message, origin, "mend the mass or the inertia: they are in kg and kg·m²")
+
+    for values, judge in ((places, judge_place), (given, judge_numbers)):
+        found = (find_single_fault(value, judge, drawn=drawn) for value in values)
+        _report(next((fault for fault in found if fault is not None), None), sink)
 
 
 def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """Checks shape positions of a kinematic body: the engine squares them to compute an inertia."""
     places = [shape.pose for shape in body.collisions if shape.pose is not None]
-    places = [place for place in places if not is_deferred([place], drawn=drawn)]
-    rows_of = chain.from_iterable(map(alternatives_or_extremes, places))
-    far = max((abs(number) for row in rows_of for number in row[:3]), default=0)
-    if far**2 > FLOAT32_MAX:
+
+    def judge(place: Row) -> _MassFault | None:
+        far = max(map(abs, place[:3]))
+        if far**2 <= FLOAT32_MAX:
+            return None
         message = f"a shape of `{name}` is {far:.3g} m from its origin, which single precision does not hold"
-        _report(_MassFault("SC512", message, origin, "mend the coordinates: they are in metres"), sink)
+        return _MassFault("SC512", message, origin, "mend the coordinates: they are in metres")
+
+    found = (find_single_fault(place, judge, drawn=drawn) for place in places)
+    _report(next((fault for fault in found if fault is not None), None), sink)
 
 
-def _report(fault: _MassFault, sink: Sink, *, possible: bool = False) -> None:
-    report_fault(sink, fault.code, fault.message, fault.place, fault.hint, possible=possible, at=fault.at)
-
-
-def _finite_extremes(value: Value) -> list[Row]:
-    """Minimum and maximum of each number; empty if an expression is unbounded."""
-    found = [lowest(value), highest(value)]
-    return found if all(map(is_bounded, found)) else []
+def _report(fault: Fault | None, sink: Sink) -> None:
+    """Reports a `_MassFault` that was found."""
+    if fault is not None:
+        found: _MassFault = fault.found
+        report_fault(sink, found.code, found.message, found.place, found.hint, fault.sample, at=found.at)
 
 
 def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
@@ -196,20 +179,19 @@ def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *,
     if body.inertial is None:
         return
     inertia = body.inertial.inertia
-    if is_deferred([inertia], drawn=drawn):
-        return
-    found = list_alternatives(inertia)
-    if any(map(_is_impossible, found if found is not None else _extreme_moments(inertia))):
-        sink.report(
-            "SC506",
-            f"no body has the inertia of `{name}`: one moment is above the sum of the others",
-            origin.child("inertial", "inertia"),
-            hint="each of ixx, iyy, izz is at most the sum of the other two",
-        )
 
+    def judge(moments: Row) -> Row | None:
+        return moments if 2 * max(moments) > sum(moments) * (1 + 1e-9) else None
 
-def _is_impossible(moments: Row) -> bool:
-    return 2 * max(moments) > sum(moments) * (1 + 1e-9)
+    def corners() -> Iterable[tuple[Row, ...]]:
+        found = list_alternatives(inertia)
+        return [(row,) for row in (_extreme_moments(inertia) if found is None else found)]
+
+    found = find_fault([inertia], judge, drawn=drawn, corners=corners)
+    if found is not None:
+        message = f"no body has the inertia of `{name}`: one moment is above the sum of the others"
+        hint = "each of ixx, iyy, izz is at most the sum of the other two"
+        report_fault(sink, "SC506", message, origin.child("inertial", "inertia"), hint, found.sample)
 
 
 def _extreme_moments(inertia: Value) -> list[Row]:

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia
 from scenecc.checks.value_queries import (
-    alternatives_or_extremes,
-    highest,
+    Row,
+    find_single_fault,
     is_bounded,
-    is_deferred,
-    lowest,
+    is_sampled,
     report_fault,
     wrong_pair,
 )
@@ -108,14 +107,13 @@ def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Si
     """
     found = wrong_pair(material.dynamic_friction, material.static_friction, gt, drawn=drawn)
     if found is not None:
-        (dynamic, static), possible = found
+        (dynamic, static), sample = found
         message = f"dynamic friction {dynamic:g} is above static friction {static:g}"
         hint = "what is left out is the default material's; sliding never rubs more than sticking"
-        report_fault(sink, "SC504", message, origin, hint, possible=possible)
-    if not is_deferred([material.restitution], drawn=drawn):
-        bouncy = [number for (number,) in alternatives_or_extremes(material.restitution) if not 0 <= number <= 1]
-        if bouncy:
-            sink.report("SC505", f"restitution {bouncy[0]:g} is not in 0..1", origin)
+        report_fault(sink, "SC504", message, origin, hint, sample)
+    found = find_single_fault(material.restitution, lambda row: None if 0 <= row[0] <= 1 else row[0], drawn=drawn)
+    if found is not None:
+        report_fault(sink, "SC505", f"restitution {found.found:g} is not in 0..1", origin, "", found.sample)
 
 
 def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None:
@@ -135,7 +133,7 @@ def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None
     contact, rest = _default_offsets(physics)
     if not _begins_before(contact, rest):
         key = "rest_offset" if physics.rest_offset is not None else "contact_offset"
-        _report_offsets(contact, rest, origin.child(key), sink, possible=False)
+        _report_offsets(contact, rest, origin.child(key), sink)
 
 
 def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin, sink: Sink, *, drawn: bool) -> None:
@@ -155,9 +153,9 @@ def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin,
         offsets = shape.rest_offset or default_rest, shape.contact_offset or default_contact
         found = wrong_pair(*offsets, lambda rest, contact: not _begins_before(contact, rest), drawn=drawn)
         if found is not None:
-            (rest, contact), possible = found
+            (rest, contact), sample = found
             key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
-            _report_offsets(contact, rest, (shape.origin or origin).child(key), sink, possible=possible)
+            _report_offsets(contact, rest, (shape.origin or origin).child(key), sink, sample)
 
 
 def _default_offsets(physics: Physics) -> tuple[float, float]:
@@ -169,10 +167,12 @@ def _begins_before(contact: float, rest: float) -> bool:
     return round_to_float32(contact) > round_to_float32(rest)
 
 
-def _report_offsets(contact: float, rest: float, origin: Origin, sink: Sink, *, possible: bool) -> None:
+def _report_offsets(
+    contact: float, rest: float, origin: Origin, sink: Sink, sample: tuple[int, int] | None = None
+) -> None:
     message = f"contact_offset {contact:g} is not above rest_offset {rest:g}"
     hint = "contacts must begin before shapes rest: raise contact_offset or lower rest_offset"
-    report_fault(sink, "SC507", message, origin, hint, possible=possible)
+    report_fault(sink, "SC507", message, origin, hint, sample)
 
 
 class NumberRule(Protocol):
@@ -384,7 +384,7 @@ def _check_mesh_scales(body: BodyStructure, name: str, origin: Origin, sink: Sin
     for shape in body.visuals:
         scale = shape.geometry.scale if isinstance(shape.geometry, Mesh) else None
         # Values of expressions are checked once they are drawn.
-        if scale is not None and not is_deferred([scale], drawn=False) and not all(scale.numbers()):
+        if scale is not None and not is_sampled(scale) and not all(scale.numbers()):
             place = (shape.origin or origin).child("scale")
             sink.report("SC104", f"a scale of 0 leaves nothing of a mesh of `{name}`", place)
 
@@ -418,29 +418,32 @@ def _check_ring(ring: Ring, name: str, origin: Origin, sink: Sink, *, drawn: boo
     radii = ring.inner_radius, ring.outer_radius
     found = wrong_pair(*radii, lambda inner, outer: inner > MAX_RADIUS_RATIO * outer, drawn=drawn)
     if found is not None:
-        (inner, outer), possible = found
+        (inner, outer), sample = found
         message = f"a ring of `{name}` with an inner radius of {inner:g} m and an outer one of {outer:g} m"
         hint, place = f"`inner_radius` is at most {MAX_RADIUS_RATIO} of `outer_radius`", origin.child("inner_radius")
-        report_fault(sink, "SC528", f"{message} has no wall that can be built", place, hint, possible=possible)
+        report_fault(sink, "SC528", f"{message} has no wall that can be built", place, hint, sample)
 
 
 def _check_terrain(terrain: Heightfield, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """Checks that terrain reaches no farther than a mesh may, and that PhysX keeps its triangles."""
-    possible = not drawn and is_deferred([terrain.size], drawn=False)
-    most, least = highest(terrain.size), lowest(terrain.size)
-    if (drawn and is_deferred([terrain.size], drawn=True)) or not is_bounded((*most, *least)):
-        return
-    x, y, z = most
-    reach = max(x / 2, y / 2, z * max(abs(height) for row in terrain.heights for height in row))
-    if reach > MAX_COORDINATE:
-        message = f"the terrain of `{name}` reaches {reach:.3g} m, and {MAX_COORDINATE:.0e} m is the most"
-        hint = "a height is multiplied by the third number of `size`"
-    elif min(least[:2]) < MIN_TERRAIN:
-        message = f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y"
-        hint = "lengths are in metres"
-    else:
-        return
-    report_fault(sink, "SC529", message, origin.child("size"), hint, possible=possible)
+    tallest = max(abs(height) for row in terrain.heights for height in row)
+
+    def judge(size: Row) -> tuple[str, str] | None:
+        if not is_bounded(size):
+            return None
+        x, y, z = size
+        reach = max(x / 2, y / 2, z * tallest)
+        if reach > MAX_COORDINATE:
+            message = f"the terrain of `{name}` reaches {reach:.3g} m, and {MAX_COORDINATE:.0e} m is the most"
+            return message, "a height is multiplied by the third number of `size`"
+        if min(x, y) < MIN_TERRAIN:
+            return f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y", "lengths are in metres"
+        return None
+
+    found = find_single_fault(terrain.size, judge, drawn=drawn)
+    if found is not None:
+        message, hint = found.found
+        report_fault(sink, "SC529", message, origin.child("size"), hint, found.sample)
 
 
 class ShapeRule(Protocol):

@@ -46,19 +46,19 @@ def _check_clip_planes(
     """The near plane lies before the far one, in single precision."""
     found = wrong_pair(near, far, lambda a, b: round_to_float32(a) >= round_to_float32(b), drawn=drawn)
     if found is not None:
-        wrong, possible = found
+        wrong, sample = found
         message = f"`{keys[0]}` {wrong[0]:g} is not below `{keys[1]}` {wrong[1]:g}: nothing lies between"
         hint = f"lower `{keys[0]}` or raise `{keys[1]}`"
-        report_fault(sink, "SC550", message, origin, hint, possible=possible)
+        report_fault(sink, "SC550", message, origin, hint, sample)
 
 
 def _check_cone_angles(inner: Value, outer: Value, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     found = wrong_pair(inner, outer, gt, drawn=drawn)
     if found is not None:
-        wider, possible = found
+        wider, sample = found
         message = f"the inner cone is {wider[0]:g} rad wide, and the outer one {wider[1]:g}"
         hint = "from the inner cone to the outer one light fades to nothing"
-        report_fault(sink, "SC551", message, origin, hint, possible=possible)
+        report_fault(sink, "SC551", message, origin, hint, sample)
 
 
 def _check_area_light_visible(light: Light, plan: ScenePlan, origin: Origin, sink: Sink) -> None:

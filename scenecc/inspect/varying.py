@@ -18,6 +18,7 @@ from scenecc.plan.display import (
 from scenecc.plan.properties import Quantity
 from scenecc.plan.walk import walk_fields
 from scenecc.variation.bounds import ValueBounds, union_bounds
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -57,43 +58,41 @@ class Fields:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A value of the plan under the name that a scene file has for it.
-
-    `drawn`: what it is in the scenes at hand, where less is known of all that it can be.
-    """
+    """A value of the plan under the name that a scene file has for it."""
 
     label: str
     bounds: ValueBounds
     varies: bool
     at_reset: bool = False
-    drawn: bool = False
 
 
-def _shown_bounds(value: Value) -> tuple[ValueBounds, bool]:
-    """The bounds to show for a value, and whether they are those of its drawn data: if nothing else bounds it."""
-    support = value.bounds
-    if support.alternatives is not None or not value.may_vary or _is_finite(support.low, support.high):
-        return support, False
-    return ValueBounds.of_rows(value.data), True
+def _shown_bounds(value: Value) -> ValueBounds:
+    """The bounds to show for a value: those of its samples if it has no finite ones."""
+    found = value.bounds
+    if found.alternatives is not None or not value.may_vary or _is_finite(found.low, found.high):
+        return found
+    try:
+        return ValueBounds.of_samples(value.samples)
+    except DrawError:  # a warning says where it has no value
+        return found
 
 
 def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str = "") -> str:
     """The possible values of a field, for people. `name`: of the field in scene files."""
-    support, drawn = _shown_bounds(value)
-    start, end = ("", ", as drawn") if drawn else _bound_words(support)
+    support = _shown_bounds(value)
     words = _words(name, support, files)
     each = " each" if words.endswith(" each") else ""
-    return f"{start}{words.removesuffix(each)} {unit}".rstrip() + each + end
+    return f"{_about(support)}{words.removesuffix(each)} {unit}".rstrip() + each
 
 
 def pose_words(value: Value) -> tuple[str, str]:
     """The possible positions [m] and rotations (wxyz) of a pose, likewise."""
-    support, drawn = _shown_bounds(value)
+    support = _shown_bounds(value)
     if support.low is None:
         return ("by an expression", "by an expression")
-    start, end = ("", ", as drawn") if drawn else _bound_words(support)
+    about = _about(support)
     p, q = slice_value_bounds(support, 0, 3), slice_value_bounds(support, 3, 7)
-    return f"{start}{format_value_bounds(p)} m{end}", _rotation(q, start, end)
+    return f"{about}{format_value_bounds(p)} m", _rotation(q, about)
 
 
 def _is_finite(*bounds: Any) -> bool:
@@ -143,8 +142,7 @@ def _values(node: Any, plan: ScenePlan) -> Iterator[_Found]:
         if not isinstance(kind, Quantity):
             continue
         if kind.table is None or kind.table == "files":
-            support, drawn = _shown_bounds(value)
-            yield _Found(_label(path), support, value.may_vary, value.recipe is not None, drawn)
+            yield _Found(_label(path), _shown_bounds(value), value.may_vary, value.recipe is not None)
         else:
             table: Sequence[Any] = getattr(plan, kind.table)
             yield from _material(path, [table[int(index)] for index in value.bounds.alternatives or ()])
@@ -163,40 +161,38 @@ def _material(where: str, materials: list[Any]) -> Iterator[_Found]:
     ]
     for label in dict.fromkeys(chain.from_iterable(rows)):
         given = [row[label] for row in rows if label in row]
-        shown = [_shown_bounds(value) for value in given]
-        support = union_bounds(part for part, _ in shown)
+        support = union_bounds(map(_shown_bounds, given))
         one = support.alternatives is not None and len(support.alternatives) == 1
         yield _Found(
             label,
             support,
             varies=len(given) < len(rows) or not one,
             at_reset=any(value.recipe is not None for value in given),
-            drawn=any(drawn for _, drawn in shown),
         )
 
 
 def _list_differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[VaryingField]:
     support = union_bounds(item.bounds for item in items)
     at_reset = any(item.at_reset for item in items)
-    start, end = ("", ", as drawn") if any(item.drawn for item in items) else _bound_words(support)
+    about = _about(support)
     if is_pose(label) and support.low is not None:
         p, q = slice_value_bounds(support, 0, 3), slice_value_bounds(support, 3, 7)
         if p.low != p.high:
-            yield VaryingField(f"{label}.p", start + format_value_bounds(p) + end, at_reset)
+            yield VaryingField(f"{label}.p", about + format_value_bounds(p), at_reset)
         if q.low != q.high:
-            yield VaryingField(f"{label}.q", _rotation(q, start, end), at_reset)
+            yield VaryingField(f"{label}.q", _rotation(q, about), at_reset)
         return
     name = label.rsplit(".", 1)[-1]
-    yield VaryingField(label, start + _words(name, support, plan.files) + end, at_reset)
+    yield VaryingField(label, about + _words(name, support, plan.files), at_reset)
 
 
-def _bound_words(support: ValueBounds) -> tuple[str, str]:
-    """Words around bounds: those of an expression may be wider than its values."""
-    return ("", "") if support.exact or support.alternatives is not None else ("within ", "")
+def _about(support: ValueBounds) -> str:
+    """The word before bounds that are those of samples."""
+    return "" if support.exact or support.alternatives is not None else "about "
 
 
-def _rotation(q: ValueBounds, start: str, end: str) -> str:
-    return "any rotation" if is_any_rotation(q) else start + format_value_bounds(q) + end
+def _rotation(q: ValueBounds, about: str) -> str:
+    return "any rotation" if is_any_rotation(q) else about + format_value_bounds(q)
 
 
 def _words(name: str, support: ValueBounds, files: Sequence[AssetFile]) -> str:

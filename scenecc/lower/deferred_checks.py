@@ -1,23 +1,15 @@
-"""Checks of values that vary: those that need no draw, and those that need the drawn rows."""
+"""Checks of values that vary: of their samples before anything is drawn, and of their rows once they are drawn."""
 
 from __future__ import annotations
 
-import math
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.messages import cut, show
 from scenecc.plan.properties import FLOAT32_MAX, Bounds
-from scenecc.variation.nodes import NODE_TYPES, AffineClamp, Computed, Drawn, Node, Rows, draws_read_by
-from scenecc.variation.operations import (
-    COMPUTE_LIMIT_HINT,
-    LISTS,
-    ComputeLimitError,
-    DrawError,
-    kind_name,
-    shape_mismatch,
-)
+from scenecc.variation.nodes import AffineClamp, Computed, Node, Placed, Rows
+from scenecc.variation.operations import COMPUTE_LIMIT_HINT, ComputeLimitError, DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -27,21 +19,32 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.field_types import FieldType
-    from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer
+    from scenecc.lower.fields import FieldLowerer, RowMaker, SamplingContext, VariationLowerer
     from scenecc.plan import Value
     from scenecc.spec.params import ParamType
-    from scenecc.variation.bounds import ExpressionBounds
+    from scenecc.variation.samples import SampleBatch
+
+    Origins = Mapping[int, tuple[Any, Origin]]
+    """Where nodes that may have no value are written, by identity, each with its node."""
 
 
 @frozen
 class DeferredCheck:
-    """A check deferred until sampling: of an expression's value, or of a rotation that can fail to be one."""
+    """The check of a value that may be missing or out of range.
+
+    Attributes:
+        rows: gives its rows in a batch.
+        scenes: that its rows belong to.
+        origin: of the field.
+        origins: of the nodes in it.
+    """
 
     value: Value
+    rows: RowMaker
     kind: FieldType
     scenes: tuple[int, ...]
     origin: Origin
-    origins: Mapping[int, tuple[Any, Origin]]
+    origins: Origins
 
 
 @frozen
@@ -70,10 +73,8 @@ class ResettableValue:
     follows: MimicRelation | None = None
 
 
-def report_draw_failure(
-    error: DrawError, origins: Mapping[int, tuple[Any, Origin]], origin: Origin, sink: Sink
-) -> None:
-    """Reports what has no value in some scene, at the node that has none."""
+def report_draw_failure(error: DrawError, origins: Origins, origin: Origin, sink: Sink) -> None:
+    """Reports a node that has no value in one of the scenes."""
     place = origins.get(id(error.node), (None, origin))[1]
     if isinstance(error, ComputeLimitError):
         sink.report("SC604", error.message, place, hint=COMPUTE_LIMIT_HINT)
@@ -85,271 +86,157 @@ def report_draw_failure(
         sink.report("SC202", message, place, hint=expression.hint, span=(expression.start, expression.end))
 
 
-_CHECKED_LATER = "each scene is judged as it is drawn"
-_VALUE_TYPES = {
-    "float64": (frozenset((int, float)), "a number"),
-    "int64": (frozenset((int,)), "a whole number"),
-    "bool": (frozenset((bool,)), "true or false"),
-}
-"""Of a field: the types of its values, and what these are called."""
+_CHECKED_LATER = "each scene is checked when it is built"
 
 
-@frozen
-class PossibleFailure:
-    """Why an expression may give a wrong value, or a draw none.
-
-    Attributes:
-        message: what is wrong, or would be.
-        span: of the part of the scalar that has no value; None where it has one that is not wanted.
-        certain: whether this is known to happen.
-        drawn: whether it is about the bounds of a draw.
-    """
-
-    message: str
-    span: tuple[int, int] | None
-    certain: bool
-    drawn: bool = False
-
-
-def depends_on_scene_only(node: Node, sampling: SamplingContext) -> bool:
-    """Whether the scene's index alone decides what an expression gives, and no seed."""
-    return sampling.random.isdisjoint(draws_read_by(node))
-
-
-def warn_may_fail(deferred: DeferredCheck, variation: VariationLowerer, fields: FieldLowerer) -> None:
-    """Reports errors of a value with expressions that are certain, and those that are possible."""
-    sampling = fields.sampling
-    failures = [
-        (failure, place)
-        for node, place in variation.origins.values()
-        if (failure := _possible_failure(node, deferred.kind, fields)) is not None
-    ]
-    unfit = _outside_bounds(deferred.value, deferred.kind) if variation.computed else None
-    if not failures and unfit is None and sampling.may_fail.isdisjoint(variation.reads):
-        return
-    if not variation.drawn and sampling.random.isdisjoint(variation.reads):
-        # Nothing of it is random, so that its rows can be looked at.
-        check_rows(deferred, sampling, fields.sink)
-        return
-    _warn_scene_failures(variation, fields)
-    for failure, place in failures:
-        _report_possible_failure(failure, place, sampling)
-    # A division by what may be zero gives numbers of any size: that is one thing to mend.
-    is_certain = any(failure.certain for failure, _ in failures) or (
-        failures and math.inf in deferred.value.bounds.numbers()
-    )
-    if unfit is not None and not is_certain:
-        code, message = unfit
-        hint = f"{_CHECKED_LATER}; `min` and `max` in the expression keep it in its range" if code == "SC514" else None
-        fields.sink.report(code, message, deferred.origin, hint=hint)
-
-
-def warn_draw_may_fail(name: str, variation: VariationLowerer, fields: FieldLowerer) -> None:
-    """Reports why a shared draw may have no value, unless the scene alone decides: its readers report that."""
-    sampling = fields.sampling
-    if not sampling.may_fail.isdisjoint(variation.reads):
-        sampling.may_fail.add(name)
-        if name in sampling.random:
-            _warn_scene_failures(variation, fields)
-    for node, place in variation.origins.values():
-        failure = _possible_failure(node, None, fields)
-        if failure is not None:
-            sampling.may_fail.add(name)
-            if name in sampling.random:
-                _report_possible_failure(failure, place, sampling)
-
-
-def _warn_scene_failures(variation: VariationLowerer, fields: FieldLowerer) -> None:
-    """Reports which draws that a value reads, and that their scene decides, have none in one of its scenes."""
-    sampling = fields.sampling
-    for name in sorted((variation.reads & sampling.may_fail) - sampling.random):
-        error = _draw_error(name, fields)
-        if error is not None and id(error.node) in sampling.draw_origins:
-            span = None if error.expression is None else (error.expression.start, error.expression.end)
-            failure = PossibleFailure(
-                f"in scene {error.scene}: {error.message}", span, certain=False, drawn=span is None
-            )
-            _report_possible_failure(failure, sampling.draw_origins[id(error.node)][1], sampling)
-
-
-def _draw_error(name: str, fields: FieldLowerer) -> DrawError | None:
+def check_samples(deferred: DeferredCheck, fields: FieldLowerer) -> None:
+    """Reports a value that is missing or out of range: an error if all samples are, a warning if some are."""
     try:
-        fields.batch().shared(name)
+        rows = deferred.value.samples
+    except DrawError as error:
+        for one in _sample_errors(error, deferred, fields):
+            report_sample_failure(one, deferred.rows, deferred.origins, deferred.origin, fields)
+        return
+    bounds = deferred.kind.bounds
+    outside = _rows_outside(rows, bounds)
+    if outside:
+        row = rows[outside[0]]
+        wrong = bounds.requirement(_number_outside(row, bounds))
+        from scenecc.variation.samples import same_scene, sample_of  # noqa: PLC0415 - loads numpy
+
+        deferred.value.drop_samples()
+        if len(outside) == len(rows):
+            message = f"this expression gives {_span(rows)}, and it must be {wrong}"
+            fields.sink.report("SC513", message, deferred.origin)
+            return
+        scene, seed = sample_of(outside[0], deferred.scenes)
+        same = same_scene(outside[0], len(deferred.scenes))
+        if set(same) <= set(outside):
+            message = f"in scene {scene} this is {_span(rows[same])}: {_subject(row)} must be {wrong}"
+            fields.sink.report("SC513", message, deferred.origin)
+            return
+        message = f"in scene {scene} with seed {seed} this is {_shown_row(row)}: {_subject(row)} must be {wrong}"
+        hint = f"{_CHECKED_LATER}; `min` and `max` in the expression keep it in its range"
+        fields.sink.report("SC514", message, deferred.origin, hint=hint)
+
+
+def _sample_errors(error: DrawError, deferred: DeferredCheck, fields: FieldLowerer) -> Iterable[DrawError]:
+    """The errors of all nodes of a value that has none in a sample."""
+    if isinstance(error, ComputeLimitError):
+        return (error,)
+    # What is placed has no pose yet, but the expressions beside it have values.
+    found = {} if isinstance(error.node, Placed) else {id(error.node): error}
+    for node, _ in deferred.origins.values():
+        one = _sample_error(node, fields)
+        if one is not None:
+            found.setdefault(id(one.node), one)
+    return found.values()
+
+
+def _sample_error(node: Node, fields: FieldLowerer) -> DrawError | None:
+    try:
+        fields.analysis.samples.evaluate(node)
     except DrawError as error:
         return error
     return None
 
 
-def _report_possible_failure(failure: PossibleFailure, place: Origin, sampling: SamplingContext) -> None:
-    if failure.span is None and failure.certain:
-        code, message = "SC515", failure.message
-    elif failure.span is None and not failure.drawn:
-        code, message = "SC514", f"in some scene {failure.message}"
-    elif failure.certain:
-        code, message = "SC202", f"this has no value, whatever is drawn: {failure.message}"
+def report_sample_failure(
+    error: DrawError, rows: RowMaker, origins: Origins, origin: Origin, fields: FieldLowerer
+) -> None:
+    """Reports, once for each node, a node that has no value in a sample: an error if it has none in any.
+
+    Args:
+        error: of the first sample.
+        rows: gives the rows of the value that holds the node.
+        origins: of the nodes in it.
+        origin: of the value.
+        fields: of the object.
+    """
+    sampling = fields.sampling
+    places = {**sampling.draw_origins, **origins}
+    if isinstance(error, ComputeLimitError):
+        report_draw_failure(error, places, origin, fields.sink)
+        return
+    node, place = places.get(id(error.node), (error.node, origin))
+    if id(node) in sampling.failed:
+        return
+    sampling.failed[id(node)] = node
+    certain = not _may_have_value(rows, fields.analysis.samples, error.scene)
+    where = f"in scene {error.scene} with seed {error.seed}"
+    expression = error.expression
+    span = None if expression is None else (expression.start, expression.end)
+    if certain and span is None:
+        fields.sink.report("SC515", f"in scene {error.scene}: {error.message}", place)
+    elif certain:
+        message = f"in scene {error.scene} this has no value, whatever is drawn: {error.message}"
+        fields.sink.report("SC202", message, place, span=span)
+    elif span is None and isinstance(error.node, Computed):
+        fields.sink.report("SC514", f"{where} {error.message}", place, hint=_CHECKED_LATER)
     else:
-        code, message = "SC516", f"this may have no value: {failure.message}"
-    advice = "`a if c else b` keeps what has no value from being evaluated"
-    if failure.drawn:
         advice = "`min` and `max` keep a bound in its range"
-    hint = f"{_CHECKED_LATER}; {advice}" if code == "SC516" else None
-    sampling.sink.report(code, message, place, hint=hint, span=failure.span)
+        if span is not None:
+            advice = "`a if c else b` keeps what has no value from being evaluated"
+        message = f"{where} this has no value: {error.message}"
+        fields.sink.report("SC516", message, place, hint=f"{_CHECKED_LATER}; {advice}", span=span)
 
 
-def _possible_failure(node: Node, kind: FieldType | None, fields: FieldLowerer) -> PossibleFailure | None:
-    """Why a node may have no value: an expression, or what is drawn between bounds that vary."""
-    key: tuple[Any, ...]
-    if isinstance(node, Drawn):
-        convert = dtype = None
-        key = (node.kind, node.shape, *map(_identity, node.operands), id(fields.scenes))
-    elif isinstance(node, Computed):
-        convert = None if kind is None or node.shape is not None else kind.convert
-        dtype = None if kind is None or kind.free or node.shape != () else kind.dtype
-        key = (_identity(node), id(convert), dtype, id(fields.scenes))
-    else:
-        return None
-    failures = fields.sampling.failures
-    if key not in failures:
-        found = (
-            _draw_failure(node, fields)
-            if isinstance(node, Drawn)
-            else _expression_failure(node, convert, dtype, fields)
-        )
-        # Objects in the key by their id are kept alive with it.
-        failures[key] = (node, fields.scenes, convert), found
-    return failures[key][1]
+def _may_have_value(rows: RowMaker, samples: SampleBatch, scene: int) -> bool:
+    """Whether a value that is missing in a sample of a scene exists in another one."""
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-
-def _identity(item: Any) -> Any:
-    """What an item is known by: copies have the same expressions."""
-    if isinstance(item, Computed):
-        return id(item.template), item.shape, item.reads
-    return id(item) if item.__class__ in NODE_TYPES else (item.__class__, item)
-
-
-def _draw_failure(node: Drawn, fields: FieldLowerer) -> PossibleFailure | None:
-    from scenecc.variation.draw_faults import find_draw_fault  # noqa: PLC0415 - loaded where bounds vary
-
-    found = find_draw_fault(node, fields.sampling.reader(), fields.scenes)
-    return None if found is None else PossibleFailure(found[0], None, found[1], drawn=True)
-
-
-def _expression_failure(
-    node: Computed, convert: Any, dtype: str | None, fields: FieldLowerer
-) -> PossibleFailure | None:
-    from scenecc.variation.bounds import bounds_of_values, example_values  # noqa: PLC0415 - likewise
-    from scenecc.variation.node_bounds import bounds_and_faults, enumerate_outcomes  # noqa: PLC0415 - likewise
-
-    reader = fields.sampling.reader()
-    found, faults = bounds_and_faults(reader, node)
-    try:
-        rows = enumerate_outcomes(node, reader, scenes=fields.scenes)
-    except DrawError as error:
-        if error.node is not node:
-            # A draw that it reads has none, which is reported there.
-            return None
-        if error.expression is None:
-            return PossibleFailure(error.message, None, certain=True)
-        certain = any(fault.certain for fault in faults)
-        return PossibleFailure(error.message, (error.expression.start, error.expression.end), certain)
-    if rows is not None:
-        found = bounds_of_values(rows)
-    elif faults:
-        fault = next((fault for fault in faults if fault.certain), faults[0])
-        return PossibleFailure(fault.message, (fault.start, fault.end), fault.certain)
-    if not example_values(found) and (node.shape is not None or convert is not None):
-        # A draw that may have no value is reported elsewhere.
-        is_reported = not fields.sampling.may_fail.isdisjoint(draws_read_by(node))
-        return None if is_reported else PossibleFailure("it may give a value of another kind", None, certain=False)
-    return _misfit(found, node, convert, dtype)
-
-
-def _misfit(found: ExpressionBounds, node: Computed, convert: Any, dtype: str | None) -> PossibleFailure | None:
-    """Why the value of an expression does not fit its field."""
-    from scenecc.variation.bounds import example_values  # noqa: PLC0415 - loaded where something varies
-
-    some = example_values(found)
-    shape, text = node.shape, node.template.text
-    if shape is not None:
-        wrong = [words for one in some if (words := shape_mismatch(one, shape, text) or _of_another_type(one, dtype))]
-    elif convert is not None:
-        wrong = [f"it gives {_described(one, found)}, which means nothing here" for one in some if convert(one) is None]
-    else:
-        return None
-    return PossibleFailure(wrong[0], None, found.exact or len(wrong) == len(some)) if wrong else None
-
-
-def _described(one: Any, found: ExpressionBounds) -> str:
-    return kind_name(one) if found.values is None else show(one)
-
-
-def _of_another_type(given: Any, dtype: str | None) -> str | None:
-    """What is wrong with the type of one value."""
-    types, words = _VALUE_TYPES.get(dtype or "", (None, ""))
-    if types is None or type(given) in types:
-        return None
-    return f"this expression gives {cut(show(given))}, and {words} is wanted"
-
-
-def _outside_bounds(value: Value, kind: FieldType) -> tuple[str, str] | None:
-    """The code and words of what is wrong, or may be, with the type or size of a value's numbers."""
-    support = value.bounds
-    if kind.within is None:
-        return None
-    bounds = kind.bounds
-    outside = next((number for number in support.numbers() if not bounds.allow(number)), None)
-    if outside is None:
-        return None
-    for low, high in zip(_flattened(support.low), _flattened(support.high), strict=True):
-        end, words = (high, "at most") if high < bounds.low else (low, "at least")
-        if high < bounds.low or low > bounds.high or low == high == outside:
-            given = f"{end:g}" if low == high else f"{words} {end:g}"
-            return "SC513", f"this expression gives {given}, and it must be {bounds.requirement(end)}"
-    given = f"{outside:g}" if math.isfinite(outside) else "numbers of any size"
-    return "SC514", f"this expression may give {given}, and it must be {bounds.requirement(outside)}"
-
-
-def _flattened(item: Any) -> Iterator[Any]:
-    if type(item) in LISTS:
-        for one in item:
-            yield from _flattened(one)
-    elif item is not None:
-        yield item
+    for row in samples.same_scene(scene):
+        with suppress(DrawError):
+            rows(samples.only(np.array([row])))
+            return True
+    return False
 
 
 def check_rows(deferred: DeferredCheck, sampling: SamplingContext, sink: Sink) -> None:
-    """Reports the first scene in which a value is none, or out of its range."""
+    """Reports the first scene in which a value is missing or out of range."""
     try:
         data = deferred.value.data
     except DrawError as error:
         report_draw_failure(error, {**sampling.draw_origins, **deferred.origins}, deferred.origin, sink)
         return
     bounds = deferred.kind.bounds
-    row = _first_row_outside(data, bounds)
-    if row is not None:
-        scene = deferred.scenes[row]
-        wrong = next(number for number in data[row].ravel().tolist() if not bounds.allow(number))
-        each = "each number" if data[row].size > 1 else "it"
-        message = f"in scene {scene} this is {_shown_row(data[row])}: {each} must be {bounds.requirement(wrong)}"
+    outside = _rows_outside(data, bounds)
+    if outside:
+        scene, row = deferred.scenes[outside[0]], data[outside[0]]
+        wrong = bounds.requirement(_number_outside(row, bounds))
+        message = f"in scene {scene} this is {_shown_row(row)}: {_subject(row)} must be {wrong}"
         sink.report("SC513", message, deferred.origin)
 
 
-def _first_row_outside(data: NDArray[Any], bounds: Bounds) -> int | None:
-    """The first row that is outside of its range."""
+def _rows_outside(data: NDArray[Any], bounds: Bounds) -> list[int]:
+    """The rows that are out of range."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
     if data.dtype == np.bool_:
-        return None
+        return []
     inside = (data >= bounds.low) & (data <= bounds.high)
     if bounds.nonzero:
         inside &= data != 0
-    rows = np.flatnonzero(~inside.reshape(len(data), -1).all(axis=1))
-    return int(rows[0]) if rows.size else None
+    return np.flatnonzero(~inside.reshape(len(data), -1).all(axis=1)).tolist()
+
+
+def _number_outside(row: Any, bounds: Bounds) -> float:
+    return next(number for number in row.ravel().tolist() if not bounds.allow(number))
+
+
+def _subject(row: Any) -> str:
+    return "each number" if row.size > 1 else "it"
 
 
 def _shown_row(row: Any) -> str:
     numbers = row.ravel().tolist()
     return f"{numbers[0]:g}" if len(numbers) == 1 else "[" + ", ".join(f"{number:g}" for number in numbers) + "]"
+
+
+def _span(rows: NDArray[Any]) -> str:
+    """The values of all samples."""
+    low, high = _shown_row(rows.min(axis=0)), _shown_row(rows.max(axis=0))
+    return low if low == high else f"about {low} to {high}"
 
 
 def reset_node(reset: ResettableValue, limit_items: Callable[[Value, tuple[int, ...]], Iterable[Any]]) -> Node:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, show, suggest_name
-from scenecc.lower.deferred_checks import VaryingArgument, report_draw_failure, warn_draw_may_fail
+from scenecc.lower.deferred_checks import VaryingArgument, report_draw_failure, report_sample_failure
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.fields import FieldLowerer, FieldPlace, SamplingContext, VariationLowerer
 from scenecc.lower.references import scope_of
@@ -27,24 +27,36 @@ _NUMBERS = frozenset((int, float))
 
 
 def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None:
-    """Reports what is known to be wrong before anything is drawn, and leaves the rest to the draw stage.
+    """Reports a wrong argument of a parameter by its bounds or samples, and leaves its rows to the draw stage.
 
     Args:
         argument: to check; its draw has been added.
         sampling: of the document.
     """
-    if argument.name not in sampling.random and argument.scenes is not sampling.all_scenes:
+    if argument.name not in sampling.random:
         check_argument_rows(argument, sampling, sampling.sink)
         return
-    found = sampling.reader().shared(argument.name)
-    if found.exact and argument.scenes is sampling.all_scenes:
+    analysis = sampling.analysis(argument.scenes)
+    found = analysis.shared(argument.name)
+    if found.exact:
         wrong = _misfit(found, argument.param)
         if wrong is not None:
             _report_misfit(argument, wrong, "which this can give", sampling.sink)
-            return
-        if found.alternatives is not None:
-            return
+        return
     sampling.arguments.append(argument)
+    try:
+        rows = analysis.samples.shared(argument.name).tolist()
+    except DrawError:  # reported at the draw
+        return
+    faults = [(row, wrong) for row, one in enumerate(rows) if (wrong := argument.param.drawn_misfit(one)) is not None]
+    if faults:
+        row, wrong = faults[0]
+        from scenecc.variation.samples import same_scene, sample_of  # noqa: PLC0415 - loads numpy
+
+        scene, seed = sample_of(row, argument.scenes)
+        certain = {row for row, _ in faults}.issuperset(same_scene(row, len(argument.scenes)))
+        when = f"which this gives in scene {scene} with seed {seed}"
+        _report_misfit(argument, wrong if certain else ("SC514", wrong[1]), when, sampling.sink)
 
 
 def check_argument_rows(argument: VaryingArgument, sampling: SamplingContext, sink: Sink) -> None:
@@ -143,14 +155,22 @@ def lower_draws(
                 sampling.random.add(name)
             kept |= not variation.drawn and variation.reads & sampling.random <= sampling.fixed
             sampling.draw_origins |= variation.origins
-            if variation.risky:
-                warn_draw_may_fail(name, variation, fields)
+            if variation.risky and name in sampling.random:
+                _check_draw(name, variation, fields, place)
         if kept:
             sampling.fixed.add(name)
         param = names.wanted.get(name)
         # Forms without expressions were checked during expansion.
         if param is not None and not variation.broken and (variation.computed or name in given):
             check_argument(VaryingArgument(name, param, scenes, place), sampling)
+
+
+def _check_draw(name: str, variation: VariationLowerer, fields: FieldLowerer, place: Origin) -> None:
+    """Reports a shared draw that has no value in a sample."""
+    try:
+        fields.analysis.samples.shared(name)
+    except DrawError as error:
+        report_sample_failure(error, lambda batch: batch.shared(name), variation.origins, place, fields)
 
 
 def report_unused_draws(
@@ -162,7 +182,7 @@ def report_unused_draws(
             continue
         message = f"the draw `{cut(name)}` is never read"
         sampling.sink.report("SC319", message, origin.child(name), at="key")
-        if name in sampling.may_fail and name not in sampling.random:
+        if name not in sampling.random:
             try:
                 sampling.fields().batch().shared(name)
             except DrawError as error:
@@ -180,7 +200,7 @@ def _injected_rows(rows: Any, node: Node, sampling: SamplingContext, place: Orig
     """
     from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type  # noqa: PLC0415 - loads numpy
 
-    drawn_type = draw_type(node, sampling.reader().bounds(node))
+    drawn_type = draw_type(node, sampling.analysis().bounds(node))
     try:
         data = convert_injected(rows, drawn_type, sampling.num_scenes)
     except InjectedDrawError as error:

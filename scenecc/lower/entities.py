@@ -17,6 +17,7 @@ from scenecc.plan.properties import Bounds
 from scenecc.spec.body import BodySpec
 from scenecc.spec.pose import PoseMapping
 from scenecc.spec.references import NameScopes, qualified_name, resolve_scene_idxs
+from scenecc.variation.forms import Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -199,8 +200,9 @@ class EntityLowerer:
         )
         last = len(structures) - 1
         pick = fields.value(entity.pick, FieldType(dtype="int64", within=Bounds(0, last)), origin, "pick")
-        # Expressions are checked when they are drawn.
-        wrong = [index for index in pick.numbers() if index > last] if pick.known or pick.bounds.exact else []
+        # The rows and samples of expressions are checked by the type.
+        is_checked = entity.pick.__class__ is Template or not (pick.known or pick.bounds.exact)
+        wrong = [] if is_checked else [index for index in pick.numbers() if index > last]
         if wrong:
             message = f"there is no variant {wrong[0]:g}: " + (f"they are 0 to {last}" if last else "the only one is 0")
             self._sink.report("SC320", message, origin.child("pick"))

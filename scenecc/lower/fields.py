@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.diagnostic import Origin, PathKey, dotted
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.diagnostics.messages import cut, show, suggest_name
 from scenecc.lower.deferred_checks import (
     DeferredCheck,
-    PossibleFailure,
     ResettableValue,
     VaryingArgument,
+    check_rows,
+    check_samples,
     report_draw_failure,
-    warn_may_fail,
 )
 from scenecc.lower.field_types import COMPONENT_TYPES, FieldType, drawn_shape
 from scenecc.plan import Value, literal, per_scene, varying
@@ -66,7 +66,15 @@ if TYPE_CHECKING:
 _ARRAY_KINDS = {"float64": "fi", "int64": "i", "bool": "b"}
 """Kinds of arrays that become a field's."""
 
-_TYPE_WORDS = {"float64": "a number", "int64": "an integer", "bool": "true or false"}
+_VALUE_TYPES = {
+    "float64": (frozenset((int, float)), "a number"),
+    "int64": (frozenset((int,)), "an integer"),
+    "bool": (frozenset((bool,)), "true or false"),
+}
+"""The types of the values of a field, and their name."""
+
+RowMaker = Callable[["Batch"], "NDArray[Any]"]
+"""Gives the rows (B, …) of a value in a batch."""
 
 
 class FieldLowerer:
@@ -127,27 +135,47 @@ class FieldLowerer:
             return literal(item, kind.dtype)
         if variation.broken:
             return literal(kind.fallback, kind.dtype)
-        if variation.known:
+        if not variation.is_random:
             return self._rows(item, variation, kind, origin)
         self.sampling.drawn = True
-        support, dependence = self.bounds(item), None
-        if variation.computed:
-            # Expressions may couple values, so rules over several are checked by rows.
-            support = replace(support, exact=False)
-            dependence = self.sampling.reader().dependence(item)
-        value = varying(self.drawer(item, kind), bounds=support, rows=len(self.scenes), dependence=dependence)
+        value = self.drawn(partial(self.rows, node=item, kind=kind), lambda: self.analysis.bounds(item))
         if variation.risky:
-            self.defer(value, kind, origin, variation)
+            self.defer(value, partial(self.rows, node=item, kind=kind), kind, origin, variation)
         if reset:
             self.sampling.resets[id(value)] = ResettableValue(value, item, variation, self)
         return value
 
-    def defer(self, value: Value, kind: FieldType, origin: Origin, variation: VariationLowerer) -> None:
-        """Defers the check of a value until sampling, and reports errors that are certain or possible."""
-        deferred = DeferredCheck(value, kind, self.scenes, origin, variation.origins)
-        if variation.risky:
-            warn_may_fail(deferred, variation, self)
+    def drawn(self, rows: RowMaker, bounds: Callable[[], ValueBounds] | None = None) -> Value:
+        """A value that is drawn when it is first asked for.
+
+        Args:
+            rows: gives its rows in a batch.
+            bounds: gives the values that it can have; None: those of the samples.
+        """
+        return varying(lambda: rows(self.batch()), lambda: rows(self.analysis.samples), self.scenes, bounds=bounds)
+
+    def defer(self, value: Value, rows: RowMaker, kind: FieldType, origin: Origin, variation: VariationLowerer) -> None:
+        """Checks the samples of a value that is drawn, and defers the check of its rows until then."""
+        deferred = DeferredCheck(value, rows, kind, self.scenes, origin, variation.origins)
+        check_samples(deferred, self)
         self.sampling.deferred.append(deferred)
+
+    def rows(self, batch: Batch, *, node: Node, kind: FieldType) -> NDArray[Any]:
+        """The rows (B, …) of a node in a batch, as a field has them.
+
+        Raises:
+            DrawError: it has no value in a scene, or one of another type.
+        """
+        from scenecc.variation.evaluation import to_field_rows  # noqa: PLC0415 - loads numpy
+
+        found = to_field_rows(batch.evaluate(node))
+        if found.dtype.kind in _ARRAY_KINDS[kind.dtype] and found.shape[1:] == kind.shape:
+            return found.astype(kind.dtype)
+        types, words = _VALUE_TYPES[kind.dtype]
+        for row, one in enumerate(found.tolist()):
+            if not kind.shape and type(one) not in types:
+                raise batch.error(f"this expression gives {cut(show(one))}, and {words} is wanted", row, node)
+        raise batch.error(f"this is not {_described_type(kind)}", 0, node)
 
     def inside(self, scope: str) -> FieldLowerer:
         """The lowerer of a named object in another scope, over the same scenes; `per_scene` lists cover all scenes."""
@@ -182,19 +210,21 @@ class FieldLowerer:
             self.fix(reset.variation)
 
     def _rows(self, node: Node, variation: VariationLowerer, kind: FieldType, origin: Origin) -> Value:
-
+        """A node that the scene's index decides as a value whose rows are known."""
+        rows = partial(self.rows, node=node, kind=kind)
         try:
-            known = per_scene(self.evaluate(node), kind.dtype)
-            if not variation.cycled:
-                return known
-            # Values that no scene has are checked too.
-            found = self.bounds(node)
-            if found.alternatives is not None and len(found.alternatives) <= len(known.bounds.alternatives or ()):
-                return known
-            return varying(self.drawer(node, kind), bounds=found, rows=len(self.scenes))
+            known = per_scene(rows(self.batch()), kind.dtype)
         except DrawError as error:
-            report_draw_failure(error, variation.origins, origin, self.sink)
+            report_draw_failure(error, {**self.sampling.draw_origins, **variation.origins}, origin, self.sink)
             return literal(kind.fallback, kind.dtype)
+        if variation.computed:
+            check_rows(DeferredCheck(known, rows, kind, self.scenes, origin, {}), self.sampling, self.sink)
+        if variation.cycled:
+            # Values that no scene has are checked too.
+            found = self.analysis.bounds(node)
+            if found.alternatives is None or len(found.alternatives) > len(known.bounds.alternatives or ()):
+                return self.drawn(rows, lambda: found)
+        return known
 
     def evaluate(self, node: Node) -> NDArray[Any]:
         """A node's rows in the scenes, as a field takes them.
@@ -206,9 +236,10 @@ class FieldLowerer:
 
         return to_field_rows(self.batch().evaluate(node))
 
-    def bounds(self, node: Node) -> ValueBounds:
-        """Everything that a node can be."""
-        return self.sampling.reader().bounds(node)
+    @property
+    def analysis(self) -> BoundsAnalysis:
+        """The analysis of the bounds of nodes in the scenes."""
+        return self.sampling.analysis(self.scenes)
 
     def batch(self) -> Batch:
         """The scenes, as draws are made for them."""
@@ -222,18 +253,6 @@ class FieldLowerer:
             self._batch = Batch(scenes, sampling.seed, sampling.num_scenes, sampling.draws, {}, sampling.computed)
             self._batch.placed = sampling.placed
         return self._batch
-
-    def drawer(self, node: Node, kind: FieldType) -> Callable[[], NDArray[Any]]:
-        """What draws a node's rows when they are first asked for."""
-
-        def draw() -> NDArray[Any]:
-
-            rows = self.evaluate(node)
-            if rows.dtype.kind not in _ARRAY_KINDS[kind.dtype] or rows.shape[1:] != kind.shape:
-                raise DrawError(f"this is not {_described_type(kind)}", self.scenes[0], node)
-            return rows.astype(kind.dtype)
-
-        return draw
 
     def draw_names(self, template: Template, origin: Origin) -> dict[str, str] | None:
         """The shared draws that an expression reads, by the names that it has for them; None where one is unknown."""
@@ -253,7 +272,7 @@ class FieldLowerer:
 
 
 def _described_type(kind: FieldType) -> str:
-    one = _TYPE_WORDS[kind.dtype]
+    one = _VALUE_TYPES[kind.dtype][1]
     return f"a list of {kind.shape[0]} numbers" if kind.shape else one
 
 
@@ -278,8 +297,7 @@ class SamplingContext:
         scenes_of: for each shared draw, the scenes that it has a value in.
         random: the shared draws that a seed decides, by themselves or through others.
         draw_origins: of the nodes in shared draws that can have no value, by identity.
-        may_fail: the shared draws that may have no value in some scene.
-        failures: what is known of each expression, by all that it follows from.
+        failed: nodes that have no value in a sample and were reported, by identity.
         drawn: whether any value is to be drawn.
         read: how many fields with forms or expressions were read.
         resets: what a reset may change: its value by identity, its node, and what was read of it.
@@ -301,8 +319,7 @@ class SamplingContext:
     scenes_of: dict[str, tuple[int, ...]] = field(default_factory=dict[str, "tuple[int, ...]"])
     random: set[str] = field(default_factory=set[str])
     draw_origins: dict[int, tuple[Any, Origin]] = field(default_factory=dict[int, "tuple[Any, Origin]"])
-    may_fail: set[str] = field(default_factory=set[str])
-    failures: dict[tuple[Any, ...], tuple[Any, PossibleFailure | None]] = field(default_factory=dict[Any, Any])
+    failed: dict[int, Any] = field(default_factory=dict[int, Any])
     drawn: bool = False
     read: int = 0
     resets: dict[int, ResettableValue] = field(default_factory=dict[int, "ResettableValue"])
@@ -310,7 +327,7 @@ class SamplingContext:
     placed: dict[str, NDArray[Any]] = field(default_factory=dict[str, "NDArray[Any]"])
     sampling_operations: OperationCounter = field(init=False)
     computed: OperationCounter = field(init=False)
-    _reader: BoundsAnalysis | None = None
+    _analyses: dict[int, BoundsAnalysis] = field(default_factory=dict[int, "BoundsAnalysis"])
     _fields: dict[tuple[int, int, str], FieldLowerer] = field(default_factory=dict[tuple[int, int, str], FieldLowerer])
 
     def __post_init__(self) -> None:
@@ -325,13 +342,17 @@ class SamplingContext:
         if within and self.sampling_operations.exhausted:
             self.sink.report("SC604", self.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
 
-    def reader(self) -> BoundsAnalysis:
-        """The analysis of bounds; that of each shared draw is done once."""
-        if self._reader is None:
+    def analysis(self, scenes: tuple[int, ...] | None = None) -> BoundsAnalysis:
+        """The analysis of bounds in some scenes; None: in all."""
+        scenes = self.all_scenes if scenes is None else scenes
+        # By identity, since objects share the tuples of their scenes; the analyses keep them.
+        found = self._analyses.get(id(scenes))
+        if found is None:
             from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - loaded where something varies
 
-            self._reader = BoundsAnalysis(self.draws, {}, self.num_scenes, self.sampling_operations)
-        return self._reader
+            found = BoundsAnalysis(self.draws, {}, self.num_scenes, scenes, self.sampling_operations)
+            self._analyses[id(scenes)] = found
+        return found
 
     @property
     def varies(self) -> bool:
@@ -419,6 +440,7 @@ class VariationLowerer:
     Attributes:
         drawn: whether it has draws of its own.
         computed: whether it has expressions.
+        seeded: whether it holds rows that were drawn and that a reset does not change.
         broken: whether something of it was reported, so that its placeholder means nothing.
         reads: the shared draws that its expressions read, and those that its `once` stand for.
         cycled: whether it has alternatives that no scene may have.
@@ -433,6 +455,7 @@ class VariationLowerer:
         self._name = str(origin.path[1])
         self.drawn = False
         self.computed = False
+        self.seeded = False
         self.cycled = False
         self.risky = False
         self.broken = False
@@ -440,14 +463,15 @@ class VariationLowerer:
         self.origins: dict[int, tuple[Any, Origin]] = {}
 
     @property
-    def known(self) -> bool:
-        """Whether its values follow from the scene's index alone, and without an expression."""
-        return not self.drawn and not self.computed and not self.reads
+    def is_random(self) -> bool:
+        """Whether a seed decides its values, by its own draws or by those that it reads."""
+        return self.drawn or self.seeded or not self._fields.sampling.random.isdisjoint(self.reads)
 
     def join(self, other: VariationLowerer) -> None:
         """Takes in what is known of another field that this one's value is made of."""
         self.drawn |= other.drawn
         self.computed |= other.computed
+        self.seeded |= other.seeded
         self.cycled |= other.cycled
         self.risky |= other.risky
         self.broken |= other.broken

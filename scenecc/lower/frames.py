@@ -324,7 +324,7 @@ class FrameGraph:
         if len(rows) == 1:
             return composed(local, rows[0]), variation
         variation = variation or VariationLowerer(fields, self.origin(name))
-        variation.computed |= not points.known
+        variation.seeded |= not points.known
         return composed(local, Rows(fields.scenes, tuple(rows))), variation
 
     def _frame_pose(self, name: str, parent: str | None) -> FramePose:

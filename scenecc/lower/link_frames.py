@@ -184,7 +184,7 @@ class LinkPoseLowerer:
 
     def _rows(self, value: Value) -> list[Any]:
         """What stays as it is built, a row a scene."""
-        self.variation.computed |= not value.known
+        self.variation.seeded |= not value.known
         rows = value.data.tolist()
         return [tuple(row) if row.__class__ is list else row for row in rows]
 

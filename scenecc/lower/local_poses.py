@@ -9,15 +9,16 @@ from scenecc.geometry import rotations
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, compose, shortest_from_x, turned
 from scenecc.lower.field_types import BODY_FIELDS, FieldType, field_type, report_unused_key, vector
 from scenecc.lower.fields import VARYING, FieldLowerer, VariationLowerer, field_place
-from scenecc.lower.poses import POSE, direction, lower_pose, pose_item, pose_varies
-from scenecc.plan import Inertial, Value, literal, per_scene, varying
+from scenecc.lower.poses import POSE, QUATERNION, direction, lower_pose, pose_item, pose_varies
+from scenecc.plan import Inertial, Value, derived, literal, per_scene, varying
 from scenecc.plan.geometry import LYING_SOLIDS, REVOLVED_SOLIDS
 from scenecc.plan.link_poses import PoseStep, step_poses
 from scenecc.spec.pose import PoseMapping
-from scenecc.variation.nodes import NODES
+from scenecc.variation.bounds import UNKNOWN
+from scenecc.variation.nodes import NODES, Pointing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -94,26 +95,16 @@ def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3
         return literal(turned(seven_numbers(pose), rotation, step))
     if rotation == IDENTITY and not any(step):
         return pose
-    import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+    def turn(poses: NDArray[Any]) -> NDArray[Any]:
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    rows = len(fields.scenes)
+        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
 
-    def draw() -> NDArray[Any]:
-        parts = (np.broadcast_to(part, (rows, count)) for part, count in ((pose.data, 7), (rotation, 4), (step, 3)))
-        return rotation_arrays.turned(*parts)
+        parts = (np.broadcast_to(part, (len(poses), len(part))) for part in (rotation, step))
+        return rotation_arrays.turned(poses, *parts)
 
-    return _known_or_drawn(draw, (pose,), rows)
-
-
-def _known_or_drawn(draw: Callable[[], NDArray[Any]], parts: Iterable[Value], rows: int) -> Value:
-    """Poses (B, 7) computed from others: known if all of these are, and otherwise drawn with them."""
-    if all(part.known for part in parts):
-        return per_scene(draw())
-    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - loaded where something varies
-
-    return varying(draw, bounds=UNKNOWN, rows=rows)
+    return derived(turn, [pose], fields.scenes)
 
 
 def seven_numbers(pose: Value) -> Pose7:
@@ -151,31 +142,27 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer
     fields.fix(variation)
     if variation.broken:
         return pose
-    import numpy as np  # noqa: PLC0415 - loaded where something varies
+    rotation = Pointing(normal)
+    variation.risk(rotation, origin.child("normal"))
+    given = ((rotation, QUATERNION, "normal"), (normal, _NORMAL, "normal"), (offset, _OFFSET, "offset"))
+    parts = [fields.finish(item, variation, kind, origin.child(key)) for item, kind, key in given]
+    if fields.sink.failed:
+        return pose
 
-    from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
-    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - likewise
-    from scenecc.variation.evaluation import to_field_rows  # noqa: PLC0415 - likewise
-    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
+    def turn(
+        poses: NDArray[Any], rotations: NDArray[Any], normals: NDArray[Any], offsets: NDArray[Any]
+    ) -> NDArray[Any]:
+        """Turns each pose from x to its normal, and moves it along that."""
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    def draw() -> NDArray[Any]:
-        """The poses (B, 7): each row turned from x to its normal, and moved along that."""
-        batch = fields.batch()
-        normals, offsets = to_field_rows(batch.item(normal)), to_field_rows(batch.item(offset))
-        for numbers, node in ((normals, normal), (offsets, offset)):
-            if numbers.dtype.kind not in "fi":
-                raise DrawError("this is not made of numbers", fields.scenes[0], node)
-        flat = ~normals.any(axis=1)
-        if flat.any():
-            scene = fields.scenes[int(np.flatnonzero(flat)[0])]
-            raise DrawError("a normal of length 0 has no direction", scene, normal)
+        from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+
+        count = max(map(len, (poses, rotations, normals, offsets)))
         steps = normals / rotation_arrays.hypot(normals)[:, None] * offsets[:, None]
-        poses = np.broadcast_to(pose.data, (len(normals), 7))
-        return rotation_arrays.turned(poses, rotation_arrays.shortest_from_x(normals), steps)
+        parts = ((poses, 7), (rotations, 4), (steps, 3))
+        return rotation_arrays.turned(*(np.broadcast_to(part, (count, size)) for part, size in parts))
 
-    value = varying(draw, bounds=UNKNOWN, rows=len(fields.scenes))
-    fields.defer(value, POSE, origin.child("normal"), variation)
-    return value
+    return derived(turn, [pose, *parts], fields.scenes)
 
 
 def chain_poses(steps: Sequence[PoseStep], scenes: tuple[int, ...]) -> Value:
@@ -201,7 +188,16 @@ def chain_poses(steps: Sequence[PoseStep], scenes: tuple[int, ...]) -> Value:
             poses = compose_rows(poses, _step_rows(step, scenes))
         return poses
 
-    return _known_or_drawn(draw, [step.value for step in steps], len(scenes))
+    if all(step.value.known for step in steps):
+        return per_scene(draw())
+
+    def sample() -> NDArray[Any]:
+        # Steps in other scenes have other samples.
+        from scenecc.variation.samples import as_samples  # noqa: PLC0415 - it loads numpy
+
+        return as_samples(draw())
+
+    return varying(draw, sample, scenes, bounds=lambda: UNKNOWN)
 
 
 def inverse_pose(pose: Pose7) -> Pose7:

@@ -311,7 +311,7 @@ _ANGLES = vector(3)
 
 _ANGLE = FieldType()
 
-_QUATERNION = FieldType((4,), fallback=IDENTITY)
+QUATERNION = FieldType((4,), fallback=IDENTITY)
 
 _MATRIX = FieldType((4, 4))
 
@@ -404,7 +404,7 @@ def _quaternion_node(given: Any, place: FieldPlace, variation: VariationLowerer,
         if one.__class__ not in VARYING:
             return lower_quaternion(one, around.origin, step, sink) or IDENTITY
         inside = around.inside(step) if step else around
-        item = variation.item(one, _QUATERNION, inside)
+        item = variation.item(one, QUATERNION, inside)
         return item if isinstance(one, RandomRotation) else variation.risk(Normalized(item), inside.origin)
 
     return variation.select(given, place, leaf)

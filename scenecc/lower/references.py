@@ -5,19 +5,21 @@ table of the plan.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
 from scenecc.diagnostics.messages import show
-from scenecc.lower.deferred_checks import depends_on_scene_only, report_draw_failure
+from scenecc.lower.deferred_checks import report_draw_failure, report_sample_failure
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
-from scenecc.plan import Value, literal, per_scene, varying
+from scenecc.plan import Value, derived, literal, per_scene
 from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.variation.forms import SELECTORS
 from scenecc.variation.nodes import NODES, Computed, Node
+from scenecc.variation.operations import ComputeLimitError, DrawError, is_number
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import ScenePlan
     from scenecc.robots.description import RobotDescription
+    from scenecc.variation.evaluation import Batch
 
 
 def name_prefixes(name: str, shortest: int = 0) -> Iterator[str]:
@@ -49,13 +52,13 @@ def qualified(name: str, scope: str) -> str:
     return f"{scope}/{name}" if scope else name
 
 
-def select_per_scene(values: Sequence[Value], pick: Value, rows: int) -> Value:
+def select_per_scene(values: Sequence[Value], pick: Value, scenes: tuple[int, ...]) -> Value:
     """The value with the number that `pick` gives, scene by scene.
 
     Args:
         values: of one dtype and shape.
         pick: (·,) index into them.
-        rows: how many scenes there are.
+        scenes: that the rows belong to.
     """
     first = values[0]
     if all(value is first or _same_constant(value, first) for value in values):
@@ -64,17 +67,16 @@ def select_per_scene(values: Sequence[Value], pick: Value, rows: int) -> Value:
 
     from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - likewise
 
-    def draw() -> NDArray[Any]:
-        which = np.broadcast_to(pick.data, (rows,))
-        drawn = np.empty((rows, *first.data.shape[1:]), dtype=first.data.dtype)
-        for number, value in enumerate(values):
+    def select(which: NDArray[Any], *rows_of: NDArray[Any]) -> NDArray[Any]:
+        count = max(len(which), *map(len, rows_of))
+        which = np.broadcast_to(which, (count,))
+        selected = np.empty((count, *rows_of[0].shape[1:]), dtype=rows_of[0].dtype)
+        for number, rows in enumerate(rows_of):
             mine = which == number
-            drawn[mine] = np.broadcast_to(value.data, drawn.shape)[mine]
-        return drawn
+            selected[mine] = np.broadcast_to(rows, selected.shape)[mine]
+        return selected
 
-    if pick.known and all(value.known for value in values):
-        return per_scene(draw(), first.data.dtype)
-    return varying(draw, bounds=union_bounds([value.bounds for value in values]), rows=rows)
+    return derived(select, [pick, *values], scenes, bounds=lambda: union_bounds([value.bounds for value in values]))
 
 
 def _same_constant(a: Value, b: Value) -> bool:
@@ -101,7 +103,7 @@ class References(Generic[Found]):
     def indices(self, fields: FieldLowerer) -> Value:
         """Where what is named has an index of its own, that index in each scene."""
         values = [literal(index, "int64") for index in self.found]  # pyright: ignore[reportArgumentType]
-        return select_per_scene(values, self.value, len(fields.scenes))
+        return select_per_scene(values, self.value, fields.scenes)
 
 
 @dataclass(slots=True)
@@ -171,7 +173,7 @@ def read_references(
 
     node = variation.select(given, place, leaf if given is written else bare)
     for one, origin in computed:
-        _look_up_every_name(one, origin, lookup)
+        _look_up_every_name(one, origin, lookup, is_random=variation.is_random)
     fields.fix(variation)
     if variation.broken or None in lookup.found or node.__class__ not in NODES:
         return References(lookup.found, literal(0, "int64"))
@@ -181,85 +183,75 @@ def read_references(
 _TEXT_TYPE = FieldType(convert=str, fallback="")
 
 
-def _look_up_every_name(node: Computed, origin: Origin, lookup: _ReferenceLookup[Any]) -> None:
-    """Looks up every text that an expression can give."""
-    names = possible_values(node, origin, lookup.fields, _UNKNOWN_NAMES, "or write the names in a `choice`")
-    if names is None:
-        lookup.found.append(None)
-        return
+def _look_up_every_name(node: Computed, origin: Origin, lookup: _ReferenceLookup[Any], *, is_random: bool) -> None:
+    """Looks up every text that an expression gives in the scenes and in the samples."""
     sink = lookup.fields.sink
     with sink.merge_repeats():
-        for name in names:
+        for name in values_given(node, origin, lookup.fields, is_random=is_random):
             if isinstance(name, str):
                 lookup.number(name, origin)
             else:
                 sink.report("SC317", f"this expression gives {show(name)}, and a name is wanted", origin)
                 lookup.found.append(None)
                 return
+    if not lookup.found:
+        lookup.found.append(None)
 
 
-_UNKNOWN_NAMES = "it cannot be told which names this expression gives"
-
-
-def possible_values(
-    node: Node, origin: Origin, fields: FieldLowerer, unknown: str, advice: str
-) -> Iterable[Any] | None:
-    """All that a node can give, each once; None where that was reported.
+def values_given(node: Node, origin: Origin, fields: FieldLowerer, *, is_random: bool) -> list[Any]:
+    """The values of a node in the scenes and in the samples, each once; none where that was reported.
 
     Args:
-        node: an expression, or what draws.
+        node: an expression, or a draw.
         origin: of it.
         fields: of its object.
-        unknown: the message if they cannot be determined.
-        advice: what can be written then.
+        is_random: whether a seed decides its values.
     """
-    from scenecc.variation.node_bounds import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
-    from scenecc.variation.operations import ComputeLimitError, DrawError  # noqa: PLC0415 - likewise
-
+    origins = {**fields.sampling.draw_origins, id(node): (node, origin)}
     try:
-        every = fields.sampling.reader().outcomes(node, fields.scenes)
+        found: list[Any] = fields.batch().evaluate(node).tolist()
     except DrawError as error:
-        if isinstance(error, ComputeLimitError) or depends_on_scene_only(node, fields.sampling):
-            report_draw_failure(error, {}, origin, fields.sink)
-            return None
-        every = None
-    if every is not None:
-        return {(one.__class__, repr(one)): one for one in every}.values()
-    bounded = fields.bounds(node).alternatives
-    if bounded is None:
-        few = f"of at most {MAX_OUTCOMES} combinations in all"
-        hint = f"it may read draws by `choice`, `cycle` or `integers`, {few}; {advice}"
-        fields.sink.report("SC317", unknown, origin, hint=hint)
-    return bounded
+        if not is_random or isinstance(error, ComputeLimitError):
+            report_draw_failure(error, origins, origin, fields.sink)
+            return []
+        found = list(_values_of_single_rows(fields.batch(), node))
+    if is_random:
+        samples = fields.analysis.samples
+        try:
+            found += samples.evaluate(node).tolist()
+        except DrawError as error:
+            report_sample_failure(error, lambda batch: batch.evaluate(node), origins, origin, fields)
+            found += _values_of_single_rows(samples, node)
+    distinct = {(one.__class__.__name__, repr(one)): one for one in found}
+    return sorted(distinct.values(), key=lambda one: (one.__class__.__name__, one if is_number(one) else repr(one)))
 
 
-def _reference_number(name: Any, lookup: _ReferenceLookup[Any]) -> int | None:
-    return lookup.numbers.get(name) if isinstance(name, str) else None
+def _values_of_single_rows(batch: Batch, node: Node) -> Iterator[Any]:
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    for row in range(len(batch.scenes)):
+        with suppress(DrawError):
+            yield from batch.only(np.array([row])).evaluate(node).tolist()
 
 
 def _reference_numbers(
     node: Any, variation: VariationLowerer, lookup: _ReferenceLookup[Any], place: FieldPlace, fields: FieldLowerer
 ) -> Value:
-    """Which of the things each scene has."""
+    """The number of the thing that each scene has."""
     if not variation.computed:
         return fields.finish(node, variation, _INDEX_TYPE, place.origin)
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
     from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - likewise
-    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
-    def draw() -> NDArray[Any]:
-        rows = fields.evaluate(node).tolist()
-        numbers = [row if isinstance(row, int) else _reference_number(row, lookup) for row in rows]
-        if None in numbers:
-            at = numbers.index(None)
-            message = f"this gives {show(rows[at])}, which was not among what it was found to give"
-            raise DrawError(message, fields.scenes[at], node)
-        return np.array(numbers, dtype=np.int64)
+    def rows(batch: Batch) -> NDArray[Any]:
+        found = batch.evaluate(node).tolist()
+        return np.array([one if isinstance(one, int) else lookup.numbers[one] for one in found], dtype=np.int64)
 
-    support = ValueBounds.of(range(len(lookup.found)), exact=False)
-    value = varying(draw, bounds=support, rows=len(fields.scenes))
-    fields.defer(value, _INDEX_TYPE, place.origin, variation)
+    if not variation.is_random:
+        return per_scene(rows(fields.batch()), "int64")
+    value = fields.drawn(rows, lambda: ValueBounds.of(range(len(lookup.found)), exact=False))
+    fields.defer(value, rows, _INDEX_TYPE, place.origin, variation)
     return value
 
 

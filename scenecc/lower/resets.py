@@ -23,8 +23,6 @@ from scenecc.variation.nodes import NODES, Composed, Const, Node, Rows, Shared
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from numpy.typing import NDArray
-
     from scenecc.lower.fields import FieldLowerer, SamplingContext, VariationLowerer
     from scenecc.lower.frames import FrameGraph
     from scenecc.plan import Entity, Placement
@@ -105,7 +103,7 @@ class RecipeBuilder:
             node = self._pose(entity.name, fields, read)
             if node is not None:
                 self._read |= read
-                pose = _with_recipe(pose, node, len(entity.scene_idxs))
+                pose = _with_recipe(pose, node, entity.scene_idxs)
         if pose is entity.pose and all(map(is_, structures, entity.structures)):
             return entity
         return replace(entity, pose=pose, structures=structures)
@@ -165,7 +163,7 @@ class RecipeBuilder:
         if outer is None:
             outer = IDENTITY_POSE if follower.parent is None else self._as_built(follower.parent, fields)
         node: Any = local if outer == IDENTITY_POSE else Composed(outer, local)
-        return _with_recipe(pose, node, len(fields.scenes))
+        return _with_recipe(pose, node, fields.scenes)
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
         """The shared draws that the recipes read, in order; those that stay as they are built are their rows.
@@ -197,7 +195,7 @@ class RecipeBuilder:
         found = self._anew.get(id(value))
         if found is None:
             node = self._reset_node(reset)
-            found = self._anew[id(value)] = _with_recipe(value, node, len(reset.fields.scenes))
+            found = self._anew[id(value)] = _with_recipe(value, node, reset.fields.scenes)
         return found
 
     def _is_drawn(self, variation: VariationLowerer) -> bool:
@@ -281,13 +279,8 @@ def _pose_rows(pose: Node, fields: FieldLowerer) -> Rows:
     return Rows(fields.scenes, tuple(map(tuple, fields.evaluate(pose).tolist())))
 
 
-def _with_recipe(value: Value, node: Node, rows: int) -> Value:
-    def draw() -> NDArray[Any]:
-        import numpy as np  # noqa: PLC0415 - loaded where something varies
-
-        return np.broadcast_to(value.data, (rows, *value.data.shape[1:]))
-
-    return varying(draw, bounds=value.bounds, recipe=node, rows=rows)
+def _with_recipe(value: Value, node: Node, scenes: tuple[int, ...]) -> Value:
+    return varying(lambda: value.data, lambda: value.samples, scenes, bounds=lambda: value.bounds, recipe=node)
 
 
 def check_constraint_resets(constraints: tuple[Constraint, ...], sampling: SamplingContext, frames: FrameGraph) -> None:

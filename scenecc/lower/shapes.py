@@ -271,12 +271,12 @@ class ShapeLowerer:
         self, surfaces: MaterialChoice, default: ShapeDefaults, geometry: Any, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
         """The physical material and the density where the scenes have one of several materials."""
-        pick, rows = surfaces.pick, len(fields.scenes)
+        pick, scenes = surfaces.pick, fields.scenes
         physicals = [surface.physical for surface in surfaces.each]
-        physical = _select_or_default(physicals, self._materials.default(), pick, rows)
+        physical = _select_or_default(physicals, self._materials.default(), pick, scenes)
         left_out = literal(0.0 if isinstance(geometry, Plane) else DEFAULT_DENSITY)
         densities = [default.density if surface.density is None else surface.density for surface in surfaces.each]
-        return physical, _select_or_default(densities, left_out, pick, rows)
+        return physical, _select_or_default(densities, left_out, pick, scenes)
 
     def _make_visual(
         self,
@@ -297,7 +297,7 @@ class ShapeLowerer:
                 hint = "give every alternative a `visual`"
                 self._sink.report("SC321", message, origin.child("material"), hint=hint)
             fresh = self._tables.visual_materials.value(VisualMaterial())
-            material = _select_or_default(visuals, fresh, surface.pick, len(fields.scenes))
+            material = _select_or_default(visuals, fresh, surface.pick, fields.scenes)
         else:
             material = self._visual(surface.visual, color, default, named=named)
         return VisualShape(geometry, pose, material, shape.name, shape.front_face, origin)
@@ -340,8 +340,10 @@ class ShapeLowerer:
         return self._materials.surface(shape.material, origin, fields) or PLAIN_SURFACE
 
 
-def _select_or_default(values: Sequence[Value | None], otherwise: Value, pick: Value, rows: int) -> Value | None:
+def _select_or_default(
+    values: Sequence[Value | None], otherwise: Value, pick: Value, scenes: tuple[int, ...]
+) -> Value | None:
     """What one of several gives in each scene; None where none gives anything."""
     if all(value is None for value in values):
         return None
-    return select_per_scene([otherwise if value is None else value for value in values], pick, rows)
+    return select_per_scene([otherwise if value is None else value for value in values], pick, scenes)

@@ -83,6 +83,7 @@ if TYPE_CHECKING:
     from scenecc.plan.scene import SdfConfig as SdfConfig
     from scenecc.plan.value import Value as Value
     from scenecc.plan.value import constant as constant
+    from scenecc.plan.value import derived as derived
     from scenecc.plan.value import literal as literal
     from scenecc.plan.value import per_scene as per_scene
     from scenecc.plan.value import recalled as recalled
@@ -106,7 +107,7 @@ _MODULES: Final = {
         "PointLight Shadow SkyMap SpotLight TexturedLight"
     ),
     "scene": "Entity GpuMemory Physics ScenePlan SdfConfig",
-    "value": "Value constant literal per_scene recalled varying",
+    "value": "Value constant derived literal per_scene recalled varying",
 }
 """The names by their modules, each of which is loaded when one of its names is first asked for."""
 

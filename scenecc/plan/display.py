@@ -230,11 +230,11 @@ def format_reset_pair(recipes: tuple[Node | None, Node | None], plans: tuple[Sce
 
 
 def _format_reset(recipe: Node | None, plan: ScenePlan) -> str:
-    from scenecc.variation.node_bounds import find_bounds  # noqa: PLC0415 - most plans have no recipes
+    from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - most plans have no recipes
 
     if recipe is None:
         return "as built"
-    found = find_bounds(recipe, dict(plan.draws), num_scenes=plan.num_scenes)
+    found = BoundsAnalysis(dict(plan.draws), {}, plan.num_scenes).bounds(recipe)
     if is_any_rotation(found):
         return "any rotation at reset"
     within = "" if found.exact or found.alternatives is not None or found.low is None else "within "

@@ -10,33 +10,39 @@ if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
     from scenecc.variation.bounds import ValueBounds
-    from scenecc.variation.node_bounds import Dependence
     from scenecc.variation.nodes import Node
 
 _set_attribute = object.__setattr__
 
 
 class _DrawSource:
-    """Where the data of a value that varies come from, and what is known of them before they are drawn.
+    """How a value that varies is drawn.
 
-    A plain class: every process that knows a plan makes this one, and others take a millisecond to make.
+    Attributes:
+        draw: makes the data; None of data that were drawn before.
+        sample: makes the samples, (1, …) or (256, …); None likewise.
+        scenes: that the rows belong to.
+        bounds: gives the bounds; None: they are those of the samples.
+        recipe: how a reset draws the value.
+        samples: as `sample` made them; None: it was not called.
     """
 
-    __slots__ = ("bounds", "dependence", "draw", "recipe", "rows")
+    __slots__ = ("bounds", "draw", "recipe", "sample", "samples", "scenes")
 
     def __init__(
         self,
         draw: Callable[[], NDArray[Any]] | None,
-        rows: int,
-        bounds: ValueBounds | None,
+        sample: Callable[[], NDArray[Any]] | None,
+        scenes: Sequence[int],
+        bounds: Callable[[], ValueBounds] | None,
         recipe: Node | None,
-        dependence: Dependence | None = None,
     ) -> None:
         self.draw = draw
-        self.rows = rows
+        self.sample = sample
+        self.scenes = scenes
         self.bounds = bounds
         self.recipe = recipe
-        self.dependence = dependence
+        self.samples: NDArray[Any] | None = None
 
 
 class Value:
@@ -79,14 +85,15 @@ class Value:
     def __reduce__(self) -> tuple[Callable[..., Value], tuple[Any, ...]]:
         source = self._source
         if isinstance(source, _DrawSource):
-            return _value_of_source, (self.data, _DrawSource(None, source.rows, source.bounds, source.recipe))
+            bounds = _KnownBounds(self.bounds)
+            return _value_of_source, (self.data, _DrawSource(None, None, source.scenes, bounds, source.recipe))
         return _read_only_value, (self.data,)
 
     def __repr__(self) -> str:
         source = self._source
         if not isinstance(source, _DrawSource):
             return f"Value(data={self.data!r})"
-        return f"Value(rows={source.rows}, bounds={source.bounds!r}, recipe={source.recipe!r})"
+        return f"Value(rows={len(source.scenes)}, recipe={source.recipe!r})"
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Value):
@@ -128,7 +135,9 @@ class Value:
     def may_vary(self) -> bool:
         """Whether the scenes need not all have the same; draws nothing."""
         source = self._source
-        return source.rows != 1 if isinstance(source, _DrawSource) else source is None and self.data.shape[0] != 1
+        if isinstance(source, _DrawSource):
+            return len(source.scenes) != 1
+        return source is None and self.data.shape[0] != 1
 
     @property
     def recipe(self) -> Node | None:
@@ -137,20 +146,61 @@ class Value:
         return source.recipe if isinstance(source, _DrawSource) else None
 
     @property
-    def dependence(self) -> Dependence | None:
-        """What it is computed from; None: no expression computes it, or this is not known any more."""
+    def scenes(self) -> Sequence[int]:
+        """The scenes of the rows of a value that is drawn; empty of any other."""
         source = self._source
-        return source.dependence if isinstance(source, _DrawSource) else None
+        return source.scenes if isinstance(source, _DrawSource) else ()
+
+    @property
+    def samples(self) -> NDArray[Any]:
+        """One row, or a row for each sample (`scenecc.variation.samples`), by which a file is judged.
+
+        Raises:
+            DrawError: it has no value in one of the samples.
+        """
+        source = self._source
+        if isinstance(source, _DrawSource) and source.sample is not None:
+            if source.samples is None:
+                source.samples = source.sample()
+            return source.samples
+        rows = self.data
+        if len(rows) == 1:
+            return rows
+
+        from scenecc.variation.samples import as_samples  # noqa: PLC0415 - checking a scene seldom needs it
+
+        return as_samples(rows)
+
+    def drop_samples(self) -> None:
+        """Makes `samples` raise a DrawError, since they were reported. The bounds stay."""
+        source = self._source
+        if isinstance(source, _DrawSource):
+            source.bounds = _KnownBounds(self.bounds)
+            source.samples, source.sample = None, _raise_reported
 
     @property
     def bounds(self) -> ValueBounds:
-        """Everything that it can be, whatever is drawn; draws nothing."""
-        source = self._source
-        if isinstance(source, _DrawSource) and source.bounds is not None:
-            return source.bounds
+        """The values that it can have, whatever is drawn; those of its rows where only these are known."""
         from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - checking a scene seldom needs it
 
-        return ValueBounds.of_rows(self.data)
+        source = self._source
+        if not isinstance(source, _DrawSource):
+            return ValueBounds.of_rows(self.data)
+        found = self._sampled_bounds() if source.bounds is None else source.bounds()
+        source.bounds = _KnownBounds(found)
+        return found
+
+    def _sampled_bounds(self) -> ValueBounds:
+        from scenecc.variation.bounds import UNKNOWN, ValueBounds  # noqa: PLC0415 - checking a scene seldom needs it
+        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
+
+        source = self._source
+        if isinstance(source, _DrawSource) and source.sample is None:
+            return ValueBounds.of_rows(self.data)
+        try:
+            return ValueBounds.of_samples(self.samples)
+        except DrawError:  # reported where it is written
+            return UNKNOWN
 
     def numbers(self) -> tuple[float, ...]:
         """Numbers that bound everything that it can be, row by row; draws nothing.
@@ -177,6 +227,12 @@ class Value:
     def row(self, index: int) -> Any:
         """What the entity's scene number `index` (a row, not a scene index) has."""
         return self.data[index if self.data.shape[0] != 1 else 0]
+
+
+def _raise_reported() -> NDArray[Any]:
+    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - checking a scene seldom needs it
+
+    raise DrawError("it was reported", 0, None)
 
 
 def _same_literal(a: object, b: object) -> bool:
@@ -215,27 +271,62 @@ def per_scene(rows: Sequence[Any] | NDArray[Any], dtype: DTypeLike = "float64") 
 
 def varying(
     draw: Callable[[], NDArray[Any]],
+    sample: Callable[[], NDArray[Any]],
+    scenes: Sequence[int],
     *,
-    bounds: ValueBounds,
+    bounds: Callable[[], ValueBounds] | None = None,
     recipe: Node | None = None,
-    rows: int,
-    dependence: Dependence | None = None,
 ) -> Value:
     """A value that is drawn when its data are first asked for.
 
     Args:
-        draw: makes the data, (rows, …) float64, int64 or bool; the same at every call.
-        bounds: everything that it can be, whatever is drawn.
-        recipe: how a reset draws it anew; only for what a running simulation can change.
-        rows: how many scenes the entity is in.
-        dependence: what it is computed from; rules that compare it with another value ask for this before it is drawn.
+        draw: makes the data, (1, …) or a row a scene, float64, int64 or bool; the same at every call.
+        sample: makes the samples, (1, …) or (256, …), likewise.
+        scenes: that the entity is in.
+        bounds: gives the values that it can have, whatever is drawn; None: those of the samples.
+        recipe: how a reset draws it; only for what a running simulation can change.
     """
-    return _value_of_source(None, _DrawSource(draw, rows, bounds, recipe, dependence))
+    return _value_of_source(None, _DrawSource(draw, sample, scenes, bounds, recipe))
+
+
+def derived(
+    function: Callable[..., NDArray[Any]],
+    parts: Sequence[Value],
+    scenes: Sequence[int],
+    *,
+    bounds: Callable[[], ValueBounds] | None = None,
+) -> Value:
+    """A value that is computed from others, row by row; known if these are.
+
+    Args:
+        function: takes the rows of all parts, each (1, …) or (B, …), and gives rows (1, …) or (B, …).
+        parts: the other values, in the same scenes.
+        scenes: that the entity is in.
+        bounds: as of `varying`.
+    """
+
+    def draw() -> NDArray[Any]:
+        return function(*(part.data for part in parts))
+
+    if all(part.known for part in parts):
+        data = draw()
+        return per_scene(data, data.dtype)
+    return varying(draw, lambda: function(*(part.samples for part in parts)), scenes, bounds=bounds)
 
 
 def recalled(data: NDArray[Any], recipe: Node) -> Value:
-    """A value as it was drawn once, (·, …), with the recipe by which a reset draws it anew."""
-    return _value_of_source(data, _DrawSource(None, len(data), None, recipe))
+    """A value as it was drawn once, (·, …), with the recipe by which a reset draws it."""
+    return _value_of_source(data, _DrawSource(None, None, range(len(data)), None, recipe))
+
+
+class _KnownBounds:
+    """Bounds that are known, as a function that can be copied to another process."""
+
+    def __init__(self, bounds: ValueBounds) -> None:
+        self._bounds = bounds
+
+    def __call__(self) -> ValueBounds:
+        return self._bounds
 
 
 def _value_of_source(data: NDArray[Any] | None, source: _DrawSource) -> Value:
@@ -252,8 +343,8 @@ def _draw_data(source: _DrawSource) -> NDArray[Any]:
 
     assert source.draw is not None
     data = np.array(source.draw())
-    if len(data) != source.rows:
-        raise ValueError(f"{len(data)} rows were drawn for {source.rows} scenes")
+    if len(data) not in {1, len(source.scenes)}:
+        raise ValueError(f"{len(data)} rows were drawn for {len(source.scenes)} scenes")
     return _read_only_value(data[:1] if len(data) > 1 and _same_bits(data) else data).data
 
 

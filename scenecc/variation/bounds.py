@@ -1,31 +1,35 @@
-"""Bounds of a value in any scene: of nodes, and of parts of expressions."""
+"""Bounds of a value in any scene."""
 
 from __future__ import annotations
 
+import math
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.variation import operations
-from scenecc.variation.operations import LISTS, NUMBERS
+from scenecc.variation.operations import LISTS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import NDArray
 
 
+MAX_ALTERNATIVES = 64
+"""Combinations of alternatives, and different samples, that are listed one by one."""
+
+
 @frozen
 class ValueBounds:
-    """Everything that a value can be: one of some alternatives, or else within bounds.
+    """The values that a quantity can have: one of some alternatives, or anything between two bounds.
 
     Attributes:
-        alternatives: all of them, each once (numbers, booleans, strings, or tuples of such); None where
-            they are too many or not known.
-        low, high: a number, or one for each component as a tuple (or tuple of rows), that no value is below or
-            above; infinite where there is no such bound. None where the value is not made of numbers, or
-            may be anything.
-        exact: whether each alternative, or each bound, can really occur (or be come as near to as one
-            likes); otherwise these may lie wider than what occurs.
+        alternatives: each value once (numbers, booleans, strings, or tuples of these); None where there are too many
+            or they are unknown.
+        low, high: the least and the greatest number, or one for each component as a tuple (or a tuple of rows);
+            infinite where there is no bound. None where the value is not made of numbers or nothing is known.
+        exact: whether every alternative or bound can occur, or be approached. Otherwise they are those of the samples,
+            and rarer values may lie outside.
     """
 
     alternatives: tuple[Any, ...] | None
@@ -34,7 +38,7 @@ class ValueBounds:
     exact: bool
 
     def numbers(self) -> tuple[float, ...]:
-        """Numbers that bound everything it can be, row by row: of all alternatives, or of the lowest and highest."""
+        """The numbers of all alternatives, row by row, or of the lowest and the highest row."""
         if self.alternatives is not None:
             return tuple(flat_numbers(self.alternatives))
         return (*flat_numbers(self.low), *flat_numbers(self.high)) if self.low is not None else ()
@@ -54,38 +58,41 @@ class ValueBounds:
 
         return ValueBounds.of(rows[distinct_rows(rows)].tolist())
 
+    @staticmethod
+    def of_samples(rows: NDArray[Any]) -> ValueBounds:
+        """Of samples (256, …)."""
+        found = ValueBounds.of_rows(rows)
+        few = len(found.alternatives or ()) <= MAX_ALTERNATIVES
+        return ValueBounds(found.alternatives if few else None, found.low, found.high, exact=False)
+
 
 UNKNOWN = ValueBounds(None, None, None, exact=False)
 """Anything at all."""
 
 
-def affine_clamp_bounds(
-    of: ValueBounds, factor: ValueBounds, offset: ValueBounds, low: ValueBounds, high: ValueBounds
-) -> ValueBounds:
-    """What a number can be that is moved and held (`AffineClamp`): by bounds, where all that it is made of has some."""
-    bounds = (of, factor, offset, low, high)
-    if any(part.low.__class__ not in NUMBERS or part.high.__class__ not in NUMBERS for part in bounds):
-        return UNKNOWN
-    products = [f * x for f in (factor.low, factor.high) for x in (of.low, of.high)]
-    least, most = min(products) + offset.low, max(products) + offset.high
-    exact = all(part.exact for part in bounds)
-    return ValueBounds(None, max(min(least, high.low), low.low), max(min(most, high.high), low.high), exact=exact)
-
-
 def component_bounds(found: ValueBounds, index: int) -> ValueBounds:
-    """What one component of a tuple can be."""
+    """The bounds of one component of a tuple."""
     low, high = found.low, found.high
     if low.__class__ is not tuple or high.__class__ is not tuple or index >= len(low):
         return UNKNOWN
+    if found.alternatives is not None:
+        return ValueBounds.of((item[index] for item in found.alternatives), exact=found.exact)
     return ValueBounds(None, low[index], high[index], found.exact)
 
 
-def stack_bounds(parts: list[ValueBounds]) -> ValueBounds:
-    """What several can be side by side."""
+def combined_bounds(parts: Sequence[ValueBounds], join: Callable[[tuple[Any, ...]], Any]) -> ValueBounds:
+    """The bounds of a value that `join` makes of parts that are drawn independently.
+
+    `join` is monotone: the lowest parts give the lowest value.
+    """
+    exact = all(part.exact for part in parts)
+    if math.prod(MAX_ALTERNATIVES + 1 if p.alternatives is None else len(p.alternatives) for p in parts) <= (
+        MAX_ALTERNATIVES
+    ):
+        return ValueBounds.of(map(join, product(*(part.alternatives or () for part in parts))), exact=exact)
     if any(part.low is None for part in parts):
         return UNKNOWN
-    low, high = tuple(part.low for part in parts), tuple(part.high for part in parts)
-    return ValueBounds(None, low, high, all(part.exact for part in parts))
+    return ValueBounds(None, join(tuple(p.low for p in parts)), join(tuple(p.high for p in parts)), exact)
 
 
 def union_bounds(several: Iterable[ValueBounds]) -> ValueBounds:
@@ -144,153 +151,3 @@ def flat_numbers(value: Any) -> Iterable[float]:
             yield from flat_numbers(item)
     elif isinstance(value, int | float):
         yield value
-
-
-MAX_KNOWN_VALUES = 64
-"""How many values, or combinations of values, are followed one by one."""
-
-
-@frozen
-class ExpressionBounds:
-    """What an expression can give: one of few values, a number within bounds, a list of such, or anything.
-
-    Attributes:
-        values: all of them; None where they are too many or not known.
-        low, high: of a number that is not one of few; None of anything else.
-        items: of a list that is not one of few; None of anything else.
-        exact: whether every value, or every bound, can occur.
-        whole: whether a number that is not one of few is an integer in any case.
-        nonzero: whether it is not 0 in any case, though that may lie between its bounds.
-    """
-
-    values: tuple[Any, ...] | None = None
-    low: float | None = None
-    high: float | None = None
-    items: tuple[ExpressionBounds, ...] | None = None
-    exact: bool = False
-    whole: bool = False
-    nonzero: bool = False
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether it is an integer in any case."""
-        return self.whole if self.values is None else all(type(value) is int for value in self.values)
-
-    def may_be_zero(self) -> bool:
-        """Whether it can be the number 0."""
-        if self.values is not None:
-            return any(operations.is_number(value) and value == 0 for value in self.values)
-        return not self.nonzero and self.low is not None and self.high is not None and self.low <= 0 <= self.high
-
-
-ANYTHING = ExpressionBounds()
-
-
-def bounds_of_values(values: Iterable[Any], *, exact: bool = True) -> ExpressionBounds:
-    """One of some values; what bounds them where they are many."""
-    distinct = list({(value.__class__, repr(value)): value for value in values}.values())
-    if not distinct:
-        return ANYTHING
-    if len(distinct) <= MAX_KNOWN_VALUES:
-        return ExpressionBounds(values=tuple(distinct), exact=exact)
-    if all(map(operations.is_number, distinct)):
-        whole = all(type(value) is int for value in distinct)
-        return ExpressionBounds(
-            low=min(distinct), high=max(distinct), exact=exact, whole=whole, nonzero=0 not in distinct
-        )
-    return ANYTHING
-
-
-def to_expression_bounds(found: ValueBounds, *, whole: bool = False) -> ExpressionBounds:
-    """The bounds of a name whose values have known bounds; `whole`: all numbers of it are integers."""
-    if found.alternatives is not None:
-        reached = bounds_of_values(found.alternatives, exact=found.exact)
-        if reached is not ANYTHING:
-            return reached
-    return _bounds_between(found.low, found.high, found.exact, whole)
-
-
-def to_value_bounds(found: ExpressionBounds) -> ValueBounds:
-    """The bounds of the values of an expression."""
-    if found.values is not None:
-        return ValueBounds.of(found.values, exact=found.exact)
-    if found.items is not None:
-        return stack_bounds(list(map(to_value_bounds, found.items)))
-    return UNKNOWN if found.low is None else ValueBounds(None, found.low, found.high, found.exact)
-
-
-def example_values(found: ExpressionBounds) -> list[Any]:
-    """Values of every kind and length that something can have, its numbers but for known ones being 1; none where that
-    is not known.
-    """
-    if found.values is not None:
-        return list(found.values)
-    if found.low is not None:
-        return [1 if found.whole else 1.0]
-    items = [next(iter(example_values(item)), None) for item in found.items or ()]
-    return [] if found.items is None or None in items else [items]
-
-
-def join_bounds(parts: list[ExpressionBounds]) -> ExpressionBounds:
-    """Any of several."""
-    if len(parts) == 1:
-        return parts[0]
-    if all(part.values is not None for part in parts):
-        return bounds_of_values((value for part in parts for value in part.values or ()), exact=False)
-    bounds = [interval_of(part) for part in parts]
-    if all(bound is not None for bound in bounds):
-        return ExpressionBounds(
-            low=min(b[0] for b in bounds if b),
-            high=max(b[1] for b in bounds if b),
-            whole=all(part.is_whole for part in parts),
-            nonzero=not any(part.may_be_zero() for part in parts),
-        )
-    lists = [items_of(part) for part in parts]
-    if all(items is not None for items in lists) and len({len(items or ()) for items in lists}) == 1:
-        return ExpressionBounds(
-            items=tuple(join_bounds(list(column)) for column in zip(*(items or () for items in lists), strict=True))
-        )
-    return ANYTHING
-
-
-def are_exact(parts: list[ExpressionBounds]) -> bool:
-    """Whether all combinations can occur: where one part varies at most, since two may read the same draw."""
-    varying = [part for part in parts if part.values is None or len(part.values) > 1]
-    return len(varying) <= 1 and all(part.exact for part in parts)
-
-
-def interval_of(part: ExpressionBounds) -> tuple[float, float] | None:
-    """The bounds of what is a number in any case."""
-    if part.values is not None:
-        if not all(map(operations.is_number, part.values)):
-            return None
-        return min(part.values), max(part.values)
-    return None if part.low is None or part.high is None else (part.low, part.high)
-
-
-def items_of(part: ExpressionBounds) -> tuple[ExpressionBounds, ...] | None:
-    """The reaches of a list's items."""
-    if part.values is None:
-        return part.items
-    if not all(type(value) in operations.LISTS for value in part.values) or len({*map(len, part.values)}) != 1:
-        return None
-    return tuple(bounds_of_values(column, exact=part.exact) for column in zip(*part.values, strict=True))
-
-
-def truth_values(part: ExpressionBounds) -> set[bool]:
-    """What it can be as a condition."""
-    if part.values is not None:
-        return {bool(value) for value in part.values}
-    bounds = interval_of(part)
-    if bounds is None:
-        return {True, False}
-    return {False} if bounds == (0, 0) else {True, False} if part.may_be_zero() else {True}
-
-
-def _bounds_between(low: Any, high: Any, exact: bool, whole: bool) -> ExpressionBounds:  # noqa: FBT001
-    if low is None:
-        return ANYTHING
-    if low.__class__ is tuple:
-        items = tuple(_bounds_between(a, b, exact, whole) for a, b in zip(low, high, strict=True))
-        return ExpressionBounds(items=items, exact=exact)
-    return ExpressionBounds(low=low, high=high, exact=exact, whole=whole)

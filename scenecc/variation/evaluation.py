@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from itertools import accumulate, permutations, repeat
+from itertools import accumulate, repeat
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -27,6 +27,7 @@ from scenecc.variation.operations import (
     OperationCounter,
     as_lists,
     expression_cost,
+    has_shape,
     kind_name,
     result_cost,
     shape_mismatch,
@@ -328,7 +329,7 @@ class Batch:
                 self._make(other)
         if name in self._failed:
             error = self._failed[name]
-            raise DrawError(error.message, error.scene, error.node, error.expression)
+            raise DrawError(error.message, error.scene, error.node, error.expression, error.seed)
         return self._shared[name]
 
     def kept(self, name: str) -> NDArray[Any] | None:
@@ -355,6 +356,11 @@ class Batch:
         except DrawError as error:
             # What reads it need not do so in that scene.
             self._failed[name] = error
+
+    def error(self, message: str, row: int, node: Node, expression: ExpressionError | None = None) -> DrawError:
+        """The error of a node that has no value in a row of the batch."""
+        seed = self.seed if isinstance(self.seed, int) else self.seed[row]
+        return DrawError(message, int(self.scenes[row]), node, expression, seed)
 
     def only(self, rows: NDArray[np.intp]) -> Batch:
         """Some rows of the batch as one of their own."""
@@ -403,62 +409,12 @@ class RetryBatch(Batch):
         return RetryBatch(self._untried.only(rows), self.tries[rows])
 
 
-class CombinationBatch(Batch):
-    """As `Batch`, but nothing is drawn.
-
-    Args:
-        scenes: the scene's index of each row (B,).
-        num_scenes: what `num_scenes` gives in an expression.
-        draws: the shared draws by name.
-        given: values (N, …) that take the place of draws.
-        assigned: for every draw, by its key and word, the number (B,) of what it gives: of an item, or from the
-            lowest integer on.
-        work: counts what is computed; None: nothing does.
-    """
-
-    def __init__(
-        self,
-        scenes: NDArray[np.int64],
-        num_scenes: int,
-        draws: Mapping[str, Node],
-        given: Mapping[str, NDArray[Any]],
-        assigned: Mapping[tuple[Key, int], NDArray[np.int64]],
-        work: OperationCounter | None = None,
-    ) -> None:
-        super().__init__(scenes, 0, num_scenes, draws, given, work)
-        self.assigned = assigned
-
-    def evaluate(self, node: Node) -> NDArray[Any]:
-        """As of a batch."""
-        match node:
-            case nodes.Chosen():
-                return self.selected(node.items, self.assigned[node.key, node.word])
-            case nodes.Shuffled():
-                orders = [(*order, *node.rest) for order in permutations(node.items)]
-                return self.selected(orders, self.assigned[node.key, node.word])
-            case nodes.Drawn():
-                return node.operands[0] + self.assigned[node.key, node.word]
-            case _:
-                return super().evaluate(node)
-
-    def only(self, rows: NDArray[np.intp]) -> CombinationBatch:
-        """As of a batch."""
-        assigned = {draw: numbers[rows] for draw, numbers in self.assigned.items()}
-        part = CombinationBatch(self.scenes[rows], self.num_scenes, self.draws, self.given, assigned, self.work)
-        part._whole = (self, rows)
-        return part
-
-    def row(self, number: int) -> CombinationBatch:
-        """One row as a batch of its own."""
-        return self.only(np.array([number]))
-
-
 def _rows(batch: Batch, node: nodes.Rows) -> NDArray[Any]:
     known = np.array(node.scene_idxs, dtype=np.int64)
     index = np.minimum(np.searchsorted(known, batch.scenes), max(len(known) - 1, 0))
     missing = np.flatnonzero(known[index] != batch.scenes) if known.size else np.arange(len(batch.scenes))
     if missing.size:
-        raise DrawError("nothing is given for this scene", int(batch.scenes[missing[0]]), node)
+        raise batch.error("nothing is given for this scene", int(missing[0]), node)
     return batch.selected(node.items, index)
 
 
@@ -469,12 +425,7 @@ def _stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
     return np.stack(parts, axis=1)
 
 
-NOT_WHOLE = "a bound is no integer"
-
-TOO_MANY = f"the bounds hold more than {WIDEST_INTEGERS} integers"
-
-
-def bound_mismatch(node: nodes.Drawn) -> str:
+def _bound_mismatch(node: nodes.Drawn) -> str:
     """What is said of a bound of another kind or size than what is drawn."""
     return f"a bound is not a number or a list of {node.shape[0]} numbers" if node.shape else "a bound is not a number"
 
@@ -499,7 +450,7 @@ def _shuffled(batch: Batch, node: nodes.Shuffled) -> NDArray[Any]:
 
 def _drawn(batch: Batch, node: nodes.Drawn) -> NDArray[Any]:
     """Numbers (B, *shape)."""
-    operands = draw_bounds(batch, node)
+    operands = _draw_operands(batch, node)
 
     def units(lane: int) -> Floats:
         return _units(batch, node, node.word, operands[0].shape[1], lane)
@@ -508,7 +459,7 @@ def _drawn(batch: Batch, node: nodes.Drawn) -> NDArray[Any]:
     return values if node.shape else values[:, 0]
 
 
-def draw_bounds(batch: Batch, node: nodes.Drawn) -> list[Floats]:
+def _draw_operands(batch: Batch, node: nodes.Drawn) -> list[Floats]:
     """The operands of a draw, each (B, n).
 
     Raises:
@@ -525,10 +476,10 @@ def draw_bounds(batch: Batch, node: nodes.Drawn) -> list[Floats]:
         _refuse(batch, node, wrong, condition.message)
     if node.distribution.whole:
         low, high = found
-        _refuse(batch, node, (low != np.floor(low)) | (high != np.floor(high)), NOT_WHOLE)
+        _refuse(batch, node, (low != np.floor(low)) | (high != np.floor(high)), "a bound is not an integer")
         wide = (np.abs(low) > WIDEST_INTEGERS) | (np.abs(high) > WIDEST_INTEGERS)
         _refuse(batch, node, wide, f"a bound is beyond {WIDEST_INTEGERS}")
-        _refuse(batch, node, high - low >= WIDEST_INTEGERS, TOO_MANY)
+        _refuse(batch, node, high - low >= WIDEST_INTEGERS, f"the bounds hold more than {WIDEST_INTEGERS} integers")
     return found
 
 
@@ -547,7 +498,8 @@ def _bound(batch: Batch, node: nodes.Drawn, item: Any, count: int) -> NDArray[np
     values = to_field_rows(batch.item(item))
     shapes = {(len(batch.scenes),), (len(batch.scenes), count)} if node.shape else {(len(batch.scenes),)}
     if values.dtype.kind not in "if" or values.shape not in shapes:
-        raise DrawError(bound_mismatch(node), int(batch.scenes[0]), node)
+        fits = [has_shape(one, ()) or has_shape(one, (count,) if node.shape else ()) for one in values.tolist()]
+        raise batch.error(_bound_mismatch(node), 0 if all(fits) else fits.index(False), node)
     bound = values.astype(np.float64, copy=False)
     bound = bound[:, None] if bound.ndim == 1 else bound
     # A range of half the largest number is no range that anything in a scene has.
@@ -579,8 +531,7 @@ def _computed(batch: Batch, node: nodes.Computed) -> NDArray[Any]:
             if work is not None and result.__class__ in SEQUENCES:
                 work.take(result_cost(result), node)
     except ExpressionError as error:
-        scene = int(batch.scenes[len(results)])
-        raise DrawError(error.message, scene, node, error) from error
+        raise batch.error(error.message, len(results), node, error) from error
     column = _result_rows(batch, node, results)
     return column if inputs else np.broadcast_to(column, (len(batch.scenes), *column.shape[1:]))
 
@@ -592,19 +543,15 @@ def _result_rows(batch: Batch, node: nodes.Computed, results: list[Any]) -> NDAr
     if node.shape == ():
         for row, result in enumerate(results):
             if type(result) in {list, tuple, dict}:
-                raise _row_error(batch, node, row, f"it gives {kind_name(result)} where one value is wanted")
+                raise batch.error(f"it gives {kind_name(result)} where one value is wanted", row, node)
             if type(result) is int and not -_INT64 <= result < _INT64:
-                raise _row_error(batch, node, row, "it gives an integer of more than 64 bits")
+                raise batch.error("it gives an integer of more than 64 bits", row, node)
         return row_array(results)
     for row, result in enumerate(results):
         wrong = shape_mismatch(result, node.shape, node.template.text)
         if wrong is not None:
-            raise _row_error(batch, node, row, wrong)
+            raise batch.error(wrong, row, node)
     return np.array(results, dtype=np.float64).reshape(len(results), *node.shape)
-
-
-def _row_error(batch: Batch, node: nodes.Computed, row: int, message: str) -> DrawError:
-    return DrawError(message, int(batch.scenes[row]), node)
 
 
 def _converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
@@ -614,7 +561,7 @@ def _converted(batch: Batch, node: nodes.Converted) -> NDArray[Any]:
     made = [convert(row) for row in rows]
     if None in made:
         row = made.index(None)
-        raise DrawError(f"it gives {show(rows[row])}, which means nothing here", int(batch.scenes[row]), node.of)
+        raise batch.error(f"it gives {show(rows[row])}, which means nothing here", row, node.of)
     return np.array(made, dtype=np.float64 if shape else np.bool_).reshape(len(made), *shape)
 
 
@@ -670,14 +617,14 @@ def _numbers(batch: Batch, node: Node, item: Any, shape: tuple[int, ...] | None 
     shape = values.shape[1:] if shape is None else shape
     if values.dtype.kind not in "if" or values.shape[1:] != shape:
         wanted = " by ".join(str(size) for size in shape) + " numbers" if shape else "a number"
-        raise DrawError(f"this is not {wanted}", int(batch.scenes[0]), node)
+        raise batch.error(f"this is not {wanted}", 0, node)
     return values.astype(np.float64, copy=False)
 
 
 def _refuse(batch: Batch, node: Node, wrong: NDArray[np.bool_], message: str) -> None:
     """Raises a DrawError for the first scene in which something (B,) or (B, n) is wrong."""
     if wrong.any():
-        raise DrawError(message, int(batch.scenes[np.argwhere(wrong)[0, 0]]), node)
+        raise batch.error(message, int(np.argwhere(wrong)[0, 0]), node)
 
 
 def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
@@ -690,10 +637,10 @@ def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
     is_single = node.index < 0
     if rows.dtype.kind not in "fi" or rows.ndim != (1 if is_single else 2):
         wanted = "a number" if is_single else "a list of numbers"
-        raise DrawError(f"this is not {wanted}", int(batch.scenes[0]), node)
+        raise batch.error(f"this is not {wanted}", 0, node)
     if not is_single:
         if node.index >= rows.shape[1]:
-            raise DrawError(f"this has {rows.shape[1]} numbers only", int(batch.scenes[0]), node)
+            raise batch.error(f"this has {rows.shape[1]} numbers only", 0, node)
         rows = rows[:, node.index]
     moved = batch.item(node.factor) * rows + batch.item(node.offset)
     return np.maximum(np.minimum(moved.astype(np.float64), batch.item(node.high)), batch.item(node.low))
@@ -702,7 +649,7 @@ def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
 def _placed(batch: Batch, node: nodes.Placed) -> Floats:
     """Poses (B, 7)."""
     if node.name not in batch.placed:
-        raise DrawError(f"`{node.name}` has no place yet", int(batch.scenes[0]), node)
+        raise batch.error(f"`{node.name}` has no place yet", 0, node)
     return batch.placed[node.name][batch.scenes]
 
 

@@ -308,7 +308,7 @@ class _Compiler:
         """A chain of comparisons, `a < b < c`; operands behind the first that is false are not evaluated."""
         others = [self.closure(other, depth) for other in node.comparators]
         first, span = self.closure(node.left, depth), self.span(node)
-        steps = list(zip([operations.COMPARISONS[type(op).__name__].apply for op in node.ops], others, strict=True))
+        steps = list(zip([operations.COMPARISONS[type(op).__name__] for op in node.ops], others, strict=True))
 
         def run(environment: Environment) -> bool:
             a = first(environment)
@@ -422,7 +422,7 @@ _QUICK_BOUND = 1e70
 
 
 def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
-    apply = operations.BINARY[name].apply
+    apply = operations.BINARY[name]
     if name not in _QUICK:
         return lambda environment: apply(left(environment), right(environment), span)
     quick = _QUICK[name]

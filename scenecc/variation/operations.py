@@ -1,17 +1,12 @@
-"""Functions and operators of expressions, with their costs and errors.
-
-Each function and operator is one row: how many arguments it takes, its value, and its bounds from the bounds of its
-operands. Rounding keeps order, so what is computed at the ends bounds what is computed between them.
-"""
+"""Functions and operators of expressions, with their costs and errors. Each is one row of a table."""
 
 from __future__ import annotations
 
 import math
 import operator
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 from scenecc.diagnostics.frozen import frozen
@@ -40,14 +35,23 @@ class DrawError(Exception):
     Attributes:
         message: what is wrong, as a diagnostic says it.
         scene: the scene's index.
-        node: the node that has no value; it may stand inside the one that was asked for.
+        node: the node that has no value: the one that was asked for, or one inside it.
         expression: what went wrong, where the node is an expression.
+        seed: of the scene's draws; None where it does not matter.
     """
 
-    def __init__(self, message: str, scene: int, node: object, expression: ExpressionError | None = None) -> None:
+    def __init__(
+        self,
+        message: str,
+        scene: int,
+        node: object,
+        expression: ExpressionError | None = None,
+        seed: int | None = None,
+    ) -> None:
         super().__init__(f"scene {scene}: {message}")
         self.message = message
         self.scene = scene
+        self.seed = seed
         self.node = node
         self.expression = expression
 
@@ -266,136 +270,16 @@ def power(a: Any, b: Any, span: Span) -> Any:
         raise ExpressionError("the result is not a finite number", *span) from None
 
 
-Interval = tuple[float, float]
-
-EVERYTHING: Interval = (-math.inf, math.inf)
-
-
-def sum_interval(a: Interval, b: Interval) -> Interval:
-    """The bounds of a sum."""
-    return _sorted(a[0] + b[0], a[1] + b[1])
-
-
-def _difference_interval(a: Interval, b: Interval) -> Interval:
-    return _sorted(a[0] - b[1], a[1] - b[0])
-
-
-def product_interval(a: Interval, b: Interval) -> Interval:
-    """The bounds of a product."""
-    # An end without bound stands for large numbers, and 0 times those is 0.
-    return _sorted(*(0.0 if x == 0 or y == 0 else x * y for x, y in product(a, b)))
-
-
-def _quotient_interval(a: Interval, b: Interval) -> Interval:
-    if b[0] <= 0 <= b[1]:
-        return EVERYTHING
-    return _sorted(*(_quotient(x, y) for x, y in product(a, b)))
-
-
-def _quotient(x: float, y: float) -> float:
-    if math.isinf(y):
-        return 0.0 if not math.isinf(x) else math.nan
-    return x / y
-
-
-def _floor_quotient_interval(a: Interval, b: Interval) -> Interval:
-    low, high = _quotient_interval(a, b)
-    # Python's // takes the floor of the true quotient, of which / has the nearest number.
-    return (_floor(low) - 1, _floor(high) + 1) if b[0] != b[1] or b[0] != 1 else (_floor(low), _floor(high))
-
-
-def _floor(x: float) -> float:
-    return math.floor(x) if math.isfinite(x) else x
-
-
-def _integer_quotient_interval(a: Interval, b: Interval) -> Interval:
-    if b[0] <= 0 <= b[1] or not all(map(math.isfinite, (*a, *b))):
-        return _floor_quotient_interval(a, b)
-    return _sorted(*(x // y for x, y in product(a, b)))
-
-
-def _integer_remainder_interval(a: Interval, b: Interval) -> Interval:
-    low, high = _remainder_interval(a, b)
-    # It is less than what it is divided by, which only rounding can hide.
-    return (low + 1 if low == b[0] < 0 else low, high - 1 if high == b[1] > 0 else high)
-
-
-def _remainder_interval(a: Interval, b: Interval) -> Interval:
-    if b[0] <= 0 <= b[1]:
-        return EVERYTHING
-    if b[0] > 0:
-        return a if a[0] >= 0 and a[1] < b[0] else (0.0, b[1])
-    return (b[0], 0.0)
-
-
-def _power_interval(a: Interval, b: Interval) -> Interval:
-    whole = b[0] == b[1] and b[0] == math.floor(b[0])
-    if a[0] > 0 or (a[0] == 0 and b[0] >= 0):
-        return _sorted(*(_raised(x, y) for x, y in product(a, b)))
-    if not whole or b[0] < 0:
-        return EVERYTHING
-    ends = _sorted(_raised(a[0], b[0]), _raised(a[1], b[0]))
-    # An even power has its least value at 0, where the base passes it.
-    return (0.0, ends[1]) if b[0] % 2 == 0 and b[0] > 0 and a[1] >= 0 else ends
-
-
-def _raised(x: float, y: float) -> float:
-    try:
-        return float(x) ** float(y)
-    except OverflowError:
-        return math.inf if x > 0 or y % 2 == 0 else -math.inf
-
-
-def squared_interval(a: Interval) -> Interval:
-    """The bounds of a number times itself."""
-    low, high = _sorted(a[0] * a[0], a[1] * a[1])
-    return (0.0 if a[0] <= 0 <= a[1] else low), high
-
-
-def _sorted(*ends: float) -> Interval:
-    """From the least to the greatest; everything where one of them is none."""
-    if any(math.isnan(end) for end in ends):
-        return EVERYTHING
-    return min(ends), max(ends)
-
-
-@frozen
-class BinaryOperator:
-    """An operator on two operands.
-
-    Attributes:
-        apply: gives its value.
-        interval: bounds it by the bounds of its operands.
-        interval_of_integers: the same where both are integers, and so is what it gives; None: it need not be.
-        divides: whether the second operand may not be 0.
-        reaches_ends: whether it reaches its bounds where one operand is constant, the other not a divisor around 0.
-    """
-
-    apply: Callable[[Any, Any, Span], Any]
-    interval: Callable[[Interval, Interval], Interval]
-    interval_of_integers: Callable[[Interval, Interval], Interval] | None = None
-    divides: bool = False
-    reaches_ends: bool = False
-
-
-BINARY: dict[str, BinaryOperator] = {
-    "Add": BinaryOperator(add, sum_interval, sum_interval, reaches_ends=True),
-    "Sub": BinaryOperator(
-        _number_operator("-", operator.sub), _difference_interval, _difference_interval, reaches_ends=True
-    ),
-    "Mult": BinaryOperator(multiply, product_interval, product_interval, reaches_ends=True),
-    "Div": BinaryOperator(
-        _number_operator("/", lambda a, b: a / b), _quotient_interval, divides=True, reaches_ends=True
-    ),
-    "FloorDiv": BinaryOperator(
-        _number_operator("//", lambda a, b: a // b), _floor_quotient_interval, _integer_quotient_interval, divides=True
-    ),
-    "Mod": BinaryOperator(
-        _number_operator("%", operator.mod), _remainder_interval, _integer_remainder_interval, divides=True
-    ),
-    "Pow": BinaryOperator(power, _power_interval),
+BINARY: dict[str, Callable[[Any, Any, Span], Any]] = {
+    "Add": add,
+    "Sub": _number_operator("-", operator.sub),
+    "Mult": multiply,
+    "Div": _number_operator("/", lambda a, b: a / b),
+    "FloorDiv": _number_operator("//", lambda a, b: a // b),
+    "Mod": _number_operator("%", operator.mod),
+    "Pow": power,
 }
-"""By the name of the node's type in Python's `ast`."""
+"""Operators on two operands, by the name of the node's type in Python's `ast`."""
 
 
 def _sign(symbol: str, apply: Callable[[Any], Any]) -> Callable[[Any, Span], Any]:
@@ -431,42 +315,15 @@ def _order_comparison(symbol: str, apply: Callable[[Any, Any], bool]) -> Callabl
     return run
 
 
-@frozen
-class ComparisonOperator:
-    """A comparison of two operands.
-
-    Attributes:
-        apply: gives whether it holds.
-        always: gives whether it holds whatever the operands are within their bounds.
-        negated: the comparison that holds where this one does not.
-        flipped: the comparison that holds of the operands in the other order.
-    """
-
-    apply: Callable[[Any, Any, Span], bool]
-    always: Callable[[Interval, Interval], bool]
-    negated: str
-    flipped: str
-
-
-COMPARISONS: dict[str, ComparisonOperator] = {
-    "Eq": ComparisonOperator(equal, lambda a, b: a[0] == a[1] == b[0] == b[1], "NotEq", "Eq"),
-    "NotEq": ComparisonOperator(
-        lambda a, b, span: not equal(a, b, span), lambda a, b: a[1] < b[0] or b[1] < a[0], "Eq", "NotEq"
-    ),
-    "Lt": ComparisonOperator(_order_comparison("<", operator.lt), lambda a, b: a[1] < b[0], "GtE", "Gt"),
-    "LtE": ComparisonOperator(_order_comparison("<=", operator.le), lambda a, b: a[1] <= b[0], "Gt", "GtE"),
-    "Gt": ComparisonOperator(_order_comparison(">", operator.gt), lambda a, b: a[0] > b[1], "LtE", "Lt"),
-    "GtE": ComparisonOperator(_order_comparison(">=", operator.ge), lambda a, b: a[0] >= b[1], "Lt", "LtE"),
+COMPARISONS: dict[str, Callable[[Any, Any, Span], bool]] = {
+    "Eq": equal,
+    "NotEq": lambda a, b, span: not equal(a, b, span),
+    "Lt": _order_comparison("<", operator.lt),
+    "LtE": _order_comparison("<=", operator.le),
+    "Gt": _order_comparison(">", operator.gt),
+    "GtE": _order_comparison(">=", operator.ge),
 }
 """By the name of the node's type in Python's `ast`."""
-
-
-def comparison_outcomes(name: str, a: Interval, b: Interval) -> set[bool]:
-    """The outcomes that a comparison can have."""
-    comparison = COMPARISONS[name]
-    if comparison.always(a, b):
-        return {True}
-    return {False} if COMPARISONS[comparison.negated].always(a, b) else {True, False}
 
 
 def truth(value: Any, span: Span) -> bool:
@@ -572,35 +429,6 @@ def _round(arguments: list[Any], span: Span) -> Any:
     return _round_number(arguments, span)
 
 
-def _monotone(function: Callable[[float], float]) -> Callable[[Interval], Interval]:
-    def run(a: Interval) -> Interval:
-        low, high = a
-        return (function(low) if math.isfinite(low) else low), (function(high) if math.isfinite(high) else high)
-
-    return run
-
-
-def _extreme_interval(pick: Callable[[Iterable[float]], float]) -> Callable[..., Interval]:
-    def run(*numbers: Interval) -> Interval:
-        return pick(low for low, _ in numbers), pick(high for _, high in numbers)
-
-    return run
-
-
-def _root_interval(a: Interval) -> Interval:
-    # What is below 0 has no root, and is reported where it is drawn.
-    return _monotone(math.sqrt)((max(a[0], 0.0), max(a[1], 0.0)))
-
-
-def _negative_root(a: Interval) -> tuple[str, bool] | None:
-    return ("a negative number has no root", a[1] < 0) if a[0] < 0 else None
-
-
-def _hypot_interval(*sides: Interval) -> Interval:
-    lengths = [_absolute_interval(side) for side in sides]
-    return math.hypot(*(low for low, _ in lengths)), math.hypot(*(high for _, high in lengths))
-
-
 def _smoothstep(start: float, end: float, x: float) -> float:
     """0 up to `start`, 1 from `end` on, 3t² - 2t³ between; falling where `end` is below, a step where it is equal."""
     if start == end:
@@ -612,102 +440,36 @@ def _smoothstep(start: float, end: float, x: float) -> float:
     return t * t * (3.0 - 2.0 * t)
 
 
-def _smoothstep_interval(start: Interval, end: Interval, x: Interval) -> Interval:
-    if start[0] != start[1] or end[0] != end[1] or not all(map(math.isfinite, (*start, *end, *x))):
-        return (0.0, 1.0)
-    # Between two neighbours it may fall by its last bits.
-    low, high = _sorted(_smoothstep(start[0], end[0], x[0]), _smoothstep(start[0], end[0], x[1]))
-    return low * (1 - 1e-15), min(high * (1 + 1e-15), 1.0)
-
-
-def _any_angle(_y: Interval, _x: Interval) -> Interval:
-    return (-math.pi, math.pi)
-
-
-def _is_single(arguments: list[bool]) -> bool:
-    return len(arguments) == 1
-
-
-def _absolute_interval(a: Interval) -> Interval:
-    low, high = a
-    if low <= 0 <= high:
-        return (0.0, max(-low, high))
-    return _sorted(abs(low), abs(high))
-
-
-def _wave_interval(function: Callable[[float], float], crest: float) -> Callable[[Interval], Interval]:
-    """Of a wave whose crest is at an angle; a crest or trough just outside is counted in."""
-
-    def run(angle: Interval) -> Interval:
-        low, high = angle
-        if not (math.isfinite(low) and math.isfinite(high)) or max(-low, high) > 1e6 or high - low >= 2 * math.pi:
-            return (-1.0, 1.0)
-        ends = _sorted(function(low), function(high))
-        return (
-            -1.0 if _passes(low, high, crest + math.pi) else ends[0],
-            1.0 if _passes(low, high, crest) else ends[1],
-        )
-
-    return run
-
-
-def _passes(low: float, high: float, phase: float, period: float = 2 * math.pi) -> bool:
-    slack = 1e-9
-    return math.floor((high + slack - phase) / period) > math.floor((low - slack - phase) / period)
-
-
-def _tangent_interval(a: Interval) -> Interval:
-    low, high = a
-    if not (math.isfinite(low) and math.isfinite(high)) or max(-low, high) > 1e6:
-        return EVERYTHING
-    if _passes(low, high, math.pi / 2, math.pi) or high - low >= math.pi:
-        return EVERYTHING
-    return math.tan(low), math.tan(high)
-
-
-def _round_interval(a: Interval, digits: Interval | None = None) -> Interval:
-    if digits is None:
-        return _monotone(round)(a)
-    step = 10.0 ** -min(max(int(min(digits)), -_ROUND_DIGITS), _ROUND_DIGITS)
-    return a[0] - step, a[1] + step
-
-
 @frozen
 class Function:
     """A function that expressions can call.
 
     Attributes:
         apply: gives its value.
-        interval: bounds it by the bounds of its arguments; None: its arguments are no numbers.
         most, fewest: how many arguments it takes.
-        is_whole: gives whether its value is an integer in any case, of whether each argument is.
-        fault: says, by the bounds of its arguments, why it may have no value, and whether it has none in any case.
     """
 
     apply: Callable[[list[Any], Span], Any]
-    interval: Callable[..., Interval] | None
     most: int = 1
     fewest: int = 1
-    is_whole: Callable[[list[bool]], bool] = lambda _: False
-    fault: Callable[..., tuple[str, bool] | None] = lambda *_: None
 
 
 FUNCTIONS: dict[str, Function] = {
-    "min": Function(_extreme("min", min), _extreme_interval(min), most=MAX_ARGUMENTS, is_whole=all),
-    "max": Function(_extreme("max", max), _extreme_interval(max), most=MAX_ARGUMENTS, is_whole=all),
-    "abs": Function(_number_function("abs", abs), _absolute_interval, is_whole=all),
-    "sqrt": Function(_number_function("sqrt", math.sqrt), _root_interval, fault=_negative_root),
-    "sin": Function(_number_function("sin", math.sin), _wave_interval(math.sin, math.pi / 2)),
-    "cos": Function(_number_function("cos", math.cos), _wave_interval(math.cos, 0.0)),
-    "tan": Function(_number_function("tan", math.tan), _tangent_interval),
-    "atan2": Function(_number_function("atan2", math.atan2), _any_angle, most=2, fewest=2),
-    "hypot": Function(_number_function("hypot", math.hypot), _hypot_interval, most=3, fewest=2),
-    "smoothstep": Function(_number_function("smoothstep", _smoothstep), _smoothstep_interval, most=3, fewest=3),
-    "radians": Function(_number_function("radians", math.radians), _monotone(math.radians)),
-    "degrees": Function(_number_function("degrees", math.degrees), _monotone(math.degrees)),
-    "floor": Function(_number_function("floor", math.floor), _monotone(math.floor), is_whole=_is_single),
-    "ceil": Function(_number_function("ceil", math.ceil), _monotone(math.ceil), is_whole=_is_single),
-    "round": Function(_round, _round_interval, most=2, is_whole=_is_single),
-    "len": Function(_length, None),
+    "min": Function(_extreme("min", min), most=MAX_ARGUMENTS),
+    "max": Function(_extreme("max", max), most=MAX_ARGUMENTS),
+    "abs": Function(_number_function("abs", abs)),
+    "sqrt": Function(_number_function("sqrt", math.sqrt)),
+    "sin": Function(_number_function("sin", math.sin)),
+    "cos": Function(_number_function("cos", math.cos)),
+    "tan": Function(_number_function("tan", math.tan)),
+    "atan2": Function(_number_function("atan2", math.atan2), most=2, fewest=2),
+    "hypot": Function(_number_function("hypot", math.hypot), most=3, fewest=2),
+    "smoothstep": Function(_number_function("smoothstep", _smoothstep), most=3, fewest=3),
+    "radians": Function(_number_function("radians", math.radians)),
+    "degrees": Function(_number_function("degrees", math.degrees)),
+    "floor": Function(_number_function("floor", math.floor)),
+    "ceil": Function(_number_function("ceil", math.ceil)),
+    "round": Function(_round, most=2),
+    "len": Function(_length),
 }
 """By name."""

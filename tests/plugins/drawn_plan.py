@@ -24,7 +24,6 @@ from scenecc.plan import (
 from scenecc.plan.body import PhysicalMaterial, Texture
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.forms import Template
-from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import Composed, Computed, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
 
 SEED = 11
@@ -41,7 +40,7 @@ DRAWS: tuple[tuple[str, Node], ...] = (
 def recipe(node: Node, scenes: tuple[int, ...] = SCENES) -> Value:
     """A value that was drawn by its recipe."""
     batch = Batch(np.array(scenes), SEED, len(SCENES), dict(DRAWS), {})
-    return varying(lambda: batch.evaluate(node), bounds=find_bounds(node, dict(DRAWS)), recipe=node, rows=len(scenes))
+    return varying(lambda: batch.evaluate(node), lambda: batch.evaluate(node), scenes, recipe=node)
 
 
 def drawn() -> ScenePlan:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import product, zip_longest
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import show
@@ -18,10 +18,11 @@ from scenecc.lower.field_types import FieldType, field_type, report_unused_key, 
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.local_poses import local_pose, seven_numbers
 from scenecc.lower.poses import POSE, check_limits_keys, direction, lower_limits, pose_item, warn_limits_in_degrees
-from scenecc.lower.references import possible_values
-from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene, varying
+from scenecc.lower.references import values_given
+from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene
 from scenecc.plan.articulation import JointType, breadth_first_order
 from scenecc.plan.properties import POSITIVE
+from scenecc.variation.bounds import MAX_ALTERNATIVES, ValueBounds
 from scenecc.variation.nodes import Composed, Node, Pointing, Posed, Stacked
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
     from scenecc.plan import Inertial
     from scenecc.spec.articulation import TreeJoint, TreeLink
+    from scenecc.variation.evaluation import Batch
 
 Layer = tuple[Any, "Origin"]
 """A model with keys, and the node that has them."""
@@ -419,8 +421,8 @@ def read_alternatives(entity: Any, origin: Origin, fields: FieldLowerer) -> Alte
     variation = VariationLowerer(fields, origin)
     columns = [_KeyAlternatives(path, key, given, place, variation) for path, key, given, place in written]
     fields.fix(variation)
-    complete = [column.enumerate(fields) for column in columns]
-    if variation.broken or not all(complete):
+    valid = [column.check(fields) for column in columns]
+    if variation.broken or not all(valid):
         return None
     return _Combinations(entity, columns, variation, fields).all()
 
@@ -466,6 +468,7 @@ class _KeyAlternatives:
         self.varies = given.__class__ in VARYING
         self.places: dict[Any, Origin] = {}
         self._kind = _KEY_TYPES[key]
+        self._variation = variation
         self._sources: list[tuple[Node, Origin]] = []
 
         def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
@@ -488,16 +491,17 @@ class _KeyAlternatives:
             return given if given.__class__ is bool else None
         return float(given) if given.__class__ in {int, float} else None
 
-    def enumerate(self, fields: FieldLowerer) -> bool:
-        """Whether all that it can be is known, and may be; otherwise that is reported."""
-        text = self._kind is _TEXT_TYPE
-        unknown = f"it cannot be told which {'names' if text else 'values'} this gives"
-        advice = "or write them in a `choice`" + ("" if text else ": what is put together is judged before it is drawn")
+    def check(self, fields: FieldLowerer) -> bool:
+        """Whether the key may have each value that it has in the scenes and in the samples; otherwise reports it."""
         for node, place in self._sources:
-            every = possible_values(node, place, fields, unknown, advice)
-            if every is None:
+            found = values_given(node, place, fields, is_random=self._variation.is_random)
+            if not found:
                 return False
-            for given in every:
+            if self._kind is not _TEXT_TYPE and len(found) > MAX_ALTERNATIVES:
+                hint = "each value is a structure of its own: write them in a `choice`"
+                fields.sink.report("SC317", f"this gives more than {MAX_ALTERNATIVES} values", place, hint=hint)
+                return False
+            for given in found:
                 value = self.value(given)
                 if value is None or not (self._kind.within is None or self._kind.bounds.allow(value)):
                     self._misfit(given, value, place, fields)
@@ -529,10 +533,8 @@ class _Combinations:
 
     def all(self) -> Alternatives | None:
         """All combinations, in the order in which their values are written; None where that was reported."""
-        from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - loaded where something varies
-
-        had = self._together()
-        if had is None:
+        had = [self._combination(row) for row in self._values()]
+        if not had:
             return None
         order = [{value: i for i, value in enumerate(column.places)} for column in self._columns]
         every = sorted(
@@ -543,16 +545,22 @@ class _Combinations:
         if len(each) == 1:
             return Alternatives(each)
         variation, fields = self._variation, self._fields
-        if variation.known:
-            known = per_scene(self._rows(numbers), "int64")
+
+        def rows(batch: Batch) -> NDArray[Any]:
+            import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+            found = batch.evaluate(self._node).tolist()
+            return np.array([numbers[self._combination(row)] for row in found], dtype=np.int64)
+
+        if not variation.is_random:
+            known = per_scene(rows(fields.batch()), "int64")
             if not variation.cycled or len(set(known.numbers())) == len(each):
                 return Alternatives(each, known)
-        found = range(len(each)) if variation.cycled else sorted(numbers[row] for row in set(had))
-        support = ValueBounds.of(found, exact=not variation.computed)
-        pick = varying(lambda: self._rows(numbers), bounds=support, rows=len(fields.scenes))
-        fields.sampling.drawn |= not variation.known
-        if variation.computed or variation.risky:
-            fields.defer(pick, _INDEX_TYPE, self._first(), variation)
+        found = range(len(each)) if variation.cycled else sorted({numbers[row] for row in had})
+        pick = fields.drawn(rows, lambda: ValueBounds.of(found, exact=not variation.computed))
+        fields.sampling.drawn |= variation.is_random
+        if variation.is_random and variation.risky:
+            fields.defer(pick, rows, _INDEX_TYPE, self._first(), variation)
         return Alternatives(each, pick)
 
     def _alternative(self, row: Combination) -> Alternative:
@@ -561,26 +569,8 @@ class _Combinations:
             self._entity, [(column.path, column.key, value, column.places[value]) for column, value in pairs]
         )
 
-    def _together(self) -> list[Combination] | None:
-        """The combinations that some scene can have; None if these are too many, which was reported."""
-        from scenecc.variation.node_bounds import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
-        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
-
-        try:
-            rows = self._fields.sampling.reader().outcomes(self._node, self._fields.scenes)
-        except DrawError:
-            # A scene may not need it: each scene is checked when it is drawn.
-            rows = None
-        if rows is not None:
-            return list(dict.fromkeys(map(self._combination, rows)))
-        count = math.prod(len(column.places) for column in self._columns)
-        if count > MAX_OUTCOMES and sum(column.varies for column in self._columns) > 1:
-            keys = ", ".join(f"`{column.key}`" for column in self._columns if column.varies)
-            message = f"{keys} have {count} combinations, and of what is put together {MAX_OUTCOMES} are looked at"
-            hint = "let them read a shared draw, so that fewer of them come together"
-            self._fields.sink.report("SC317", message, self._first(), hint=hint)
-            return None
-        return list(product(*(column.places for column in self._columns)))
+    def _values(self) -> list[Any]:
+        return values_given(self._node, self._first(), self._fields, is_random=self._variation.is_random)
 
     def _combination(self, row: Sequence[Any]) -> Combination:
         return tuple(column.value(given) for column, given in zip(self._columns, row, strict=True))
@@ -595,26 +585,6 @@ class _Combinations:
             tuple(one if value is None else value for one, value in zip(had[0], row, strict=True))
             for row in zip_longest(*missing)
         ]
-
-    def _rows(self, numbers: dict[Combination, int]) -> NDArray[Any]:
-        """Which of them each scene has.
-
-        Raises:
-            DrawError: one that was not foreseen, for what it reads has no value in some scene.
-        """
-        import numpy as np  # noqa: PLC0415 - loaded where something varies
-
-        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
-
-        found: list[int] = []
-        for scene, row in zip(self._fields.scenes, self._fields.batch().evaluate(self._node).tolist(), strict=True):
-            number = numbers.get(self._combination(row))
-            if number is None:
-                raise DrawError(
-                    f"this gives {show(row)}, which was not among what it was found to give", scene, self._node
-                )
-            found.append(number)
-        return np.array(found, dtype=np.int64)
 
     def _first(self) -> Origin:
         """Where the first key is written that varies."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
@@ -13,10 +13,9 @@ from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
 from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.fields import VARYING, FieldLowerer, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.lower.poses import suspect_degrees, warn_large_angle
-from scenecc.plan import literal, per_scene, varying
+from scenecc.plan import derived, literal
 from scenecc.plan.properties import FLOAT32_MAX, Bounds
 from scenecc.variation import forms
-from scenecc.variation.bounds import ValueBounds, affine_clamp_bounds, component_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.nodes import NODES, AffineClamp, Const, Rows
 
@@ -118,18 +117,16 @@ class InitialStateLowerer:
             self._report_outside_limits(joint, [at], given.origin)
             return literal(at)
         assert given.variation is not None
-        variation, sampling = given.variation, self._fields.sampling
+        variation = given.variation
         if self._beyond_limits:
             return self._fields.finish(joint_value_node(given), variation, _POSITION, given.origin, reset=True)
-        if variation.drawn or any(name in sampling.random for name in variation.reads):
+        if variation.is_random:
             return self._clamp_to_limits(joint, given, variation)
         item = joint_value_node(given)
         kind = FieldType(within=Bounds(*widest(joint.limits)))
         value = self._fields.finish(item, variation, kind, given.origin, reset=True)
         if value.known and not variation.broken:
             self._report_outside_limits(joint, value.data.tolist(), given.origin)
-        elif not value.known:
-            self._fields.defer(value, kind, given.origin, variation)
         return value
 
     def _clamp_to_limits(self, joint: DraftJoint, given: JointValue, variation: VariationLowerer) -> Value:
@@ -141,15 +138,7 @@ class InitialStateLowerer:
         value = fields.finish(item, variation, _POSITION, given.origin, reset=True)
         if plain or limits is None or value.known:
             return value
-        import numpy as np  # noqa: PLC0415 - loaded where something varies
-
-        rows = len(fields.scenes)
-
-        def draw() -> NDArray[Any]:
-            # Either has one row where its rows are equal.
-            return np.broadcast_to(np.clip(value.data, limits.data[:, 0], limits.data[:, 1]), rows)
-
-        clamped = varying(draw, bounds=_clamped_support(value.bounds, limits), rows=rows)
+        clamped = derived(_clip, [value, limits], fields.scenes)
         fields.sampling.resets[id(clamped)] = ResettableValue(clamped, item, variation, fields, limits)
         return clamped
 
@@ -187,17 +176,7 @@ class InitialStateLowerer:
 
     def _nearest(self, limits: Value) -> Value:
         """As near to 0 as limits allow that differ from scene to scene."""
-        import numpy as np  # noqa: PLC0415 - loaded where something varies
-
-        rows = len(self._fields.scenes)
-
-        def draw() -> NDArray[Any]:
-            # The limits have one row where they are equal in all scenes.
-            return np.broadcast_to(np.clip(0.0, limits.data[:, 0], limits.data[:, 1]), rows)
-
-        if limits.known:
-            return per_scene(draw())
-        value = varying(draw, bounds=_clamped_support(ValueBounds.of((0.0,)), limits), rows=rows)
+        value = derived(_clip, [literal(0.0), limits], self._fields.scenes)
         resets = self._fields.sampling.resets
         if id(limits) in resets:
             variation = VariationLowerer(self._fields, self._origin)
@@ -220,23 +199,18 @@ class InitialStateLowerer:
             return literal(max(min(multiplier * at + offset, high), low))
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        rows = len(self._fields.scenes)
+        def follow(at: NDArray[Any], factor: NDArray[Any], offset: NDArray[Any], *held: NDArray[Any]) -> NDArray[Any]:
+            moved = factor * at + offset
+            return np.maximum(np.minimum(moved, held[0][:, 1]), held[0][:, 0]) if held else moved
 
-        def draw() -> NDArray[Any]:
-            moved = mimic.multiplier.data * source.data + mimic.offset.data
-            clamped = moved if limits is None else np.maximum(np.minimum(moved, limits.data[:, 1]), limits.data[:, 0])
-            return np.broadcast_to(clamped, rows)
-
-        if all(part.known for part in parts):
-            return per_scene(draw())
-        support = affine_clamp_bounds(
-            source.bounds, mimic.multiplier.bounds, mimic.offset.bounds, *_limit_supports(limits)
-        )
-        value = varying(draw, bounds=support, rows=rows)
+        value = derived(follow, parts, self._fields.scenes)
+        if value.known:
+            return value
         resets = self._fields.sampling.resets
         reset = resets.get(id(source))
         if reset is None and limits is not None and id(limits) in resets:
-            start = Rows(self._fields.scenes, tuple(np.broadcast_to(source.data, rows).tolist()))
+            scenes = self._fields.scenes
+            start = Rows(scenes, tuple(np.broadcast_to(source.data, len(scenes)).tolist()))
             reset = ResettableValue(source, start, VariationLowerer(self._fields, self._origin), self._fields)
         if reset is not None:
             follows = MimicRelation(reset, mimic.multiplier, mimic.offset)
@@ -278,20 +252,9 @@ def _constant_limits(limits: Value | None) -> tuple[float, float]:
     return max(low, -FLOAT32_MAX), min(high, FLOAT32_MAX)
 
 
-def _limit_supports(limits: Value | None) -> tuple[ValueBounds, ValueBounds]:
-    """What the lowest and the highest position can be."""
-    if limits is None:
-        return ValueBounds.of((-math.inf,)), ValueBounds.of((math.inf,))
-    return component_bounds(limits.bounds, 0), component_bounds(limits.bounds, 1)
-
-
-def _clamped_support(support: ValueBounds, limits: Value) -> ValueBounds:
-    """What is left of a support once it is held within limits."""
-    if support.low is None or not isinstance(support.low, int | float):
-        return replace(support, exact=False)
-    numbers = limits.numbers()
-    low, high = min(numbers[0::2], default=-math.inf), max(numbers[1::2], default=math.inf)
-    return ValueBounds(None, max(support.low, low), min(support.high, high), exact=False)
+def _clip(positions: NDArray[Any], limits: NDArray[Any]) -> NDArray[Any]:
+    """Positions (B,) held within limits (B, 2)."""
+    return positions.clip(limits[:, 0], limits[:, 1])
 
 
 def joint_value_node(given: JointValue) -> Any:

@@ -16,7 +16,7 @@ from scenecc.lower.local_poses import lower_inertial
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.shapes import ShapeDefaults
-from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
+from scenecc.plan import BodyStructure, Inertial, Value, derived, literal
 from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
 from scenecc.plan.properties import FLOAT32_MAX, JOINT_PROPERTIES, properties_of, property_fields
 from scenecc.variation.nodes import AffineClamp, Stacked
@@ -162,20 +162,10 @@ def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) ->
         return Inertial(mass, inertial.com, literal(tuple(one * (after / before) for one in moments)))
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.variation.bounds import UNKNOWN, ValueBounds  # noqa: PLC0415 - likewise
+    def scale(masses: NDArray[Any]) -> NDArray[Any]:
+        return np.array(moments) * (masses[:, None] / before)
 
-    support, found = UNKNOWN, mass.bounds
-    # Of some expressions nothing is known until they are drawn.
-    if isinstance(found.low, int | float) and isinstance(found.high, int | float):
-        low, high = (tuple(one * (end / before) for one in moments) for end in (found.low, found.high))
-        support = ValueBounds(None, low, high, exact=False)
-    rows = len(values.fields.scenes)
-
-    def draw() -> NDArray[Any]:
-        # A mass has one row where it is equal in all scenes.
-        return np.broadcast_to(np.array(moments) * (mass.data[:, None] / before), (rows, len(moments)))
-
-    inertia = varying(draw, bounds=support, rows=rows)
+    inertia = derived(scale, [mass], values.fields.scenes)
     resets = values.fields.sampling.resets
     if (reset := resets.get(id(mass))) is not None:
         factors = [one / before for one in moments]

@@ -128,14 +128,15 @@ class RobotDrafter:
         self, surfaces: MaterialChoice, described: Value | None, density: Value | None, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
         """Material and density where the scenes have one of several materials."""
-        rows = len(fields.scenes)
+        scenes = fields.scenes
         material = dense = None
         if described is not None or any(surface.physical is not None for surface in surfaces.each):
             default = described or self._materials.default()
-            material = select_per_scene([surface.physical or default for surface in surfaces.each], surfaces.pick, rows)
+            physical = [surface.physical or default for surface in surfaces.each]
+            material = select_per_scene(physical, surfaces.pick, scenes)
         if any(surface.density is not None for surface in surfaces.each):
             default = density or literal(DEFAULT_DENSITY)
-            dense = select_per_scene([surface.density or default for surface in surfaces.each], surfaces.pick, rows)
+            dense = select_per_scene([surface.density or default for surface in surfaces.each], surfaces.pick, scenes)
         return material, dense
 
     def _collision_geometry(
@@ -173,7 +174,7 @@ class RobotDrafter:
             return None if visual is None else self._tables.visual_materials.value(visual)
         visuals = [one.visual or described or VisualMaterial() for one in surface.each]
         values = [self._tables.visual_materials.value(visual) for visual in visuals]
-        return select_per_scene(values, surface.pick, len(fields.scenes))
+        return select_per_scene(values, surface.pick, fields.scenes)
 
     def _look(self, look: DescribedMaterial, location: Location, origin: Origin) -> VisualMaterial:
         known = self._looks.get(id(look))

@@ -22,7 +22,6 @@ from scenecc.plan import (
     varying,
 )
 from scenecc.variation.evaluation import Batch
-from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import Chosen, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
 
 UP = [0.7071068, 0, -0.7071068, 0]
@@ -37,7 +36,7 @@ def value(node: Node, scene_idxs: tuple[int, ...], num_scenes: int, seed: int, *
     def draw() -> Any:
         return np.array(Batch(np.array(scene_idxs), seed, num_scenes, draws, {}).evaluate(node))
 
-    return varying(draw, bounds=find_bounds(node, draws), recipe=node if again else None, rows=len(scene_idxs))
+    return varying(draw, draw, scene_idxs, recipe=node if again else None)
 
 
 def anywhere(name: str, height: float) -> Node:

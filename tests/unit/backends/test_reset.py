@@ -15,7 +15,6 @@ from scenecc.backends.sapien import SceneBatch, instantiate
 from scenecc.diagnostics import Sink
 from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, Physics, ScenePlan, constant, per_scene, varying
 from scenecc.variation.forms import Template
-from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import Computed, Drawn, Key, Node, Posed, Stacked
 
 SCENES = 4
@@ -206,7 +205,7 @@ def test_an_expression_without_a_value_names_the_scene() -> None:
     height = Computed(Template("${1 / u}"), ())
     pose = Posed(Stacked((0.0, 0.0, height)), (1.0, 0.0, 0.0, 0.0))
     start = np.array([[0.0, 0, 1, 1, 0, 0, 0]] * 3)
-    at = varying(lambda: start, bounds=find_bounds(pose, draws), recipe=pose, rows=3)
+    at = varying(lambda: start, lambda: start, where, recipe=pose)
     box = BodyStructure("dynamic", (CollisionShape(Box(constant([0.1] * 3))),))
     plan = ScenePlan("division", 3, (Entity("cube", where, at, (box,)),), Physics(), draws=tuple(draws.items()))
     batch = live(plan)

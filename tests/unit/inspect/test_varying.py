@@ -39,7 +39,7 @@ def never() -> np.ndarray:
 
 
 def between(low: float, high: float, **more: object) -> Value:
-    return varying(never, bounds=ValueBounds(None, low, high, True), rows=3, **more)  # type: ignore[arg-type]
+    return varying(never, never, SCENES, bounds=lambda: ValueBounds(None, low, high, True), **more)  # type: ignore[arg-type]
 
 
 def differing(structure: BodyStructure, *, pose: Value | None = None, **tables: object) -> dict[str, str]:
@@ -59,7 +59,7 @@ def test_what_is_the_same_everywhere_does_not_differ() -> None:
 
 def test_a_field_is_called_as_in_the_file_and_nothing_is_drawn() -> None:
     origin = Origin("scene.yaml", ("entities", "thing", "shapes", 0))
-    shape = Box(varying(never, bounds=ValueBounds(None, (1, 1, 1), (2, 2, 2), True), rows=3))
+    shape = Box(varying(never, never, SCENES, bounds=lambda: ValueBounds(None, (1, 1, 1), (2, 2, 2), True)))
     structure = BodyStructure(
         "dynamic",
         (CollisionShape(shape, density=between(1, 5), origin=origin),),
@@ -93,30 +93,35 @@ def test_a_pose_differs_in_its_position_or_its_rotation() -> None:
     assert differing(body, pose=moved) == {"pose.p": "[0, 0, 1] | [1, 0, 1] | [2, 0, 1]"}
     assert list(differing(body, pose=turned)) == ["pose.q"]
     low, high = (0, 0, 1, -1, 0, 0, -1), (0, 2, 1, 1, 0, 0, 1)
-    drawn = varying(never, bounds=ValueBounds(None, low, high, True), rows=3)
+    drawn = varying(never, never, SCENES, bounds=lambda: ValueBounds(None, low, high, True))
     assert differing(body, pose=drawn) == {"pose.p": "[0, 0 … 2, 1]", "pose.q": "[-1 … 1, 0, 0, -1 … 1]"}
 
 
-def test_bounds_that_may_be_too_wide_say_so() -> None:
-    computed = varying(never, bounds=ValueBounds(None, 0.5, 2, exact=False), rows=3)
-    assert differing(BodyStructure("dynamic", (BOX,), mass=computed)) == {"mass": "within 0.5 … 2"}
+def test_bounds_of_samples_say_about() -> None:
+    computed = varying(never, never, SCENES, bounds=lambda: ValueBounds(None, 0.5, 2, exact=False))
+    assert differing(BodyStructure("dynamic", (BOX,), mass=computed)) == {"mass": "about 0.5 … 2"}
 
 
 def test_an_even_rotation_is_any() -> None:
     low, high = (0, 0, 0, -1, -1, -1, -1), (0, 0, 0, 1, 1, 1, 1)
-    turned = varying(never, bounds=ValueBounds(None, low, high, True), rows=3)
+    turned = varying(never, never, SCENES, bounds=lambda: ValueBounds(None, low, high, True))
     assert differing(BodyStructure("static", (BOX,)), pose=turned) == {"pose.q": "any rotation"}
 
 
-def test_of_what_has_no_bounds_the_drawn_values_are_told() -> None:
-    loose = varying(lambda: np.arange(3.0), bounds=ValueBounds(None, -np.inf, np.inf, exact=False), rows=3)
+def test_samples_are_shown_of_a_value_without_finite_bounds() -> None:
+    loose = varying(
+        lambda: np.arange(3.0),
+        lambda: np.arange(3.0),
+        SCENES,
+        bounds=lambda: ValueBounds(None, -np.inf, np.inf, exact=False),
+    )
     structure = BodyStructure("dynamic", (BOX,), linear_damping=loose)
-    assert differing(structure) == {"linear_damping": "0 | 1 | 2, as drawn"}
+    assert differing(structure) == {"linear_damping": "0 | 1 | 2"}
 
 
 def test_what_a_reset_draws_is_marked() -> None:
     node = Drawn("uniform", (0.0, 1.0), (3,), Key("entities", "thing", "linear_velocity"))
-    velocity = varying(never, bounds=ValueBounds(None, (0, 0, 0), (1, 1, 1), True), rows=3, recipe=node)
+    velocity = varying(never, never, SCENES, bounds=lambda: ValueBounds(None, (0, 0, 0), (1, 1, 1), True), recipe=node)
     structure = BodyStructure("dynamic", (BOX,), linear_velocity=velocity, mass=between(1, 2))
     entity = Entity("thing", SCENES, constant(HERE), (structure,))
     assert entity_fields(entity, ScenePlan("plan", 3, (entity,), Physics())).varying == (

@@ -199,7 +199,7 @@ def test_lists_by_scene_follow_the_scenes_of_the_entity() -> None:
     ]
 
 
-def test_validation_draws_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plain_forms_are_validated_without_a_draw(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any, **__: Any) -> Any:
         raise AssertionError("something was drawn")
 
@@ -209,19 +209,18 @@ def test_validation_draws_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
             "pose": {"p": {"uniform": [[0, 0, 0], [1, 1, 1]]}, "q": "uniform"},
             "mass": {"log_uniform": [1, 2]},
             "material": {"choice": ["a", "b"]},
-            "color": {"choice": ["#ff0000", "${paint}"]},
+            "color": {"choice": ["#ff0000", "#00ff00"]},
             "shapes": [
                 {
                     "type": "box",
                     "half_size": {"uniform": [[0.1, 0.1, 0.1], [1, 1, 1]]},
                     "contact_offset": {"uniform": [0.1, 0.2]},
-                    "rest_offset": "${x / 100}",
+                    "rest_offset": {"uniform": [0.0, 0.01]},
                     "density": {"choice": [1, 2]},
                 }
             ],
         },
         num_scenes=8,
-        draws={"x": {"uniform": [0, 1]}, "paint": {"choice": ["#00ff00", "#0000ff"]}},
         materials={"a": {"physical": {"static_friction": {"uniform": [0.5, 1]}}}, "b": {"visual": {"roughness": 0.5}}},
     )
     document["entities"]["other"] = {

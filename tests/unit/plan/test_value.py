@@ -35,7 +35,7 @@ def _drawn(rows: Any, recipe: Any = None, log: list[int] | None = None) -> Value
         return data
 
     support: Any = _Bounds(0.0, 9.0)
-    return varying(draw, bounds=support, recipe=recipe, rows=len(data))
+    return varying(draw, draw, range(len(data)), bounds=lambda: support, recipe=recipe)
 
 
 def _never() -> NDArray[Any]:
@@ -44,7 +44,7 @@ def _never() -> NDArray[Any]:
 
 def test_asking_what_a_value_can_be_draws_nothing() -> None:
     support: Any = _Bounds(1.0, 2.0)
-    value = varying(_never, bounds=support, rows=4)
+    value = varying(_never, _never, range(4), bounds=lambda: support)
     assert value.numbers() == (1.0, 2.0)
     assert value.bounds is support
     assert value.may_vary
@@ -76,7 +76,7 @@ def test_rows_drawn_alike_are_one_row_and_numbers_stay_those_of_the_support() ->
 
 def test_a_draw_of_another_count_is_refused() -> None:
     support: Any = _Bounds()
-    value = varying(lambda: np.zeros(3), bounds=support, rows=4)
+    value = varying(lambda: np.zeros(3), _never, range(4), bounds=lambda: support)
     with pytest.raises(ValueError, match="3 rows were drawn for 4 scenes"):
         _ = value.data
 

@@ -187,7 +187,7 @@ def test_an_expression_computes_as_python_does_in_every_scene() -> None:
         (Drawn("uniform", ("a", 5), (), KEY), "a bound is not a number", 3),
         (Drawn("uniform", ((1, 2, 3), 5), (2,), KEY), "a bound is not a number or a list of 2 numbers", 3),
         (Drawn("uniform", (-1e308, 1e308), (), KEY), "a bound is beyond 1e300", 3),
-        (Drawn("integers", (0, expression("scene + 0.5")), (), KEY), "a bound is no integer", 3),
+        (Drawn("integers", (0, expression("scene + 0.5")), (), KEY), "a bound is not an integer", 3),
         (Drawn("integers", (0, 2**60), (), KEY), "a bound is beyond 9007199254740992", 3),
         (Drawn("integers", (-(2**53), 5), (), KEY), "the bounds hold more than 9007199254740992 integers", 3),
         (Drawn("log_uniform", (expression("scene"), 9), (), KEY), "the lower bound is not positive", 0),
@@ -260,8 +260,8 @@ def test_reading_templates_and_finding_bounds_loads_no_numpy() -> None:
     script = (
         "import sys, scenecc.variation.forms, scenecc.variation.bounds\n"
         "from scenecc.variation.nodes import Drawn, Key\n"
-        "from scenecc.variation.node_bounds import find_bounds\n"
-        "find_bounds(Drawn('uniform', ((0, 1), 2), (2,), Key('draws', 'u', '')), {})\n"
+        "from scenecc.variation.node_bounds import BoundsAnalysis\n"
+        "BoundsAnalysis({}, {}, 1).bounds(Drawn('uniform', ((0, 1), 2), (2,), Key('draws', 'u', '')))\n"
         "print(sorted({'numpy', 'pydantic', 'sapien'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, timeout=60)

@@ -16,7 +16,7 @@ from scenecc.variation import evaluation, forms, node_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.forms import FORM_KEYS, Template
-from scenecc.variation.node_bounds import MAX_DRAWS_READ, find_bounds
+from scenecc.variation.node_bounds import BoundsAnalysis
 from scenecc.variation.nodes import (
     NODES,
     Chosen,
@@ -82,7 +82,7 @@ def test_a_long_chain_is_as_good_as_a_short_one(first: Node) -> None:
     rows = Batch(SCENES, 0, 4, draws, {}).evaluate(node)
     start = Batch(SCENES, 0, 4, draws, {}).evaluate(Shared("d0"))
     assert np.allclose(rows, start + LONG - 1)
-    found = find_bounds(node, draws, num_scenes=4)
+    found = BoundsAnalysis(draws, {}, 4).bounds(node)
     assert found.low <= rows.min() <= rows.max() <= found.high <= LONG + 1
 
 
@@ -109,24 +109,17 @@ def test_a_given_draw_asks_for_none_of_those_it_would_read() -> None:
     draws: dict[str, Node] = {"a": Rows((), ()), "b": Computed(Template("${a}"), None)}
     given = {"b": np.array([3.0, 4.0])}
     assert Batch(np.arange(2), 0, 2, draws, given).evaluate(Shared("b")).tolist() == [3.0, 4.0]
-    assert find_bounds(Shared("b"), draws, given=given).alternatives == (3.0, 4.0)
-
-
-def test_all_alternatives_are_known_of_a_chain_that_is_not_too_long() -> None:
-    draws = chain(Chosen((1, 2), None, Key("draws", "d0", "")), MAX_DRAWS_READ + 10)
-    assert find_bounds(Shared(f"d{MAX_DRAWS_READ - 1}"), draws).alternatives == (MAX_DRAWS_READ, MAX_DRAWS_READ + 1)
-    long = find_bounds(Shared(f"d{MAX_DRAWS_READ + 9}"), draws)
-    assert (long.low, long.high) == (MAX_DRAWS_READ + 10, MAX_DRAWS_READ + 11)
+    assert BoundsAnalysis(draws, given, 2).bounds(Shared("b")).alternatives == (3.0, 4.0)
 
 
 def test_alternatives_deep_within_one_another_and_a_chain_of_such() -> None:
     draws: dict[str, Node] = {"d0": Const(0)}
-    for i in range(1, MAX_DRAWS_READ):
+    for i in range(1, 16):
         node: Node = plus_one(i - 1)
         for depth in range(40):
             node = Chosen((node,), None, Key("draws", f"d{i}", f"[{depth}]"))
         draws[f"d{i}"] = node
-    assert find_bounds(Computed(Template("${d10}"), ()), draws).alternatives == (10,)
+    assert BoundsAnalysis(draws, {}, 1).bounds(Computed(Template("${d10}"), ())).alternatives == (10,)
 
 
 def test_what_is_read_comes_first() -> None:

@@ -179,7 +179,7 @@ BEYOND: dict[str, tuple[dict[str, Any], str | None]] = {
     "between them": (aimed(1.5, [-1, {"uniform": [1, 2]}]), None),
     "an expression": (
         {**aimed("${2 * x}"), "draws": {"x": {"uniform": [0, 1]}}},
-        "may pull to 2, beyond its limits [-1, 1]",
+        "may pull to 1.99849, beyond its limits [-1, 1]",
     ),
     "meant": (aimed(90, beyond_limits=True), None),
     "no limits": (aimed(90, [-np.inf, np.inf]), None),

@@ -1,0 +1,92 @@
+"""The scenes and seeds in which a file is judged, whatever seed it is built with."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.variation.evaluation import Batch
+from scenecc.variation.nodes import Computed
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.variation.nodes import Node
+    from scenecc.variation.operations import OperationCounter
+
+SAMPLE_COUNT = 256
+"""Samples of every value. A fault that is rarer than one in as many is found by the build or the reset."""
+
+
+def sample_positions(count: int) -> NDArray[np.intp]:
+    """The position (256,) of each sample's scene among `count` scenes: all of them in turn, or evenly spread ones."""
+    numbers = np.arange(SAMPLE_COUNT)
+    return numbers % count if count <= SAMPLE_COUNT else numbers * count // SAMPLE_COUNT
+
+
+def as_samples(rows: NDArray[Any]) -> NDArray[Any]:
+    """Rows that do not depend on the seed, one for all scenes or one for each, as samples."""
+    return rows if len(rows) == 1 else rows[sample_positions(len(rows))]
+
+
+def sample_of(number: int, scenes: Sequence[int]) -> tuple[int, int]:
+    """The scene and the seed of a sample of an object that is in some scenes."""
+    count = len(scenes)
+    return scenes[int(sample_positions(count)[number])], number // count
+
+
+_FEW = 16
+"""Samples of one scene by which a fault of all of them counts as one of every seed."""
+
+
+def same_scene(number: int, count: int) -> range:
+    """The samples that decide whether a fault of one of them is certain: those of its scene, or all if these are few.
+
+    Args:
+        number: of the sample that has the fault.
+        count: of the scenes that the object is in.
+    """
+    return range(number % count, SAMPLE_COUNT, count) if count * _FEW <= SAMPLE_COUNT else range(SAMPLE_COUNT)
+
+
+class SampleBatch(Batch):
+    """The samples of an object.
+
+    Args:
+        scenes: indices of the scenes that the object is in.
+        num_scenes: of the document.
+        draws: the shared draws by name.
+        given: values (num_scenes, …) that replace draws.
+        work: counts the operations.
+    """
+
+    def __init__(
+        self,
+        scenes: tuple[int, ...],
+        num_scenes: int,
+        draws: Mapping[str, Node],
+        given: Mapping[str, NDArray[Any]],
+        work: OperationCounter | None,
+    ) -> None:
+        count = self._count = len(scenes)
+        # The first sample of each scene has seed 0, the second one seed 1, and so on.
+        seeds = 0 if count >= SAMPLE_COUNT else tuple(number // count for number in range(SAMPLE_COUNT))
+        super().__init__(np.array(scenes)[sample_positions(count)], seeds, num_scenes, draws, given, work)
+        self._computed: dict[tuple[Any, ...], tuple[Node, NDArray[Any]]] = {}
+
+    def same_scene(self, scene: int) -> range:
+        """As `same_scene`, of the first sample of a scene."""
+        return same_scene(int(np.flatnonzero(self.scenes == scene)[0]), self._count)
+
+    def evaluate(self, node: Node) -> NDArray[Any]:
+        """As of a batch. What an expression gives is kept, since many fields have the same one."""
+        if not isinstance(node, Computed):
+            return super().evaluate(node)
+        # The node is kept, so that the id of its template stays its own.
+        key = (id(node.template), node.shape, node.reads)
+        if key not in self._computed:
+            self._computed[key] = node, super().evaluate(node)
+        return self._computed[key][1]
