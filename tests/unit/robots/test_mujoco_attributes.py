@@ -71,7 +71,7 @@ def actuator(attributes: str, *, kind: str = "position") -> str:
 
 KEY = "<keyframe><key name='k' {}/></keyframe>"
 SINCE_4 = {
-    "springyield": (model_of('stiffness="9" springyield="2"'), "SC484 2 springs of joints that yield"),
+    "springyield": (model_of('stiffness="9" springyield="2"'), "SC484 2 joint springs that yield"),
     "adhesion": (model_of(geom='adhesion="1"'), "SC484 3 `adhesion` of geoms is not built"),
     "surfacevel": (model_of(geom='surfacevel="1 0 0 0 0 0"'), "SC484 3 `surfacevel` of geoms"),
     "damping": (model_of(rest=actuator('kp="3" damping="2"')), "SC484 5 `damping` and `armature` of actuators"),
@@ -85,10 +85,10 @@ TOLD = {
     "delay": (model_of(rest=actuator('kp="3" delay="0.02" nsample="9"')), "SC484 5 delays of actuators are not built"),
     "condim": (model_of(geom='condim="6"'), "SC484 3 torsional and rolling friction"),
     "priority": (model_of(geom='priority="1"'), "SC490 3 contacts and limits of PhysX are stiff"),
-    "forcerange": (model_of(rest=actuator('kp="3" forcerange="0 5"')), "SC484 5 a drive has one limit of force"),
+    "forcerange": (model_of(rest=actuator('kp="3" forcerange="0 5"')), "SC484 5 a drive has one force limit"),
     "actfrcrange": (
         model_of('actuatorfrcrange="0 5"', rest=actuator('kp="3"')),
-        "SC484 2 a drive has one limit of force",
+        "SC484 2 a drive has one force limit",
     ),
     "dyntype": (
         model_of(rest=actuator('kp="3" timeconst="1"')),
@@ -96,16 +96,16 @@ TOLD = {
     ),
     "several limits": (
         model_of(rest=actuator('kp="3" forcerange="-1 1"') + "\n" + actuator('kv="3"', kind="velocity")),
-        "SC484 6 several actuators of a joint are one drive",
+        "SC484 6 several actuators of a joint become one drive",
     ),
     "qvel": (model_of(rest=KEY.format("qvel='1'")), "SC484 5 velocities of the keyframe"),
     "mpos": (
         model_of(rest="<worldbody><body mocap='true'><geom size='1'/></body></worldbody>" + KEY.format("mpos='0 0 1'")),
-        "SC484 5 poses of mocap bodies are those of the file",
+        "SC484 5 poses of mocap bodies come from the file",
     ),
     "mocap": (
         model_of().replace("<body>", "<body mocap='true'><body>").replace("</body>", "</body></body>"),
-        "SC484 1 a mocap body with joints in it is the fixed root",
+        "SC484 1 a mocap body with joints becomes the fixed root",
     ),
     "fluid": (model_of(rest='<option viscosity="1"/>'), "SC484 5 `density` and `viscosity` of <option>"),
     "override": (model_of(rest='<option><flag override="enable"/></option>'), "SC484 5 `<flag override"),

@@ -50,13 +50,13 @@ def errors(folder: Path, text: str) -> list[str]:
         ('<mujoco><asset><texture type="cube" fileright="/etc/hostname"/></asset></mujoco>', "SC402"),
         ('<mujoco><asset><model name="m" file="/etc/hostname"/></asset></mujoco>', "SC402"),
         ('<mujoco><include file="/etc/hostname"/></mujoco>', "SC402"),
-        ('<mujoco><extension><plugin plugin="a"/></extension></mujoco>', "a plugin is code"),
+        ('<mujoco><extension><plugin plugin="a"/></extension></mujoco>', "plugins are code"),
         ('<mujoco><worldbody><flexcomp name="f"/></worldbody></mujoco>', "soft bodies"),
         (f'<mujoco><worldbody><replicate count="2000000">{BALL}</replicate></worldbody></mujoco>', "SC452"),
         (f'<mujoco><worldbody><replicate count="inf">{BALL}</replicate></worldbody></mujoco>', "SC"),
         (
             "<mujoco><worldbody>" + '<replicate count="999">' * 5 + BALL + "</replicate>" * 5 + "</worldbody></mujoco>",
-            "SC452 the model is too large: it makes 4e+15 elements, and 100000 are built",
+            "SC452 the model is too large: it has 4e+15 elements, and the limit is 100000",
         ),
         ('<mujoco><worldbody><composite prefix="a" type="cable" count="99999999 1 1"/></worldbody></mujoco>', "SC452"),
         (
@@ -71,13 +71,13 @@ def errors(folder: Path, text: str) -> list[str]:
                 "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody><actuator>"
                 "<position joint='j' kp='3' gear='1e200'/></actuator></mujoco>"
             ),
-            "`actuator_gear` becomes 1e+200, and the most that is built is 1e+12",
+            "`actuator_gear` becomes 1e+200, and the limit is 1e+12",
         ),
         ('<mujoco><worldbody><geom size="-1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
         ('<mujoco><worldbody><geom sise="1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
         (
             '<mujoco><worldbody><body><joint armature="-1"/><geom size="1"/></body></worldbody></mujoco>',
-            "SC481 `armature` is -1, and an inertia may not be negative",
+            "SC481 `armature` is -1, but cannot be negative",
         ),
         ("<mujoco/>", "SC480"),
     ],
@@ -122,7 +122,7 @@ def test_warnings_stand_at_the_first_of_their_kind_with_a_count(tmp_path: Path) 
     assert shown["SC490", 4].endswith("(there are 2)")
     assert shown["SC490", 6].endswith("(there are 2)")
     assert shown["SC484", 9] == "tendons are not built"
-    assert "actuators that pull on tendons, sites or bodies are not built (there are 1)" in shown["SC484", 10]
+    assert "actuators on tendons, sites or bodies are not built (there are 1)" in shown["SC484", 10]
 
 
 def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -314,7 +314,7 @@ def test_all_files_together_have_a_limit(tmp_path: Path, monkeypatch: pytest.Mon
     assert read_mjcf(file, scope=AssetScope(tmp_path), sink=sink, limits=Limits()) is None
     (fault,) = sink.diagnostics()
     assert (fault.code, fault.line) == ("SC452", 4)
-    assert fault.message == "the files that the model names have together more than 1500 bytes"
+    assert fault.message == "the model's files have more than 1500 bytes together"
 
 
 def test_a_large_answer_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -335,17 +335,17 @@ MORE = '<body pos="1 0 0"><joint name="b"/><geom size="1"/></body><body><joint n
         ('<body><joint type="ball" range="0 9"/><geom size="1"/></body>', "", "limits and the spring of a ball joint"),
         ('<body><joint type="free" damping="1"/><geom size="1"/></body>', "", "stiffness of a free joint"),
         (HINGE.format(""), '<option><flag limit="disable"/></option>', "`<flag limit"),
-        (HINGE.replace("<joint", '<joint stiffness="-3"').format(""), "", "`stiffness` and `damping` below 0"),
-        (HINGE.replace("<joint", '<joint damping="-3"').format(""), "", "`stiffness` and `damping` below 0"),
+        (HINGE.replace("<joint", '<joint stiffness="-3"').format(""), "", "negative `stiffness` and `damping`"),
+        (HINGE.replace("<joint", '<joint damping="-3"').format(""), "", "negative `stiffness` and `damping`"),
         (
             HINGE.format(MORE),
             '<equality><joint joint1="a" joint2="b"/><joint joint1="a" joint2="c"/></equality>',
-            "a joint follows one other joint, and no second",
+            "a joint can mimic only one other joint",
         ),
         (
             HINGE.format(""),
             '<actuator><general joint="a" biastype="affine" biasprm="3 0 -1"/></actuator>',
-            "a velocity actuator of which the target is not 0",
+            "a velocity actuator with a nonzero target",
         ),
     ],
 )
@@ -372,7 +372,7 @@ def test_powers_of_springs_are_told(tmp_path: Path) -> None:
     body = '<body><joint stiffness="3 1" damping="1"/><geom size="1"/></body>'
     (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
     _, told = read(tmp_path / "robot.xml")
-    assert [one.message for one in told] == ["of stiffness and damping only the first number is built"]
+    assert [one.message for one in told] == ["only the first number of stiffness and damping is built"]
 
 
 @pytest.mark.parametrize(

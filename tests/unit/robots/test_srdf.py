@@ -59,7 +59,7 @@ def test_other_reasons_are_told_with_their_count(robot: Robot) -> None:
     pairs = pair("l1", "l2", ' reason="User"') + pair("l1", "l3", "") + pair("l1", "nobody", ' reason="User"')
     bits, told = robot.read(pairs)
     assert bits == [0, 0, 0, 0, 0]
-    what = "pairs not to collide with another reason than `Default`: 3, and SAPIEN ignores them"
+    what = "3 disabled pairs have a reason other than `Default`, so SAPIEN ignores them"
     assert told == [f"robot.srdf:2:1 SC474 {what}"]
 
 
@@ -75,11 +75,11 @@ def test_the_sibling_is_read_unless_another_is_given_or_none(robot: Robot) -> No
     ("pairs", "expected"),
     [
         (pair("l1", "l9"), "2:39 SC471 the robot has no link `l9`"),
-        (pair("l1", "l1"), "2:39 SC471 the link `l1` is paired with itself"),
+        (pair("l1", "l1"), "2:39 SC471 link `l1` is paired with itself"),
         ('\n<disable_collisions link1="l1" reason="Default"/>', "2:1 SC455 <disable_collisions> has no `link2`"),
-        ("<srdf/>", "1:1 SC453 an SRDF is a <robot>, and this is a <srdf>"),
+        ("<srdf/>", "1:1 SC453 the root of an SRDF is <robot>, not <srdf>"),
         ("<robot>", "1:8 SC450 this is not well-formed XML: the file ends before <robot> is closed"),
-        ("<!DOCTYPE x><robot/>", "1:1 SC451 a document type is not read: it may declare entities and name files"),
+        ("<!DOCTYPE x><robot/>", "1:1 SC451 document types are refused: they may declare entities and name files"),
     ],
 )
 def test_a_fault_is_told_at_its_line(robot: Robot, pairs: str, expected: str) -> None:
@@ -96,5 +96,5 @@ def test_there_is_a_bit_for_so_many_pairs(tmp_path: Path) -> None:
     bits, told = robot.read("".join(pairs))
     assert bits is None
     assert told == [
-        "robot.srdf:33:1 SC473 more than 31 pairs of links are not to collide, and there is a bit for so many"
+        "robot.srdf:33:1 SC473 more than 31 pairs of links must not collide, but there are no more bits"
     ]

@@ -206,36 +206,36 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
     "unknown links": (
         links("ab") + joint("j", "fixed", "base", "c"),
         [
-            "2:44 SC461 the joint `j` has the parent `base`, and there is no such link",
-            "2:64 SC461 the joint `j` has the child `c`, and there is no such link",
+            "2:44 SC461 the parent of joint `j` is `base`, but there is no such link",
+            "2:64 SC461 the child of joint `j` is `c`, but there is no such link",
         ],
     ),
-    "itself": (links("a") + joint("j", "fixed", "a", "a"), ["2:1 SC461 the joint `j` leads from `a` to itself"]),
+    "itself": (links("a") + joint("j", "fixed", "a", "a"), ["2:1 SC461 joint `j` connects `a` to itself"]),
     "two parents": (
         links("abc") + joint("i", "fixed", "a", "c") + joint("j", "fixed", "b", "c"),
         ["3:1 SC462 the link `c` is the child of two joints, `i` and `j`"],
     ),
     "two roots": (
         links("ab") + "\n" + links("c") + joint("j", "fixed", "b", "c"),
-        ["1:33 SC463 2 links are children of no joint, and a robot has one root: `a`, `b`"],
+        ["1:33 SC463 2 links have no parent, but a robot has one root: `a`, `b`"],
     ),
     "circle": (
         links("abcd") + joint("i", "fixed", "b", "c") + joint("j", "fixed", "c", "d") + joint("k", "fixed", "d", "b"),
-        ["4:1 SC463 links hang on one another in a circle: `b` → `c` → `d` → `b`"],
+        ["4:1 SC463 links form a cycle: `b` → `c` → `d` → `b`"],
     ),
     "floating": (
         links("abc") + joint("i", "fixed", "a", "b") + joint("j", "floating", "b", "c"),
-        ["3:23 SC464 the floating joint `j` hangs on `b`, which is not the root"],
+        ["3:23 SC464 the floating joint `j` has the parent `b`, which is not the root"],
     ),
     "planar": (
         links("ab") + joint("j", "planar", "a", "b"),
-        ["2:23 SC464 a planar joint is not supported, by SAPIEN neither"],
+        ["2:23 SC464 planar joints are not supported, nor does SAPIEN support them"],
     ),
-    "type": (links("ab") + joint("j", "hinge", "a", "b"), ["2:23 SC464 `hinge` is no type of joint"]),
+    "type": (links("ab") + joint("j", "hinge", "a", "b"), ["2:23 SC464 `hinge` is not a joint type"]),
     "no limit": (links("ab") + joint("j", "revolute", "a", "b"), ["2:1 SC465 the revolute joint `j` has no <limit>"]),
     "half a limit": (
         links("ab") + joint("j", "prismatic", "a", "b", "\n<limit lower='1'/>"),
-        ["3:1 SC465 <limit> has no `upper`, which SAPIEN wants"],
+        ["3:1 SC465 <limit> has no `upper`, which SAPIEN requires"],
     ),
     "crossed limits": (
         links("ab") + joint("j", "prismatic", "a", "b", '\n<limit lower="1" upper="0.5"/>'),
@@ -243,32 +243,32 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
     ),
     "limits beyond": (
         links("ab") + joint("j", "prismatic", "a", "b", '\n<limit lower="inf" upper="inf"/>'),
-        ["3:15 SC465 the limits leave nothing"],
+        ["3:15 SC465 the limits exclude every position"],
     ),
     "friction": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<dynamics friction="-1" damping="-2"/>'),
-        ["3:21 SC466 the friction is -1, which is below 0", "3:34 SC466 the damping is -2, which is below 0"],
+        ["3:21 SC466 the friction is -1, but cannot be negative", "3:34 SC466 the damping is -2, but cannot be negative"],
     ),
     "mimic of none": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<mimic joint="i"/>'),
-        ["3:15 SC472 the joint `j` follows `i`, and its robot has no such joint"],
+        ["3:15 SC472 joint `j` mimics `i`, but its robot has no such joint"],
     ),
     "mimic of itself": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<mimic joint="j"/>'),
-        ["3:15 SC472 the joint `j` follows itself, by way of `j`"],
+        ["3:15 SC472 joint `j` mimics itself, through `j`"],
     ),
     "mimic by nothing": (
         links("abc")
         + joint("i", "continuous", "a", "b")
         + joint("j", "continuous", "a", "c", '\n<mimic joint="i" multiplier="0"/>'),
-        ["4:30 SC472 the multiplier of <mimic> is 0: the joint follows nothing"],
+        ["4:30 SC472 the multiplier of <mimic> is 0, so the joint never moves"],
     ),
     "geometry": ('<link name="a"><visual/></link>', ["1:32 SC455 <visual> has no <geometry>"]),
     "shape": (
         '<link name="a"><visual><geometry><plane/></geometry></visual></link>',
         [
             "1:40 SC455 <geometry> holds none of <box>, <sphere>, <capsule>, <cylinder>, <mesh>",
-            "1:50 SC454 <plane> in <geometry> is not known and not read",
+            "1:50 SC454 <plane> in <geometry> is unknown and ignored",
         ],
     ),
     "two shapes": (
@@ -278,8 +278,8 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
     "sizes": (
         '<link name="a"><visual><geometry>\n<cylinder radius="0" length="-1"/></geometry></visual></link>',
         [
-            "2:19 SC466 the `radius` of <cylinder> holds 0, which is not above 0",
-            "2:30 SC466 the `length` of <cylinder> holds -1, which is not above 0",
+            "2:19 SC466 the `radius` of <cylinder> contains 0, which is not above 0",
+            "2:30 SC466 the `length` of <cylinder> contains -1, which is not above 0",
         ],
     ),
     "numbers": (
@@ -288,9 +288,9 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
             '<geometry>\n<box size="1,2,3"/></geometry></visual></link>'
         ),
         [
-            "1:53 SC456 the `xyz` of <origin> wants 3 numbers, parted by blanks, and has 2",
-            "1:63 SC456 the `rpy` of <origin> holds `nan`, which is no finite number",
-            "2:12 SC456 the `size` of <box> wants 3 numbers, parted by blanks, and has 1",
+            "1:53 SC456 the `xyz` of <origin> must be 3 numbers separated by blanks, and has 2",
+            "1:63 SC456 the `rpy` of <origin> contains `nan`, which is not a finite number",
+            "2:12 SC456 the `size` of <box> must be 3 numbers separated by blanks, and has 1",
         ],
     ),
     "no numbers": (
@@ -299,8 +299,8 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
             '<visual><geometry>\n<sphere radius="1e39"/></geometry></visual></link>'
         ),
         [
-            "2:17 SC456 the `radius` of <sphere> holds `1_0`, which is no number",
-            "3:17 SC456 the `radius` of <sphere> holds `1e39`, beyond the engine's single precision",
+            "2:17 SC456 the `radius` of <sphere> contains `1_0`, which is not a number",
+            "3:17 SC456 the `radius` of <sphere> contains `1e39`, which does not fit in single precision",
         ],
     ),
     "color": (
@@ -308,11 +308,11 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
         + '\n<link name="b"><visual><geometry><sphere radius="1"/></geometry>'
         + '<material name="m"><color rgba="1 0 0"/></material></visual></link>'
         + joint("j", "fixed", "a", "b"),
-        ["2:97 SC456 the `rgba` of <color> wants 4 numbers, parted by blanks, and has 3"],
+        ["2:97 SC456 the `rgba` of <color> must be 4 numbers separated by blanks, and has 3"],
     ),
     "mass": (
         f'<link name="a"><inertial>\n<mass value="-1"/>{INERTIA}</inertial></link>',
-        ["2:14 SC467 the mass is -1 kg, which is below 0"],
+        ["2:14 SC467 the mass is -1 kg, but cannot be negative"],
     ),
     "inertia": (
         '<link name="a"><inertial>\n<mass value="1"/></inertial></link>',
@@ -322,7 +322,7 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
         '<link name="a"><visual><geometry>\n<mesh scale="1 0 1"/></geometry></visual></link>',
         [
             "2:1 SC455 <mesh> has no `filename`",
-            "2:14 SC466 the `scale` of <mesh> holds 0, which leaves nothing of it",
+            "2:14 SC466 the `scale` of <mesh> contains 0",
         ],
     ),
     "what is 0 in single precision": (
@@ -331,9 +331,9 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
             '<mesh scale="1 -1e-40 1"/></geometry></visual></link>'
         ),
         [
-            "2:17 SC466 the `radius` of <sphere> holds 1e-40, which single precision does not hold",
+            "2:17 SC466 the `radius` of <sphere> contains 1e-40, which does not fit in single precision",
             "3:1 SC455 <mesh> has no `filename`",
-            "3:14 SC466 the `scale` of <mesh> holds what single precision does not hold",
+            "3:14 SC466 the `scale` of <mesh> contains a number that does not fit in single precision",
         ],
     ),
 }
@@ -356,20 +356,20 @@ WARNINGS: dict[str, tuple[str, list[str]]] = {
     "misspelt": (
         '<link nam="x" name="a"><inertal/></link><link name="b"><inertal/></link>' + joint("j", "fixed", "a", "b"),
         [
-            "1:28 SC454 `nam` of <link> is not known and not read",
-            "1:72 SC454 <inertal> in <link> is not known and not read",
+            "1:28 SC454 `nam` of <link> is unknown and ignored",
+            "1:72 SC454 <inertal> in <link> is unknown and ignored",
         ],
     ),
-    "xacro": (links("a") + '<xacro:arm n="1"/>', ["1:33 SC454 <xacro:arm> in <robot> is not known and not read"]),
+    "xacro": (links("a") + '<xacro:arm n="1"/>', ["1:33 SC454 <xacro:arm> in <robot> is unknown and ignored"]),
     "axis": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<axis xyz="0 1e-6 0"/>'),
-        ["3:12 SC469 the axis of the joint `j` has no length: x is taken, as SAPIEN does"],
+        ["3:12 SC469 the axis of joint `j` has zero length: x is used, as in SAPIEN"],
     ),
     "actuators below 0": (
         links("ab") + joint("j", "revolute", "a", "b", '\n<limit lower="-1" upper="2" effort="-1" velocity="-2"/>'),
         [
-            "3:37 SC487 the effort is -1, which limits nothing: none is taken",
-            "3:51 SC487 the velocity is -2, which limits nothing: none is taken",
+            "3:37 SC487 the effort is -1, but a limit cannot be negative: it is ignored",
+            "3:51 SC487 the velocity is -2, but a limit cannot be negative: it is ignored",
         ],
     ),
     "degrees": (
@@ -385,7 +385,7 @@ WARNINGS: dict[str, tuple[str, list[str]]] = {
     ),
     "inertial": (
         f'<link name="a"><inertial>\n<mass value="0"/>{INERTIA}</inertial></link>',
-        ["1:32 SC475 the mass is 0, so that SAPIEN leaves the whole <inertial> out"],
+        ["1:32 SC475 the mass is 0, so SAPIEN ignores the whole <inertial>"],
     ),
 }
 

@@ -71,7 +71,7 @@ def test_an_impossible_inertia_becomes_that_of_the_colliding_shapes(tmp_path: Pa
     links, told = read(tmp_path, content + joint("fixed"), "inertia")
     assert links is not None
     assert [line[:5] for line in told] == ["SC488"]
-    assert "of its 1 colliding shape, scaled to 3 kg" in told[0]
+    assert "of its 1 collision shape, scaled to 3 kg" in told[0]
     base = build(tmp_path, content + joint("fixed"), "inertia").links[0]
     # A solid box: m / 12 · (b² + c²).
     expected = [3 / 12 * (2**2 + 0.5**2), 3 / 12 * (1 + 0.5**2), 3 / 12 * (1 + 2**2)]
@@ -88,7 +88,7 @@ def test_a_link_without_colliding_shapes_gets_the_inertia_of_a_ball_of_water(tmp
     radius = (3 * 2 / (4 * math.pi * 1000)) ** (1 / 3)
     assert links[1].inertial.inertia == pytest.approx([0.4 * 2 * radius**2] * 3)
     assert links[1].inertial.com[:3] == pytest.approx((0, 0, 0.3))
-    assert "a ball of water of 2 kg" in told[0]
+    assert "a sphere of water of 2 kg" in told[0]
 
 
 def test_an_inertial_without_mass_is_left_out(tmp_path: Path) -> None:
@@ -119,7 +119,7 @@ def test_a_visual_of_which_nothing_is_seen_is_left_out(tmp_path: Path, what: str
     assert links is not None
     assert len(links[0].visuals) == 1
     assert [line[:5] for line in told] == ["SC491"]
-    assert f"a <{what.split(maxsplit=1)[0]}> of `foot` has the size" in told[0]
+    assert f"<{what.split(maxsplit=1)[0]}> of `foot` has size" in told[0]
 
 
 @pytest.mark.parametrize("what", SEEN_ONLY)
@@ -135,18 +135,18 @@ def test_a_collision_without_volume_is_left_out_if_the_scene_says_so(tmp_path: P
     links, told = read(tmp_path, content, "inertia", "shapes")
     assert links is not None
     assert len(links[0].collisions) == 1
-    assert told[0].endswith("with which nothing collides: the <collision> is left out")
-    assert "that of its 1 colliding shape," in told[1]
+    assert told[0].endswith("and no volume: the <collision> is left out")
+    assert "that of its 1 collision shape," in told[1]
     alone, told = read(tmp_path, content.replace(BOX, ""), "inertia", "shapes")
     assert alone is not None
-    assert "that of a ball of water" in told[1]
+    assert "that of a sphere of water" in told[1]
     write(tmp_path, content)
     (tmp_path / "scene.yaml").write_text(
         "scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [inertia, limits, files]}}\n", encoding="utf-8"
     )
     found = [each for each in scenecc.validate(tmp_path / "scene.yaml") if each.severity == "error"]
     assert {each.code for each in found} == {"SC466"}
-    assert all("let the scene say `repair: [shapes]`" in (each.hint or "") for each in found)
+    assert all("set `repair: [shapes]` in the scene" in (each.hint or "") for each in found)
 
 
 @pytest.mark.parametrize("what", ['sphere radius="-1"', 'box size="0 -1 1"', 'capsule radius="1" length="0"'])
@@ -162,7 +162,7 @@ def test_a_pair_of_links_that_are_not_there_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "robot.srdf").write_text(f'<robot name="r">{pairs}</robot>', encoding="utf-8")
     links, told = read(tmp_path, content, "files")
     assert links is not None
-    assert told == ["SC488 pairs of links that the robot does not have: 2, which are left out"]
+    assert told == ["SC488 2 pairs with links that the robot does not have are left out"]
     assert [link.ignore_bits for link in links] == [1, 0, 1]
     links, told = read(tmp_path, content, "inertia", "limits")
     assert links is None
@@ -285,7 +285,7 @@ def test_so_many_missing_files_are_looked_for(tmp_path: Path) -> None:
     links, told = read(tmp_path, f'<link name="a">{BOX}{"".join(visuals)}</link>', "files")
     assert links is None
     assert [line for line in told if line.startswith("SC452")] == [
-        f"SC452 more than {MAX_MISSING} files that it names are missing, and the others are not looked for"
+        f"SC452 more than {MAX_MISSING} of its files are missing; the rest are not checked"
     ]
 
 
@@ -330,7 +330,7 @@ def test_a_fixed_joint_follows_nothing(tmp_path: Path) -> None:
     assert links is not None
     assert links[2].joint is not None
     assert links[2].joint.mimic is None
-    assert told == ["SC489 the joint `j` is fixed and follows nothing"]
+    assert told == ["SC489 joint `j` is fixed, so its <mimic> is ignored"]
 
 
 ARM = '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.04 0.04"/></geometry></collision>'
@@ -346,7 +346,7 @@ def test_a_joint_follows_over_a_fixed_joint(tmp_path: Path) -> None:
     links, told = read(tmp_path, content)
     assert links is not None
     message = (
-        "SC489 a fixed joint lies between `j` and `s`, which it follows: the link `d` hangs on `b` in place of `c`, "
+        "SC489 a fixed joint lies between `j` and `s`, which it mimics: link `d` becomes a child of `b` instead of `c`, "
         "at the same pose"
     )
     assert told == [message]
