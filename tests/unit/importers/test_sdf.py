@@ -529,9 +529,9 @@ def test_names_that_a_scene_cannot_have_are_told(folder: Path) -> None:
     assert list(found["entities"]) == ["_"]
     told = [loss.message for loss in made.losses if loss.kind == "names"]
     assert told == [
-        "the model `\u65e5\u672c` is called `_`",
-        "the link `a:b` is called `a_b`",
-        "the joint `k l` is called `k_l`",
+        "the model `\u65e5\u672c` is renamed to `_`",
+        "the link `a:b` is renamed to `a_b`",
+        "the joint `k l` is renamed to `k_l`",
     ]
 
 
@@ -553,7 +553,7 @@ def test_files_of_another_scene_are_not_replaced(folder: Path) -> None:
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
     (out / "scene.yaml").unlink()
     (out / "scene_assets/rack.yaml").write_text("mine")
-    with pytest.raises(FileExistsError, match="no earlier import"):
+    with pytest.raises(FileExistsError, match="not from an earlier import"):
         import_scene(folder / "in/world.sdf", out / "scene.yaml")
     assert (out / "scene_assets/rack.yaml").read_text() == "mine"
 

@@ -510,7 +510,7 @@ def test_layers_beyond_the_roots_and_in_the_web_are_errors_with_a_line(
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"\x7fELF nothing of USD", "neither text nor crate"),
+        (b"\x7fELF nothing of USD", "neither USD text nor USD crate"),
         (b"PXR-USDC" + bytes(100), "cannot read"),
         (b"#usda 1.0\ndef Xform 'a\n", "cannot read"),
         (b'#usda 1.0\ndef Xform "a" (prepend references = @./bad.usda@</a>)\n{\n}\n', "does not compose"),
@@ -543,8 +543,8 @@ def test_large_layers_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        (f'def Sphere "a" ({BODY})\n{{\nstring radius = "x"\n}}', "`radius` of /World/a is of the type `text`"),
-        (f'def Sphere "a" ({BODY})\n{{\nfloat3 physics:mass = (1, 2, 3)\n}}', "of the type `GfVec3`, not `number`"),
+        (f'def Sphere "a" ({BODY})\n{{\nstring radius = "x"\n}}', "`radius` of /World/a has type `text`"),
+        (f'def Sphere "a" ({BODY})\n{{\nfloat3 physics:mass = (1, 2, 3)\n}}', "has type `GfVec3`, not `number`"),
         (f'def Sphere "a" ({BODY})\n{{\ntoken physxRigidBody:linearDamping = "x"\n}}', "not `number`"),
         (MATERIALS.replace("float inputs:roughness = 0.25", 'string inputs:roughness = "x"'), "not `number`"),
     ],
