@@ -90,7 +90,7 @@ def read_geometry(
         what = "none" if not kinds else "more than one"
         names = ", ".join(f"<{name}>" for name in GEOMETRY_TAGS)
         place = kinds[1].location if kinds else holder.location
-        findings.report("SC455", f"<geometry> holds {what} of {names}", place, hint="write one")
+        findings.report("SC455", f"<geometry> contains {what} of {names}", place, hint="write one")
         return None
     kind = kinds[0]
     if kind.tag == "mesh":

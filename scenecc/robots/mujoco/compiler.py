@@ -67,7 +67,7 @@ _COMPILER = _Compiler()
 
 
 def _digest(xml: bytes, assets: dict[str, bytes]) -> bytes:
-    import hashlib  # noqa: PLC0415 - loaded where there is a model
+    import hashlib  # noqa: PLC0415 - loaded only for a model
 
     state = hashlib.sha256(f"{mujoco_version()} {len(xml)} ".encode() + xml)
     for name, data in assets.items():
@@ -119,7 +119,7 @@ def compile_source(source: MujocoSource, report: MjcfReport) -> CompiledModel | 
 
 def _is_bounded(model: CompiledModel, report: MjcfReport) -> bool:
     """Returns whether all numbers, and products of three, fit in single precision; reports SC481 if not."""
-    import numpy as np  # noqa: PLC0415 - loaded where there is a model
+    import numpy as np  # noqa: PLC0415 - loaded only for a model
 
     for name, array in model.arrays.items():
         kind, _, rest = name.partition("_")

@@ -85,7 +85,7 @@ def names_of(root: dict[str, Any]) -> list[str]:
     ],
     ids=["none", "equal", "odd"],
 )
-def test_links_and_joints_get_names_of_the_language(
+def test_links_and_joints_get_valid_names(
     links: list[str], joints: list[str], names: list[str], problems: list[str]
 ) -> None:
     scene = physical_scene()
@@ -98,7 +98,7 @@ def test_links_and_joints_get_names_of_the_language(
     assert list(found.problems) == problems
 
 
-def test_what_is_mounted_on_a_renamed_link_follows_it() -> None:
+def test_mounts_refer_to_the_new_name_of_a_link() -> None:
     scene = physical_scene()
     arm = chain(scene, ["", "", ""], ["", ""])
     box = add_box(scene, "box", 1).find_component_by_type(physx.PhysxRigidDynamicComponent)
@@ -108,7 +108,7 @@ def test_what_is_mounted_on_a_renamed_link_follows_it() -> None:
     assert found.document["constraints"]["constraint"]["parent"] == "arm/link_1"
 
 
-def test_names_of_bodies_are_replaced_and_listed_once() -> None:
+def test_invalid_body_names_are_replaced_and_listed_once() -> None:
     scene = physical_scene()
     for x, name in enumerate(["same", "same", "same", "same", None, None, "a\nb", "same_1"], 1):
         add_box(scene, name, x)
@@ -125,7 +125,7 @@ def test_names_of_bodies_are_replaced_and_listed_once() -> None:
 
 
 @pytest.mark.parametrize("name", ["cup", None])
-def test_equal_bodies_of_one_name_are_a_repeat(name: str | None) -> None:
+def test_equal_bodies_with_one_name_become_a_repeat(name: str | None) -> None:
     scene = physical_scene()
     for x in (1, 2, 3):
         add_box(scene, name, x)
@@ -137,7 +137,7 @@ def test_equal_bodies_of_one_name_are_a_repeat(name: str | None) -> None:
 
 
 @pytest.mark.parametrize("recorded", [True, False])
-def test_a_drive_that_does_nothing_is_left_out_and_listed(recorded: bool) -> None:
+def test_a_drive_without_effect_is_left_out_and_listed(recorded: bool) -> None:
     with scenecc.record() as recording:
         scene = physical_scene()
         first, second = add_box(scene, "first"), add_box(scene, "second", 1)

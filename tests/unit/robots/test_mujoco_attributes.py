@@ -38,7 +38,7 @@ def elements() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("kind", elements())
-def test_the_page_has_every_attribute(kind: str) -> None:
+def test_the_mjcf_page_lists_every_attribute(kind: str) -> None:
     """A new attribute of a new MuJoCo is built or told, and then stands in the table."""
     element, page = elements()[kind], documented()
     known = {name for name in dir(element) if name[0] != "_" and not callable(getattr(element, name))}
@@ -46,7 +46,7 @@ def test_the_page_has_every_attribute(kind: str) -> None:
     assert known - page["each"] - page[kind] == set()
 
 
-def test_the_page_has_every_element() -> None:
+def test_the_mjcf_page_lists_every_element() -> None:
     assert set(documented()) == {"each", *elements()}
 
 
@@ -123,7 +123,7 @@ TOLD = {
 
 
 @pytest.mark.parametrize("name", TOLD)
-def test_what_is_not_built_is_told_at_its_line(tmp_path: Path, name: str) -> None:
+def test_unbuilt_attributes_are_reported_at_their_lines(tmp_path: Path, name: str) -> None:
     if name in SINCE_4 and int(mujoco.__version__.partition(".")[0]) < 4:
         pytest.skip("of MuJoCo 4")
     text, expected = TOLD[name]
@@ -132,13 +132,13 @@ def test_what_is_not_built_is_told_at_its_line(tmp_path: Path, name: str) -> Non
     assert any(one.startswith(expected) for one in found), found
 
 
-def test_what_is_the_default_is_not_told(tmp_path: Path) -> None:
+def test_default_values_are_not_reported(tmp_path: Path) -> None:
     text = model_of('margin="0"', 'condim="3" group="2"', actuator('kp="3" forcerange="-5 5" ctrlrange="-1 1"'))
     assert told(tmp_path, text.replace('margin="0"', "")) == []
     assert told(tmp_path, text.replace("<body>", '<body mocap="false">').replace('margin="0"', "")) == []
 
 
-def test_elements_are_counted(tmp_path: Path) -> None:
+def test_unbuilt_elements_are_counted(tmp_path: Path) -> None:
     second = "<worldbody><body><freejoint/><geom size='1' condim='4'/></body></worldbody>"
     found = told(tmp_path, model_of(geom='condim="6"', rest=second))
     assert found == ["SC484 3 torsional and rolling friction (`condim` of 4 and 6) is not built (there are 2)"]

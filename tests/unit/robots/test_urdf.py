@@ -67,7 +67,7 @@ def folder(tmp_path: Path) -> Folder:
     return Folder(tmp_path)
 
 
-def test_what_the_loader_drops_is_described(folder: Folder) -> None:
+def test_values_that_the_loader_drops_are_described(folder: Folder) -> None:
     inner = (
         '<limit lower="-1" upper="2" effort="87" velocity="2.5"/><dynamics friction="0.25"/>'
         '<mimic joint="one" multiplier="-2" offset="0.5"/>'
@@ -87,7 +87,7 @@ def test_what_the_loader_drops_is_described(folder: Folder) -> None:
 
 
 @pytest.mark.parametrize("nothing", ["0", "inf"])
-def test_an_effort_of_nothing_is_none(folder: Folder, nothing: str) -> None:
+def test_a_zero_or_infinite_effort_means_no_limit(folder: Folder, nothing: str) -> None:
     limit = f'<limit lower="-1" upper="2" effort="{nothing}" velocity="{nothing}"/>'
     (robot,) = folder.robots(links("ab") + joint("one", "revolute", "a", "b", limit))
     one = robot.links[1].joint
@@ -95,7 +95,7 @@ def test_an_effort_of_nothing_is_none(folder: Folder, nothing: str) -> None:
     assert (one.effort, one.velocity) == (None, None)
 
 
-def test_a_scale_is_in_the_velocity_of_what_slides_and_in_no_force(folder: Folder) -> None:
+def test_the_scale_applies_to_prismatic_velocities_but_not_to_forces(folder: Folder) -> None:
     inner = (
         '<limit lower="-1" upper="2" effort="87" velocity="2.5"/><dynamics damping="0.125" friction="0.25"/>'
         '<axis xyz="0 0 1"/>'
@@ -112,7 +112,7 @@ def test_a_scale_is_in_the_velocity_of_what_slides_and_in_no_force(folder: Folde
     assert {(one.effort, one.damping, one.friction) for one in (slides, turns)} == {(87.0, 0.125, 0.25)}
 
 
-def test_what_hangs_on_a_floating_joint_is_a_robot_of_its_own(folder: Folder) -> None:
+def test_links_below_a_floating_joint_become_a_separate_robot(folder: Folder) -> None:
     first, second, third = folder.robots(
         links("abcde")
         + joint("f", "floating", "a", "b", '<origin xyz="1 2 3"/>')
@@ -138,9 +138,7 @@ def test_what_hangs_on_a_floating_joint_is_a_robot_of_its_own(folder: Folder) ->
         ("revolute", "revolute", -2.0, 0.5),
     ],
 )
-def test_a_scale_is_in_what_joints_follow_by(
-    folder: Folder, kind: str, source: str, multiplier: float, offset: float
-) -> None:
+def test_the_scale_applies_to_mimics(folder: Folder, kind: str, source: str, multiplier: float, offset: float) -> None:
     """Positions of prismatic joints are lengths: four times as far, where turns are what they were."""
     limit = '<limit lower="-1" upper="2"/>'
     inner = limit + '<mimic joint="one" multiplier="-2" offset="0.5"/>'
@@ -152,12 +150,12 @@ def test_a_scale_is_in_what_joints_follow_by(
     assert (two.mimic.source, two.mimic.multiplier, two.mimic.offset) == ("one", multiplier, offset)
 
 
-def test_one_link_is_a_body(folder: Folder) -> None:
+def test_a_robot_with_one_link_becomes_a_body(folder: Folder) -> None:
     (robot,) = folder.robots(f'<link name="a">{BOX}</link>')
     assert (robot.body_type, robot.fixed) == ("dynamic", None)
 
 
-def test_files_are_told_with_the_place_that_names_them(folder: Folder) -> None:
+def test_files_are_listed_with_the_place_that_names_them(folder: Folder) -> None:
     for name in ("a.obj", "b.png", "robot.srdf"):
         (folder.path / name).write_text("<robot/>")
     visual = '<geometry><mesh filename="a.obj"/></geometry><material name="m"><texture filename="b.png"/></material>'
@@ -169,12 +167,12 @@ def test_files_are_told_with_the_place_that_names_them(folder: Folder) -> None:
     assert shape.look == DescribedMaterial(texture=folder.path / "b.png", texture_uri="b.png")
 
 
-def test_collisions_are_seen_on_request(folder: Folder) -> None:
+def test_collision_is_visual_adds_visuals(folder: Folder) -> None:
     (robot,) = folder.robots(f'<link name="a">{BOX}{BOX}</link>', collision_is_visual=True)
     assert [shape.geometry for shape in robot.links[0].visuals] == [c.geometry for c in robot.links[0].collisions]
 
 
-def test_a_missing_mesh_is_told_at_its_line_and_led_back_to_the_scene(folder: Folder) -> None:
+def test_a_missing_mesh_is_reported_at_its_line_with_the_scene(folder: Folder) -> None:
     (folder.path / "hand.obj").write_text("")
     mesh = '<visual><geometry>\n  <mesh filename="hond.obj"/></geometry></visual>'
     description, (found,) = folder.read(f'\n<link name="a">{mesh}</link>')
@@ -247,7 +245,10 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
     ),
     "friction": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<dynamics friction="-1" damping="-2"/>'),
-        ["3:21 SC466 the friction is -1, but cannot be negative", "3:34 SC466 the damping is -2, but cannot be negative"],
+        [
+            "3:21 SC466 the friction is -1, but cannot be negative",
+            "3:34 SC466 the damping is -2, but cannot be negative",
+        ],
     ),
     "mimic of none": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<mimic joint="i"/>'),
@@ -267,13 +268,13 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
     "shape": (
         '<link name="a"><visual><geometry><plane/></geometry></visual></link>',
         [
-            "1:40 SC455 <geometry> holds none of <box>, <sphere>, <capsule>, <cylinder>, <mesh>",
+            "1:40 SC455 <geometry> contains none of <box>, <sphere>, <capsule>, <cylinder>, <mesh>",
             "1:50 SC454 <plane> in <geometry> is unknown and ignored",
         ],
     ),
     "two shapes": (
         '<link name="a"><visual><geometry><sphere radius="1"/>\n<sphere radius="1"/></geometry></visual></link>',
-        ["2:1 SC455 <geometry> holds more than one of <box>, <sphere>, <capsule>, <cylinder>, <mesh>"],
+        ["2:1 SC455 <geometry> contains more than one of <box>, <sphere>, <capsule>, <cylinder>, <mesh>"],
     ),
     "sizes": (
         '<link name="a"><visual><geometry>\n<cylinder radius="0" length="-1"/></geometry></visual></link>',
@@ -340,13 +341,13 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_a_fault_is_told_at_its_line(folder: Folder, name: str) -> None:
+def test_a_urdf_error_is_reported_at_its_line(folder: Folder, name: str) -> None:
     content, expected = FAULTS[name]
     assert folder.read(content)[0] is None
     assert folder.told(content) == expected
 
 
-def test_faults_are_told_all_at_once(folder: Folder) -> None:
+def test_all_urdf_errors_are_reported_together(folder: Folder) -> None:
     content = "".join(content for content, _ in FAULTS.values() if "link>" in content)
     codes = {line.split()[1] for line in folder.told(content)}
     assert {"SC455", "SC456", "SC460", "SC466", "SC467"} <= codes
@@ -391,13 +392,13 @@ WARNINGS: dict[str, tuple[str, list[str]]] = {
 
 
 @pytest.mark.parametrize("name", WARNINGS)
-def test_a_warning_stops_nothing(folder: Folder, name: str) -> None:
+def test_a_urdf_with_warnings_is_read(folder: Folder, name: str) -> None:
     content, expected = WARNINGS[name]
     assert folder.read(content)[0] is not None
     assert folder.told(content) == expected
 
 
-def test_what_other_programs_have_is_left_out_without_a_word(folder: Folder) -> None:
+def test_elements_of_other_programs_are_ignored_silently(folder: Folder) -> None:
     plain = '\n<dynamics damping="1"/>'
     inner = '\n<safety_controller k_velocity="1"/><calibration rising="0"/><dynamics damping="1" D="2" K="3"/>'
     others = '\n<gazebo><x/></gazebo><transmission name="t"><y/></transmission><mujoco><compiler/></mujoco>'
@@ -407,7 +408,7 @@ def test_what_other_programs_have_is_left_out_without_a_word(folder: Folder) -> 
     assert found == folder.read(links("ab") + joint("j", "continuous", "a", "b", plain))[0]
 
 
-def test_links_are_counted(folder: Folder) -> None:
+def test_a_robot_with_too_many_links_is_an_error(folder: Folder) -> None:
     def chain(count: int) -> str:
         names = [f'<link name="l{i}"/>' for i in range(count)]
         return "".join(names) + "".join(joint(f"j{i}", "fixed", f"l{i - 1}", f"l{i}") for i in range(1, count))
@@ -416,7 +417,7 @@ def test_links_are_counted(folder: Folder) -> None:
     assert [line.split()[1] for line in folder.told(chain(MAX_LINKS + 1))] == ["SC477"]
 
 
-def test_a_long_circle_and_many_faults_take_little_time(folder: Folder) -> None:
+def test_a_long_cycle_and_many_errors_are_reported_quickly(folder: Folder) -> None:
     count = MAX_SHAPES
     names = "".join(f'<link name="l{i}"/>' for i in range(count))
     circle = "".join(joint(f"j{i}", "fixed", f"l{i}", f"l{(i + 1) % count}") for i in range(count))
@@ -436,7 +437,7 @@ def test_a_long_circle_and_many_faults_take_little_time(folder: Folder) -> None:
         ("<html/>", None),
     ],
 )
-def test_another_kind_of_file_is_reported_with_what_reads_it(tmp_path: Path, text: str, hint: str | None) -> None:
+def test_a_file_of_another_format_is_reported_with_the_right_key(tmp_path: Path, text: str, hint: str | None) -> None:
     file = tmp_path / "hand.xml"
     file.write_text(text)
     sink = Sink()
