@@ -204,7 +204,6 @@ class ArticulationReader:
         return keys | targets or {"stiffness": live.drive["stiffness"]}
 
     def _state(self, articulation: Any, reference: Any) -> Node:
-        """Returns pose, positions, velocities and properties of an articulation."""
         pose = pose_value(_root_pose(articulation, reference))
         node: Node = {} if pose is None else {"pose": pose}
         qpos, qvel = to_numbers(articulation.qpos), to_numbers(articulation.qvel)

@@ -388,8 +388,8 @@ def _tiled_plane(shape: Any) -> Node | None:
 
 
 def flat_grid(vertices: Any, uvs: Any) -> tuple[Any, Any, Any, Any] | None:
-    """Returns the corners (2,), (2,) of a rectangle in a z plane, and their texture coordinates (2,), (2,); None if the
-    vertices (N, 3) are not a rectangle with evenly spaced texture coordinates.
+    """Returns corners (2,), (2,) and their texture coordinates (2,), (2,) if vertices (N, 3) form an evenly textured
+    rectangle in a z plane, else None.
     """
     if len(vertices) < 4 or len(uvs) != len(vertices) or np.ptp(vertices[:, 2]) > 0:
         return None

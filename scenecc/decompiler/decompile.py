@@ -156,7 +156,5 @@ def _maniskill_names(scenes: list[Any]) -> Callable[[int, str], str]:
 
 
 def _link_prefixes(articulations: Iterable[str]) -> list[str]:
-    """Returns prefixes such as `scene-0-panda_` for `scene-0_panda`; the longest first, since robot names may share a
-    prefix.
-    """
+    """Returns prefixes like `scene-0-panda_` for `scene-0_panda`; longest first, as one name may begin another."""
     return sorted((f"{name.replace('_', '-', 1)}_" for name in articulations), key=len, reverse=True)

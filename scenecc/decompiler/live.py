@@ -130,7 +130,6 @@ class SceneReader:
         return found
 
     def _seen(self, components: list[Any]) -> Node:
-        """Returns lights and cameras."""
         found: dict[str, Node] = {"lights": {}, "cameras": {}}
         for component in components:
             kind = type(component).__name__
@@ -148,7 +147,6 @@ class SceneReader:
         return None if found is None else found[1]
 
     def _name(self, given: str, otherwise: str) -> str:
-        """Returns a valid, unused name."""
         plain = plain_name(self.names.rename(given)) or otherwise
         if plain != (self.names.rename(given) or otherwise):
             self.problems.append(f"the name {given!r} is not valid in a scene file: it becomes `{plain}`")
@@ -166,7 +164,6 @@ def _named(entity: Any) -> tuple[Any, str] | None:
 
 
 def _ignoring_articulations(components: list[Any]) -> int:
-    """Returns the number of articulations with ignore bits."""
     links = [each for each in components if isinstance(each, physx.PhysxArticulationLinkComponent)]
     ignoring = [link for link in links if any(shape.get_collision_groups()[2] for shape in link.collision_shapes)]
     return len({link.articulation.name for link in ignoring})
@@ -279,7 +276,6 @@ def _drive(component: Any, recording: Recording | None) -> Node:
 
 @cache
 def _fresh_limits() -> dict[str, Any]:
-    """Returns the default limits of a drive."""
     fresh = physx.PhysxDriveComponent(physx.PhysxRigidDynamicComponent())
     return {axis: getattr(fresh, f"get_limit_{axis}")() for axis in _AXES}
 

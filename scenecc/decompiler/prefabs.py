@@ -70,7 +70,6 @@ def _single(value: Any) -> Any:
 
 
 def _physical(facts: Facts) -> Facts:
-    """Returns an entity without visuals."""
     return tidy(replace(facts, parts=tuple(part for part in facts.parts if part.kind.startswith("Physx"))))
 
 

@@ -1,6 +1,4 @@
-"""Records values that SAPIEN has no getter for while a scene is built: files of collision meshes and robots, fixed
-tendons, limits of distance joints, inverse mass scales, and environment maps.
-"""
+"""Records, while a scene is built, what SAPIEN has no getter for: mesh and robot files, tendons, some limits."""
 
 from __future__ import annotations
 
@@ -138,7 +136,6 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
     from scenecc.backends.sapien.engine import physx  # noqa: PLC0415 - importing this module loads no engine
 
     def one(kind: str, init: Any) -> Any:
-        """Wraps the constructor of a convex or triangle mesh to record its file, and `sdf`."""
 
         @wraps(init)
         def recorded(self: Any, *args: Any, **options: Any) -> None:
@@ -151,7 +148,6 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
         return recorded
 
     def several(load: Any) -> Any:
-        """Wraps the loader to record the file of the parts."""
 
         @wraps(load)
         def recorded(*args: Any, **options: Any) -> Any:
@@ -168,7 +164,6 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
     actor_builder: Any = import_module("sapien.wrapper.actor_builder")
 
     def decomposed(coacd: Any) -> Any:
-        """Wraps CoACD to record its file and parameters."""
 
         @wraps(coacd)
         def recorded(filename: str, **params: Any) -> str:
@@ -196,10 +191,8 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
     from scenecc.backends.sapien.engine import physx, render  # noqa: PLC0415 - importing this module loads no engine
 
     def setter(name: str) -> Callable[[Any], Any]:
-        """Returns a wrapper that records the arguments of the setter `name`."""
 
         def make(call: Any) -> Any:
-            """Wraps the setter."""
 
             @wraps(call)
             def recorded(self: Any, *args: Any, **options: Any) -> Any:
@@ -217,7 +210,6 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
                 _replace(owner, name, setter(name), undo)
 
     def cubemap(init: Any) -> Any:
-        """Wraps the constructor to record the files of an environment map."""
 
         @wraps(init)
         def recorded(self: Any, *files: Any, **options: Any) -> None:
@@ -227,7 +219,6 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
         return recorded
 
     def tendon(create: Any) -> Any:
-        """Wraps the method to record the arguments of a tendon."""
 
         @wraps(create)
         def recorded(self: Any, *args: Any, **options: Any) -> Any:
@@ -245,7 +236,6 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
     urdf_loader: Any = import_module("sapien.wrapper.urdf_loader")
 
     def parse(call: Any) -> Any:
-        """Wraps the loader's `parse` to store file and options in the link builders."""
 
         @wraps(call)
         def recorded(self: Any, file: Any, *args: Any, **options: Any) -> Any:
@@ -259,7 +249,6 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
         return recorded
 
     def physical(build: Any) -> Any:
-        """Wraps the method to record the builder of a link."""
 
         @wraps(build)
         def recorded(self: Any, *args: Any, **options: Any) -> Any:

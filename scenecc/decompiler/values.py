@@ -162,9 +162,7 @@ class Files:
         self._base = base.resolve()
 
     def name(self, path: str | Path) -> str:
-        """Returns `pkg://PACKAGE/PATH` if a package has the file, else a path relative to the scene file, else an
-        absolute path.
-        """
+        """Returns `pkg://PACKAGE/PATH` for a package, else a path relative to the scene file, else an absolute one."""
         file = Path(path).resolve()
         for parent in file.parents:
             if parent.name in ("site-packages", "dist-packages"):

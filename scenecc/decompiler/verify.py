@@ -258,7 +258,6 @@ def _with_values(facts: Facts, **changed: Plain) -> Facts:
 
 
 def _tolerance(facts: Facts) -> float:
-    """Returns the tolerance for numbers of visual objects."""
     return 4 * SEEN_TOLERANCE if facts.kind.startswith(_SEEN) or _is_seen_only(facts) else 0.0
 
 

@@ -20,9 +20,7 @@ _JITTER: Final = 1e-6
 
 
 def hull_volume(points: NDArray[np.floating[Any]]) -> float:
-    """Returns the volume of the convex hull of points (n, 3) [m³], within a few percent. Points must be finite and not
-    coplanar.
-    """
+    """Returns the volume of the hull of points (n, 3), finite and not coplanar [m³], within a few percent."""
     cloud: NDArray[np.float64] = points.astype(np.float64) - points.mean(axis=0, dtype=np.float64)
     size = float(np.ptp(cloud, axis=0).max())
     cloud += np.random.default_rng(0).uniform(-_JITTER * size, _JITTER * size, cloud.shape)

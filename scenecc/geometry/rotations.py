@@ -205,9 +205,7 @@ def relative_pose(outer: Pose7, inner: Pose7) -> Pose7:
 
 
 def rigidity(m: Sequence[Sequence[float]]) -> float:
-    """Returns the deviation of a 4×4 matrix from a rigid motion: the largest of |RᵀR - I|, |det R - 1| and the last
-    row.
-    """
+    """Returns a 4×4 matrix's deviation from a rigid motion: the largest of |RᵀR - I|, |det R - 1| and the last row."""
     r = [row[:3] for row in m[:3]]
     columns = list(zip(*r, strict=True))
     gram = max(

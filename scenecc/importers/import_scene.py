@@ -174,7 +174,6 @@ def _written(target: Path, files: Mapping[str, bytes]) -> Generator[list[Path]]:
 
 
 def _put_back(paths: list[Path], before: Mapping[Path, bytes], folders: Collection[Path]) -> None:
-    """Restores files, or removes them if they are new."""
     for path in paths:
         path.unlink(missing_ok=True)
     for folder in sorted(folders, reverse=True):
@@ -193,7 +192,6 @@ def _root_of(source: Path) -> Path:
 
 
 def _read(source: Path, context: ImportContext) -> ImportedScene | None:
-    """Reads a scene with the reader of its format."""
     try:
         with open_regular(source) as stream:
             head = stream.read(_HEAD_BYTES)
@@ -414,7 +412,6 @@ def _content(node: Node) -> Node:
 
 
 def _materials(node: Any) -> Iterator[str]:
-    """Yields the material names of shapes."""
     for item in node if is_list(node) else ():
         yield from _materials(item)
     for key, value in node.items() if is_mapping(node) else ():

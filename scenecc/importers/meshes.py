@@ -108,7 +108,6 @@ def check_heights(path: Path, context: ImportContext) -> None:
 
 
 def _named_parts(mesh: MeshFile, name: str) -> list[tuple[NDArray[Any], NDArray[Any]]]:
-    """Returns the parts with a name, in the file's frame."""
     import trimesh
 
     library: Any = trimesh

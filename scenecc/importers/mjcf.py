@@ -86,8 +86,6 @@ def read_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
 
 
 class _Importer:
-    """Builds the scene of one file."""
-
     def __init__(self, path: Path, read: ReadModel) -> None:
         self._path = path
         self._model = read.model
@@ -105,7 +103,6 @@ class _Importer:
                 self._losses += [Loss("settings", f"{name} of <option>", element.location) for name in unread]
 
     def scene(self) -> ImportedScene:
-        """Returns the document, and the reference for the comparison."""
         header = self._model.header
         gravity = [0.0, 0.0, 0.0] if "GRAVITY" in header["disabled"] else header["option"]["gravity"]
         document: dict[str, Any] = {
@@ -180,7 +177,6 @@ class _Importer:
         }
 
     def _mount(self, body: int) -> str:
-        """Returns ENTITY or ENTITY/LINK."""
         root, link = self._links[body]
         entity = self._name if len(self._robots) == 1 else f"{self._name}/{root}"
         robot = next(robot for robot in self._robots if robot.links[0].name == root)

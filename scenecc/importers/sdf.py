@@ -93,7 +93,6 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
 
 
 def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts) -> None:
-    """Adds a joint between models as a constraint."""
     kind, file = joint_type(element), world.file
     ends: list[tuple[str, Pose7, bool]] = []
     for tag in ("parent", "child"):
@@ -208,8 +207,6 @@ def _lose_elements(element: SourceElement, file: SdfFile, path: str, *, skip: se
 
 
 class _Rendering:
-    """Lights and cameras of a world and its links."""
-
     def __init__(self, parts: SceneParts) -> None:
         self.lights: Node = {}
         self.cameras: Node = {}

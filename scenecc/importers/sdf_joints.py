@@ -128,7 +128,6 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
 
 
 def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
-    """Converts an axis to the joint's frame."""
     element = find(axis, "xyz")
     frame = "" if element is None else element.attributes.get("expressed_in", "")
     is_model = joint.scope.file.flag(axis, "use_parent_model_frame", default=False) or joint.scope.file.is_before(1, 5)

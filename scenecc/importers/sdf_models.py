@@ -328,9 +328,7 @@ def _collides(node: Node) -> bool:
 
 
 def _mass(link: SdfLink, content: Node) -> Node:
-    """Returns the mass keys of a link: as in the file, from its shapes with `auto`, or SDF's default of 1 kg and 1
-    kg·m².
-    """
+    """Returns the mass keys of a link: from the file, from its shapes (`auto`), or SDF's default 1 kg, 1 kg·m²."""
     file, inertial = link.scope.file, link.element.find("inertial")
     collides = bool(_colliding(content))
     if inertial is not None and inertial.attributes.get("auto", "").lower() in {"true", "1"} and collides:
@@ -389,7 +387,6 @@ class _Tree:
         self._used: set[str] = set()
 
     def add(self, wish: str) -> None:
-        """Adds the entity."""
         reader = self._reader
         if len(self._links) > _MAX_LINKS:
             model = reader.model

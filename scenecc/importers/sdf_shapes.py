@@ -65,9 +65,7 @@ class LinkPlace:
 
 
 def read_shapes(link: SourceElement, place: LinkPlace) -> dict[str, list[Shape]]:
-    """Returns `shapes`, `collisions` and `visuals` of a link. A visual and a collision of equal geometry become one
-    shape.
-    """
+    """Returns `shapes`, `collisions` and `visuals` of a link. A visual and an equal collision become one shape."""
     collided = [shape for each in link.all("collision") for shape in _collision(each, place)]
     seen = [shape for each in link.all("visual") for shape in _visual(each, place)]
     twins: dict[str, list[int]] = {}
@@ -185,7 +183,6 @@ def _visual(element: SourceElement, place: LinkPlace) -> list[Shape]:
 
 
 def _look(element: SourceElement, place: LinkPlace) -> dict[str, Any]:
-    """Returns the visual part of a material."""
     file, material = place.scope.file, element.find("material")
     alpha = 1 - min(max(file.number(element, "transparency", default=0), 0), 1)
     if material is None:
@@ -226,9 +223,7 @@ def _color(material: SourceElement, tag: str, file: SdfFile) -> list[float] | No
 
 
 def _geometry(element: SourceElement, place: LinkPlace, *, collides: bool) -> Shape | None:
-    """Returns the geometry of a <visual> or <collision> with its pose; None if unsupported, which is reported as a
-    loss.
-    """
+    """Returns the geometry and pose of a <visual> or <collision>; None if unsupported (a loss)."""
     geometry = element.find("geometry")
     form = None if geometry is None else next((each for each in geometry.children if each.tag in _FORMS), None)
     pose = place.local(element)
@@ -252,8 +247,6 @@ def _lose_shape(element: SourceElement, place: LinkPlace, collides: bool, why: s
 
 @dataclass(frozen=True, slots=True)
 class _Request:
-    """A geometry to read."""
-
     form: SourceElement
     place: LinkPlace
     pose: Pose7
@@ -264,7 +257,6 @@ class _Request:
         return self.place.scope.file
 
     def size(self, tag: str, default: float = 1.0) -> float:
-        """Returns a length or radius."""
         return self.file.positive(self.form, tag, default=default)
 
 

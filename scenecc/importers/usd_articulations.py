@@ -155,7 +155,6 @@ class ArticulationWriter:
     """
 
     def __init__(self, stage: UsdStage, reader: BodyReader, bodies: Mapping[str, UsdBody]) -> None:
-        """`bodies`: by path."""
         self.keys: dict[str, dict[str, Any]] = {}
         self._stage = stage
         self._reader = reader
@@ -278,7 +277,6 @@ class ArticulationWriter:
         return {name: keys}
 
     def _articulation_keys(self, tree: Tree) -> dict[str, Any]:
-        """Returns the articulation's settings from PhysX's schema."""
         keys: dict[str, Any] = {}
         if tree.prim is None:
             return keys

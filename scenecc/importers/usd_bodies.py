@@ -239,7 +239,6 @@ class BodyReader:
         return found if found.GetLength() > 0 else None
 
     def _density(self, prim: Prim, parsed: Any, body: Prim) -> float:
-        """Returns the density of a collider [kg/m³]: its own, its body's or its material's."""
         frames = self._stage.frames
         for owner in (prim, body):
             found = self._stage.authored(owner, "physics:density")
@@ -334,7 +333,6 @@ def _join_equal(keys: dict[str, Any]) -> None:
 
 
 def _together(solids: list[SolidMass]) -> SolidMass:
-    """Combines several solids."""
     volume = sum(each.volume for each in solids)
     if not volume:
         return SolidMass(0.0, np.zeros(3), np.zeros((3, 3)))

@@ -61,7 +61,6 @@ class RenderingReader:
         return image.ComputeVisibility(self._stage.time) != self._stage.geom.Tokens.invisible
 
     def _color(self, prim: Prim, factor: float = 1.0) -> list[float]:
-        """Returns colour times brightness."""
         value = self._stage.value
         brightness = value(prim, "inputs:intensity", 1.0) * 2.0 ** value(prim, "inputs:exposure", 0.0) * factor / _NITS
         return plain_numbers(max(each * brightness, 0.0) for each in value(prim, "inputs:color", (1.0, 1.0, 1.0)))

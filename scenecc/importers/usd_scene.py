@@ -99,7 +99,6 @@ class SceneReader:
         return ImportedScene(document, tuple(self._stage.losses), where, self._reference())
 
     def _reference(self) -> dict[str, ReferencePose]:
-        """Returns poses and masses of the bodies according to UsdPhysics."""
         found: dict[str, ReferencePose] = {}
         for path, body in self._bodies.items():
             if path in self._where:
@@ -189,7 +188,6 @@ class SceneReader:
         return sorted((joint for joint in found if joint is not None), key=lambda joint: order[joint.prim.GetPath()])
 
     def _roots(self) -> dict[str, Prim]:
-        """Returns body → prim of its articulation root."""
         found: dict[str, Prim] = {}
         for parsed in self._parsed.get("Articulation", []):
             prim = self._stage.prim(parsed.primPath)
@@ -301,9 +299,7 @@ class SceneReader:
 
 
 def _parse(stage: UsdStage) -> dict[str, Any]:
-    """Returns the UsdPhysics descriptors of a stage: lists by "Scene", "RigidBody", "Shape", "Joint" (with its type)
-    and others.
-    """
+    """Returns the UsdPhysics descriptors by "Scene", "RigidBody", "Shape", "Joint" (with its type) and others."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the new name is missing in the oldest usd-core supported
         rows: dict[Any, Any] = stage.physics.LoadUsdPhysicsFromRange(stage.stage, ["/"])

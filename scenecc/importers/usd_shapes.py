@@ -206,7 +206,6 @@ class ShapeReader:
         return UsdShape(keys, pose, None)
 
     def _points(self, prim: Prim, body: Pose7) -> list[UsdShape]:
-        """Returns a sphere for each point."""
         pose, stretch = self._local(prim, body)
         geom = self._stage.geom.Points(prim)
         points = np.asarray(geom.GetPointsAttr().Get(self._stage.time), np.float64).reshape(-1, 3)
@@ -277,7 +276,6 @@ class ShapeReader:
 
 
 def _is_even(scale: tuple[float, ...]) -> bool:
-    """Whether all scales have the same absolute value."""
     sizes = [abs(each) for each in scale]
     return max(sizes) - min(sizes) <= _EVEN * max(sizes)
 

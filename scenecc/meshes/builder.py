@@ -85,7 +85,6 @@ class MeshBuilder:
     def _parts(
         self, geometry: VisualGeometry, row: int, own: SurfaceMaterial | None
     ) -> tuple[tuple[MeshPart, ...], Vec3]:
-        """Returns surfaces and materials of a geometry, and its scale."""
         if isinstance(geometry, Mesh):
             parts = self._files.parts(self._plan.files[int(geometry.file.row(row))])
             if own is not None:
@@ -223,9 +222,7 @@ def grid_cell(scenes: tuple[SceneMeshes, ...]) -> GridCell:
 
 
 def plane_half_size(scene: SceneMeshes, place: NDArray[np.float64]) -> float:
-    """Returns half the side of a square that stands for an infinite plane under the whole scene [m]. `place`: (4, 4)
-    pose of the plane.
-    """
+    """Returns half the side for drawing an infinite plane under a scene [m]. `place`: (4, 4) pose of the plane."""
     corners = scene_corners([scene])
     if not len(corners):
         return _MIN_HALF_SIZE

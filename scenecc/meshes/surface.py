@@ -241,7 +241,6 @@ class MaterialCache:
     """Cache of a plan's visual materials; equal ones are created once."""
 
     def __init__(self, plan: ScenePlan, on_left_out: Callable[[AssetError], None]) -> None:
-        """`on_left_out`: called once for each image that is left out."""
         self._plan = plan
         self._on_left_out = on_left_out
         self._images = ImageCache()

@@ -258,7 +258,6 @@ class RobotFiles:
         return first or Refusal(_FILE_NOT_FOUND, f"there is no file `{shorten_uri(_PACKAGE_SCHEME + inner)}`")
 
     def _looked(self, reference: str) -> str:
-        """Describes where a reference was searched."""
         folder = self.owner.path.parent
         if not reference.startswith(_PACKAGE_SCHEME):
             return f"it in {folder}"

@@ -1,6 +1,4 @@
-"""URDF joints with the values that SAPIEN's loader passes to its builders, and the link trees that they form.
-Links are in SAPIEN's build order.
-"""
+"""URDF joints as SAPIEN's loader passes them to its builders, and the link trees that they form."""
 
 from __future__ import annotations
 
@@ -524,7 +522,6 @@ def _links_of_tendon(link: str, source: str, parents: Mapping[str, str]) -> list
 
 
 def _path_to_root(link: str, parents: Mapping[str, str]) -> list[str]:
-    """Returns a link, its parent, and so on up to the root."""
     found = [link]
     while found[-1] in parents:
         found.append(parents[found[-1]])

@@ -1,6 +1,4 @@
-"""URDF links: poses, shapes, inertials and materials, with the numbers that SAPIEN's loader passes to its builders.
-If several materials have one name, the first is used everywhere, as in SAPIEN's loader.
-"""
+"""URDF links as SAPIEN's loader passes them to its builders: poses, shapes, inertials and materials."""
 
 from __future__ import annotations
 
@@ -256,8 +254,7 @@ def _from_shapes(
     repaired: tuple[str, int],
     findings: FileReport,
 ) -> DescribedInertial:
-    """Returns the mass with the inertia of the link's collision shapes, or of a sphere of water if there are none
-    (SC488).
+    """Returns the mass with the inertia of the link's collision shapes, or of a water sphere if none (SC488).
 
     `repaired`: the link's name and number of collision shapes.
     """
@@ -285,9 +282,7 @@ def _principal_inertia(
     findings: FileReport,
     repaired: tuple[str, int] | None,
 ) -> DescribedInertial | None:
-    """Returns the inertial in principal axes. `repaired`: the link's name and number of collision shapes, if repair is
-    on.
-    """
+    """Returns the inertial in principal axes. `repaired`: the link's name and number of collision shapes."""
     moments: Any
     axes: Any
     if np.array_equal(np.diag(np.diag(inertia)), inertia):

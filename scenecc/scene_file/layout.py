@@ -123,7 +123,6 @@ class _Writer:
         self._within = {path[:end] for path in comments for end in range(len(path))}
 
     def comment(self, path: tuple[str | int, ...], indent: str) -> Iterator[str]:
-        """Yields the lines of the comment above an entry."""
         for line in self._comments.get(path, "").splitlines():
             yield f"{indent}# {line}".rstrip()
 
@@ -159,7 +158,6 @@ class _Writer:
             yield from lines
 
     def _item(self, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
-        """Yields the lines of a list item."""
         head = f"{' ' * column}- "
         yield from self.comment(path, " " * column)
         if _is_scalar(value) or not value or self._fits(value, path, column + 2):
@@ -190,7 +188,6 @@ class _Writer:
 
 
 def _fill(head: str, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
-    """Yields a bracketed list or mapping, wrapped over several lines."""
     opening, closing = "{}" if _is_mapping(value) else "[]"
     pieces = _flow_items(value, path)
     line = head + opening
@@ -221,7 +218,6 @@ def _is_scalar(value: Any) -> bool:
 
 
 def _depth(value: Any) -> int:
-    """Returns the nesting depth of brackets."""
     if _is_scalar(value):
         return 0
     return 1 + max(map(_depth, value.values() if _is_mapping(value) else value), default=0)

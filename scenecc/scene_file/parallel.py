@@ -139,7 +139,6 @@ def _are_numbers(first: Any, second: Any) -> bool:
 
 
 def _form(values: list[Any], count: int) -> Any:
-    """Returns a form for a value that differs between scenes."""
     if all(value == values[0] for value in values):
         return values[0]
     for period in range(2, count // 2 + 1):

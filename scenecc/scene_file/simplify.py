@@ -35,7 +35,6 @@ def simplify(document: Mapping[str, Any]) -> Node:
 
 
 def _shape_lists(node: Any) -> Iterator[list[Node]]:
-    """Yields the shape lists of all bodies and links."""
     if is_list(node):
         for item in node:
             yield from _shape_lists(item)
@@ -240,7 +239,6 @@ def _referred_to(document: Node) -> frozenset[str]:
     found: set[str] = set()
 
     def visit(node: Any) -> None:
-        """Collects references in a node and its descendants."""
         if is_list(node):
             for item in node:
                 visit(item)

@@ -124,7 +124,6 @@ class JointReader:
         return float(self._model["qpos0"][self._model["jnt_qposadr"][joint]])
 
     def _start(self, joint: int) -> list[float] | None:
-        """Returns a joint's position in the keyframe."""
         if self._keyframe is None:
             return None
         first = int(self._model["jnt_qposadr"][joint])

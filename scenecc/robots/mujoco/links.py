@@ -32,9 +32,7 @@ if TYPE_CHECKING:
     from scenecc.robots.mjcf_files import MjcfReport
 
 _DUMMY_SHARE = 1e-4
-"""Mass of a link between two joints of one body, as a share of its subtree's mass. MuJoCo has no such body; PhysX would
-give it 1 kg.
-"""
+"""Mass of a link between two joints of one body, relative to its subtree. PhysX would default to 1 kg."""
 
 
 @dataclass(slots=True)
@@ -135,7 +133,6 @@ class ModelReader:
         return robot, [draft.body if draft.is_body else -1 for draft in drafts]
 
     def _add_links(self, body: int, parent: int, drafts: list[_Draft]) -> None:
-        """Adds the links of a body, one per joint, and those of its descendants."""
         pending = [(body, parent)]
         while pending:
             one, above = pending.pop()

@@ -147,9 +147,7 @@ class ShapeReader:
         return tuple(collisions), tuple(visuals)
 
     def _bits(self, geom: int) -> tuple[int, int] | None:
-        """Returns bits for MuJoCo's rule within files; the shapes collide with everything that has SAPIEN's default
-        bits.
-        """
+        """Returns bits for MuJoCo's rule; the shapes collide with everything that has SAPIEN's default bits."""
         contype, conaffinity = (int(self._model[name][geom]) for name in ("geom_contype", "geom_conaffinity"))
         if not (0 <= contype < 1 << MAX_BITS and 0 <= conaffinity < 1 << MAX_BITS):
             message = f"`contype` {contype} or `conaffinity` {conaffinity} needs more than {MAX_BITS} bits"
@@ -234,7 +232,6 @@ class ShapeReader:
         return self._height_fields[number]
 
     def _look(self, geom: int) -> DescribedMaterial | None:
-        """Returns a geom's visual material; None if it is invisible."""
         model = self._model
         rgba, material = tuple(model["geom_rgba"][geom].tolist()), int(model["geom_matid"][geom])
         if material >= 0 and rgba == _DEFAULT_RGBA:

@@ -251,7 +251,6 @@ class SourceBuilder:
         self.source.lines.append(f"</{element.tag}>")
 
     def _note(self, element: SourceElement) -> None:
-        """Counts elements and attributes that are not built, by kind."""
         kind, count = element.tag, int("site" not in element.attributes)
         if kind in {"tendon", "sensor", "custom"}:
             count = len(element.children)
@@ -288,7 +287,6 @@ class SourceBuilder:
             self.report.error("SC452", message, element.location)
 
     def _asset(self, element: SourceElement) -> str:
-        """Returns the name of a file for the compiler."""
         if element.tag == "model":
             return self._attached.get(id(element), "")
         found = self._find(element, "file")

@@ -135,7 +135,6 @@ def prepare() -> Answer:
     mujoco: Any = importlib.import_module("mujoco")
 
     def answer(header: dict[str, Any], parts: list[bytes]) -> Message:
-        """Returns the arrays of a model, or MuJoCo's error."""
         xml, *files = parts
         return compile_model(mujoco, xml.decode(), dict(zip(header["names"], files, strict=True)))
 
