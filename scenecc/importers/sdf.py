@@ -24,7 +24,7 @@ _IGNORED_BIT: Final = 1 << 29
 """Bit of the third collision integer: links with it do not collide if their fourth integers are equal."""
 
 _MAX_MASKS: Final = 64
-"""Maximum number of bitmasks for pairwise comparison; more than this many cannot all share bits pairwise."""
+"""Maximum number of bitmasks to compare pairwise; with more, collision bits are always written."""
 
 _FIRST_NUMBER: Final = 1000
 """First value for the fourth collision integer; those of other articulations start at 0."""

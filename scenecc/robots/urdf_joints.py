@@ -75,7 +75,7 @@ def read_joint_element(element: SourceElement, findings: FileReport) -> JointEle
     if kind == "planar":
         findings.report(
             "SC464",
-            "planar joints are not supported, nor does SAPIEN support them",
+            "neither scenecc nor SAPIEN supports planar joints",
             element.at("type"),
             hint="use two prismatic joints and a revolute one, with light links between them",
         )
@@ -146,7 +146,7 @@ def _read_axis(row: JointElement, findings: FileReport) -> Vec3 | None:
 
 _NO_LIMITS = (-math.inf, math.inf)
 
-_LIMITS_REPAIR = "`repair: [limits]`, then a missing limit means no limit"
+_LIMITS_REPAIR = "`repair: [limits]` in the scene for no limit"
 
 
 def _read_limits(

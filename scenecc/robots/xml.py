@@ -381,10 +381,8 @@ def _parse_numbers(
 ) -> tuple[float, ...] | None:
     where = f"the `{attribute}` of <{element.tag}>"
     if len(words) != count:
-        wanted = "one number" if count == 1 else f"{count} numbers"
-        findings.report(
-            "SC456", f"{where} must be {wanted} separated by blanks, and has {len(words)}", element.at(attribute)
-        )
+        wanted = "one number" if count == 1 else f"{count} numbers separated by blanks"
+        findings.report("SC456", f"{where} must have {wanted}, and has {len(words)}", element.at(attribute))
         return None
     values: list[float] = []
     for word in words:

@@ -227,7 +227,7 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
     ),
     "planar": (
         links("ab") + joint("j", "planar", "a", "b"),
-        ["2:23 SC464 planar joints are not supported, nor does SAPIEN support them"],
+        ["2:23 SC464 neither scenecc nor SAPIEN supports planar joints"],
     ),
     "type": (links("ab") + joint("j", "hinge", "a", "b"), ["2:23 SC464 `hinge` is not a joint type"]),
     "no limit": (links("ab") + joint("j", "revolute", "a", "b"), ["2:1 SC465 the revolute joint `j` has no <limit>"]),
@@ -289,9 +289,9 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
             '<geometry>\n<box size="1,2,3"/></geometry></visual></link>'
         ),
         [
-            "1:53 SC456 the `xyz` of <origin> must be 3 numbers separated by blanks, and has 2",
+            "1:53 SC456 the `xyz` of <origin> must have 3 numbers separated by blanks, and has 2",
             "1:63 SC456 the `rpy` of <origin> contains `nan`, which is not a finite number",
-            "2:12 SC456 the `size` of <box> must be 3 numbers separated by blanks, and has 1",
+            "2:12 SC456 the `size` of <box> must have 3 numbers separated by blanks, and has 1",
         ],
     ),
     "no numbers": (
@@ -309,7 +309,7 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
         + '\n<link name="b"><visual><geometry><sphere radius="1"/></geometry>'
         + '<material name="m"><color rgba="1 0 0"/></material></visual></link>'
         + joint("j", "fixed", "a", "b"),
-        ["2:97 SC456 the `rgba` of <color> must be 4 numbers separated by blanks, and has 3"],
+        ["2:97 SC456 the `rgba` of <color> must have 4 numbers separated by blanks, and has 3"],
     ),
     "mass": (
         f'<link name="a"><inertial>\n<mass value="-1"/>{INERTIA}</inertial></link>',
