@@ -1,1 +1,1 @@
-"""Live scenes of SAPIEN and ManiSkill as scene files: what no getter gives back is recorded, all else is read."""
+"""Writes live scenes of SAPIEN and ManiSkill as scene files. Values without a getter come from a recording."""

@@ -1,4 +1,4 @@
-"""Articulations of live scenes: a robot by its URDF with what differs from it, everything else as a tree of links."""
+"""Reads articulations of live scenes: a robot as its URDF with differences, others as a tree of links."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _TREE_DEFAULTS: Final = {"friction": 0.05, "armature": 0.0}
 
 @dataclass(frozen=True)
 class JointState:
-    """What is read of a joint that moves."""
+    """Values of a joint that moves."""
 
     limits: list[float]
     numbers: Node
@@ -41,7 +41,7 @@ class JointState:
 
     @staticmethod
     def of(joint: Any) -> JointState:
-        """Reads a live joint of one degree of freedom."""
+        """Reads a live joint with one degree of freedom."""
         drive = {key: plain_value(getattr(joint, key)) for key in _DRIVE_KEYS}
         mode: Any = joint.drive_mode
         return JointState(
@@ -75,7 +75,7 @@ class ArticulationReader:
         self._physics = physics
 
     def entity(self, name: str, articulation: Any, *, alone: bool) -> Node:
-        """An articulation. `alone`: no other of the scene has links that ignore one another."""
+        """Returns an articulation. `alone`: no other articulation in the scene has ignore bits."""
         source = self._recording.robot_of(articulation.links[0]) if self._recording is not None else None
         if source is not None:
             node = self._robot(name, articulation, source, alone=alone)
@@ -99,7 +99,7 @@ class ArticulationReader:
         if reference is None or [self._names.rename(link.name) for link in articulation.links] != [
             link.name for link in reference[0].links
         ]:
-            self._bodies.problems.append(f"`{name}`: its file builds other links; it is written as a tree")
+            self._bodies.problems.append(f"`{name}`: its file builds different links; it is written as a link tree")
             return None
         self._names.keep([*(link.entity for link in articulation.links), *articulation.joints])
         node |= self._state(articulation, reference[0])
@@ -107,9 +107,9 @@ class ArticulationReader:
         return node | self._joint_differences(articulation, *reference)
 
     def _reference(self, node: Node) -> tuple[Any, Any] | None:
-        """The articulation that a file gives by itself, and the one that it gives with drives; kept for the scene."""
+        """Builds the articulation from its file, without and with drives, for comparison."""
         import scenecc  # noqa: PLC0415 - the facade is above this module's other users
-        from scenecc.decompiler.verify import untouched_engine  # noqa: PLC0415 - likewise
+        from scenecc.decompiler.verify import untouched_engine  # noqa: PLC0415 - as above
 
         entities = {"alone": node, "driven": {**node, "drives": {".*": {"stiffness": 0}}}}
         document = {"scenecc": 1, "physics": self._physics, "entities": entities}
@@ -163,7 +163,7 @@ class ArticulationReader:
         if any(not same_single(friction_of(a.physical_material), friction_of(b.physical_material)) for a, b in pairs):
             (numbers, *others) = {friction_of(a.physical_material) for a, _ in pairs}
             if others:
-                self._bodies.problems.append(f"`{name}/{other.name}`: shapes of different friction")
+                self._bodies.problems.append(f"`{name}/{other.name}`: shapes with different friction")
             keys["material"] = physical_material(numbers)
         for key in ("patch_radius", "min_patch_radius", "density"):
             if any(not is_equal(getattr(a, key), getattr(b, key)) for a, b in pairs):
@@ -204,7 +204,6 @@ class ArticulationReader:
         return keys | targets or {"stiffness": live.drive["stiffness"]}
 
     def _state(self, articulation: Any, reference: Any) -> Node:
-        """Pose, positions, velocities, and properties of the whole."""
         pose = pose_value(_root_pose(articulation, reference))
         node: Node = {} if pose is None else {"pose": pose}
         qpos, qvel = to_numbers(articulation.qpos), to_numbers(articulation.qvel)
@@ -296,7 +295,7 @@ class ArticulationReader:
 
 
 def _root_pose(articulation: Any, reference: Any) -> Any:
-    """The pose that an articulation was given, if it is of few digits: PhysX gives another back."""
+    """Returns the pose that was set on an articulation, if it has few digits, since PhysX returns a rounded one."""
     live = articulation.root_pose
     if reference is None:
         return live
@@ -311,18 +310,18 @@ def _root_pose(articulation: Any, reference: Any) -> Any:
 
 
 _USUAL_MAX_VELOCITY: Final = 100.0
-"""Of a joint of PhysX [m/s or rad/s]."""
+"""Default velocity limit of a PhysX joint [m/s or rad/s]."""
 
 _UNDRIVEN: Final = {row.field: row.untouched for row in properties_of("drive")} | {"mode": "force"}
 
 _LIMIT_TOLERANCE: Final = 1e-6
-"""How far beyond a limit a position of a file may be (`SC517`)."""
+"""Allowed distance of a position beyond a limit (`SC517`)."""
 
 
 def _as_given(given: Any, live: Any) -> Any:
-    """A joint's frame as its builder got it, which PhysX changes in the last bits, if that is known; else the live one.
+    """Returns a joint's frame as set in its builder, if known, since PhysX changes the last bits; else the live frame.
 
-    A scene file passes on a quaternion of nearly length 1 as it is.
+    A scene file passes a quaternion of almost unit length unchanged.
     """
     if given is None:
         return live
@@ -342,11 +341,11 @@ def _is_near(first: Any, second: Any) -> bool:
 
 
 def by_pattern(settings: Mapping[str, Node], names: Sequence[str]) -> Node:
-    """The keys of each name as pattern → keys; names that have a value in common share a pattern.
+    """Groups settings as pattern → keys; names with the same value share a pattern.
 
     Args:
-        settings: name → keys, of those that have any.
-        names: all that a pattern could match.
+        settings: name → keys, for names with any.
+        names: all names that a pattern could match.
     """
     holders: dict[tuple[str, ...], Node] = {}
     values: dict[str, list[tuple[Any, list[str]]]] = {}
@@ -366,7 +365,7 @@ def by_pattern(settings: Mapping[str, Node], names: Sequence[str]) -> Node:
 
 
 def pattern_of(members: Sequence[str], names: Sequence[str]) -> str:
-    """A regular expression that matches these names and none of the others."""
+    """Returns a regular expression that matches these names and no others."""
     if set(members) == set(names) and len(members) > 1:
         return ".*"
     start = _whole_words(_common_start(list(members)), members)
@@ -389,11 +388,11 @@ def _common_start(texts: list[str]) -> str:
 
 
 def _whole_words(start: str, names: Sequence[str]) -> str:
-    """A start that names have in common, without the letters of a word that goes on differently."""
+    """Shortens a common prefix to whole words."""
     while start and start[-1].isalpha() and any(name[len(start) : len(start) + 1].isalpha() for name in names):
         start = start[:-1]
     return start
 
 
 _WORTH_FACTORING = 4
-"""Characters that several names have in common before these are written once."""
+"""Minimum length of common parts that are worth factoring out."""

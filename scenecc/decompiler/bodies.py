@@ -1,4 +1,4 @@
-"""Bodies of live scenes as mappings of the language: shapes, materials, masses, and what else is not SAPIEN's own."""
+"""Reads bodies of live scenes: shapes, materials, masses, and other values that differ from SAPIEN's defaults."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _KINDS: Final = {
     for geometry, shape in table.items()
     if geometry in (Box, Sphere, Capsule, Cylinder)
 }
-"""SAPIEN's classes of primitives, colliding and seen, to the language's types and their sizes."""
+"""SAPIEN's collision and render classes of primitives → types and size keys of a scene file."""
 
 _LYING: Final = frozenset(engine for engine, (type_, _) in _KINDS.items() if type_ in ("capsule", "cylinder"))
 
@@ -57,10 +57,11 @@ _BODY_KEYS: Final = {row.field: row.key for row in properties_of("body")}
 
 @dataclass(frozen=True)
 class SceneDefaults:
-    """What shapes and bodies of a scene have where a scene file says nothing: its section `physics`.
+    """Default values of a scene's shapes and bodies, from its section `physics`.
 
     Attributes:
-        friction: static, dynamic, restitution. shape, body: properties by SAPIEN's names.
+        friction: static friction, dynamic friction, restitution.
+        shape, body: properties by SAPIEN's names.
     """
 
     friction: tuple[float, ...] = (0.3, 0.3, 0.1)
@@ -70,7 +71,7 @@ class SceneDefaults:
 
 @cache
 def untouched() -> dict[str, Node]:
-    """What SAPIEN's own objects hold that nothing has touched, by what they are: "shape", "body", "link", "look"."""
+    """Returns the values of newly created SAPIEN objects, by "shape", "body", "link", "look"."""
     shape = physx.PhysxShapeConfig()
     body = physx.PhysxBodyConfig()
     fresh = physx.PhysxRigidDynamicComponent()
@@ -94,14 +95,14 @@ def untouched() -> dict[str, Node]:
 
 
 def plain_value(value: Any) -> Any:
-    """A value of the engine as data of a document."""
+    """Converts an engine value to plain data."""
     if isinstance(value, bool | int | str):
         return value
     return to_numbers(value) if hasattr(value, "__len__") else to_number(value)
 
 
 def is_equal(first: Any, second: Any) -> bool:
-    """Whether two values of the engine are the same."""
+    """Whether two engine values are the same."""
     return plain_value(first) == plain_value(second)
 
 
@@ -111,12 +112,12 @@ _LOOK_FIELDS = tuple(field.name for field in fields(VisualMaterial) if not field
 
 
 def friction_of(material: Any) -> tuple[float, ...]:
-    """The numbers of a `PhysxMaterial`."""
+    """Returns the numbers of a `PhysxMaterial`."""
     return tuple(getattr(material, name) for name in _FRICTION_FIELDS)
 
 
 def physical_material(friction: Iterable[float]) -> Node:
-    """A material of the numbers that `friction_of` gives."""
+    """Returns a material with the numbers of `friction_of`."""
     return {"physical": dict(zip(_FRICTION_FIELDS, to_numbers(friction), strict=True))}
 
 
@@ -124,7 +125,7 @@ class LiveBodyReader:
     """Reads bodies of live scenes.
 
     Attributes:
-        problems: what cannot be said in a scene file, one sentence each.
+        problems: content that a scene file cannot represent, one sentence each.
     """
 
     def __init__(self, recording: Recording | None, files: FileNamer, defaults: SceneDefaults) -> None:
@@ -135,7 +136,7 @@ class LiveBodyReader:
         self._batches: list[Any] = []
 
     def body(self, name: str, component: Any, look: Any) -> Node:
-        """A body by its physical component and what is seen of it; either may be None."""
+        """Returns a body from its physical and its render component; either may be None."""
         node: Node = {}
         kind = body_type(component)
         if kind != "dynamic":
@@ -148,17 +149,17 @@ class LiveBodyReader:
         return node
 
     def link_properties(self, component: Any) -> Node:
-        """What differs of a link from one that nothing has touched."""
+        """Returns the properties of a link that differ from a new link's."""
         return self._motion(component, untouched()["link"], {name: _BODY_KEYS[name] for name in LINK_FIELDS})
 
     def link_default(self, key: str) -> Any:
-        """What a link that nothing has touched has of a key."""
+        """Returns a new link's value of a key."""
         (name,) = (name for name, other in _BODY_KEYS.items() if other == key)
         value = untouched()["link"][name]
         return not value if name == "disable_gravity" else plain_value(value)
 
     def articulation_properties(self, articulation: Any, names: Iterable[str]) -> Node:
-        """What differs of an articulation from one that nothing has touched."""
+        """Returns the properties of an articulation that differ from a new one's."""
         fresh = untouched()["body"] | self._defaults.body
         return {
             name: plain_value(getattr(articulation, name))
@@ -167,12 +168,12 @@ class LiveBodyReader:
         }
 
     def keep_alive(self, batch: Any) -> None:
-        """Keeps a batch until this reader goes: what was read of it are objects of the engine."""
+        """Keeps a batch alive as long as this reader, since values read from it are engine objects."""
         self._batches.append(batch)
 
     @staticmethod
     def look_of(entity: Any) -> Any:
-        """The render body of an entity; None: it has none."""
+        """Returns an entity's render body; None if it has none."""
         return next((each for each in entity.components if isinstance(each, render.RenderBodyComponent)), None)
 
     def _motion(self, component: Any, fresh: Node, keys: dict[str, str]) -> Node:
@@ -191,7 +192,7 @@ class LiveBodyReader:
         return found
 
     def shapes(self, name: str, component: Any, look: Any) -> Node:
-        """`shapes`, `collisions` and `visuals`, and what all of these have in common."""
+        """Returns `shapes`, `collisions` and `visuals`, and the keys that they share."""
         collisions = self._collisions(name, component) if component is not None else []
         visuals = [self._visual(name, shape) for shape in look.render_shapes] if look is not None else []
         both: list[Node] = []
@@ -299,10 +300,10 @@ class LiveBodyReader:
             )
         tiled = _tiled_plane(shape)
         if tiled is None:
-            self.problems.append(f"`{name}`: a visible mesh that no file has")
+            self.problems.append(f"`{name}`: a visual mesh without a file")
             tiled = {"type": "tiled_plane", "half_size": [1.0, 1.0], "texture_repeat": [1.0, 1.0]}
         if "pose" in tiled and "pose" in node:
-            self.problems.append(f"`{name}`: a flat mesh away from its origin, which is turned")
+            self.problems.append(f"`{name}`: a rotated flat mesh away from its origin")
         return {**tiled, **node}
 
     def _look(self, shape: Any, node: Node) -> Node:
@@ -324,7 +325,7 @@ class LiveBodyReader:
 
 
 def body_type(component: Any) -> str:
-    """The language's type of a body, by its physical component or None."""
+    """Returns the body type for a scene file. `component`: physical component or None."""
     if component is None:
         return "none"
     if isinstance(component, physx.PhysxRigidStaticComponent):
@@ -333,14 +334,14 @@ def body_type(component: Any) -> str:
 
 
 def inertial(component: Any) -> Node:
-    """The mass properties of a component."""
+    """Returns the mass properties of a component."""
     com = pose_value(component.cmass_local_pose)
     node = {"mass": to_number(component.mass), "inertia": to_numbers(component.inertia)}
     return node if com is None else {**node, "com": com}
 
 
 def kept_by_shape(given: Iterable[float], found: Iterable[float]) -> bool:
-    """Whether a colliding shape that is given a quaternion holds the other one: PhysX normalises it."""
+    """Whether a collision shape given one quaternion stores the other, since PhysX normalizes it."""
     shape = _any_shape()
     shape.set_local_pose(sapien.Pose(q=list(given)))
     return same_single(shape.local_pose.q, found)
@@ -352,7 +353,7 @@ def _any_shape() -> Any:
 
 
 def _turned_pose(pose: Any, same: Same, *, lying: bool) -> Node:
-    """`pose` and, of what lies along an axis, `axis`."""
+    """Returns `pose`, and `axis` for solids along an axis."""
     if lying:
         for axis, turn in _AXES.items():
             if same(turn, to_numbers(pose.q)):
@@ -371,7 +372,7 @@ def _plane_pose(pose: Any, same: Same) -> Node:
 
 
 def _tiled_plane(shape: Any) -> Node | None:
-    """A flat grid that faces its own +z, as the language's `tiled_plane`; None: the mesh is something else."""
+    """Returns a flat grid that faces +z as a `tiled_plane`; None for other meshes."""
     (part, *others) = shape.parts
     found = flat_grid(part.vertices, part.get_vertex_uv())
     if others or found is None or not same_single(shape.scale, (1, 1, 1)):
@@ -387,8 +388,8 @@ def _tiled_plane(shape: Any) -> Node | None:
 
 
 def flat_grid(vertices: Any, uvs: Any) -> tuple[Any, Any, Any, Any] | None:
-    """Corners (2,), (2,) and their texture coordinates (2,), (2,) of a rectangle in a plane of z, over which the
-    texture coordinates change evenly; None: the vertices (N, 3) are no such rectangle.
+    """Returns corners (2,), (2,) and their texture coordinates (2,), (2,) if vertices (N, 3) form an evenly textured
+    rectangle in a z plane, else None.
     """
     if len(vertices) < 4 or len(uvs) != len(vertices) or np.ptp(vertices[:, 2]) > 0:
         return None
@@ -401,7 +402,7 @@ def flat_grid(vertices: Any, uvs: Any) -> tuple[Any, Any, Any, Any] | None:
 
 
 def visual_material(material: Any, files: FileNamer) -> Node:
-    """What differs of a `RenderMaterial` from one that nothing has touched."""
+    """Returns the values of a `RenderMaterial` that differ from a new one's."""
     fresh = _fresh_material()
     found: Node = {}
     for name in _LOOK_FIELDS:
@@ -431,9 +432,9 @@ def _fresh_material() -> Node:
 
 @lru_cache(maxsize=256)
 def _looks_of_file(filename: str, files: FileNamer) -> list[Node]:
-    """The materials that the file of a mesh has, part by part.
+    """Returns the materials of a mesh file's parts.
 
-    The cache is of one `decompile`, which makes one `FileNamer`: paths of textures depend on its base.
+    The cache serves one `decompile`, which creates one `Files`: texture paths depend on its base.
     """
     mesh = render.RenderShapeTriangleMesh(filename, [1, 1, 1], None)
     return [visual_material(part.material, files) for part in mesh.parts]
@@ -445,7 +446,7 @@ _PLACE: Final = frozenset(("pose", "axis", "normal", "offset"))
 
 
 def _same_place(first: Any, second: Any) -> bool:
-    """Whether two poses differ by what nobody sees: PhysX normalises the rotations of what collides."""
+    """Whether two poses are visually the same, since PhysX normalizes the rotations of collision shapes."""
     turns = [np.asarray(pose.q, np.float64) / np.linalg.norm(pose.q) for pose in (first, second)]
     return bool(np.abs(first.p - second.p).max() <= _NEAR and abs(turns[0] @ turns[1]) >= 1 - _NEAR)
 
@@ -456,7 +457,7 @@ _LIKE: Final = {"convex_mesh": "mesh", "convex_parts": "mesh", "triangle_mesh": 
 
 
 def merge_shapes(collision: Node, visual: Node) -> Node | None:
-    """One shape that collides and is seen, of one of each; None where they differ in form."""
+    """Merges a collision shape and a visual shape into one; None if their geometry differs."""
     if _LIKE.get(collision["type"], collision["type"]) != visual["type"]:
         return None
     plane = collision["type"] == "plane"
@@ -476,7 +477,7 @@ _LISTS: Final = {
 
 
 def common_keys(node: Node, *, colored: bool) -> Node:
-    """Puts what all shapes of a body have in common beside them. `colored`: False for a link, which has no `color`."""
+    """Moves values that all shapes of a body share to the body. `colored`: False for a link, which has no `color`."""
     for key, lists in _LISTS.items():
         if key == "color" and not colored:
             continue

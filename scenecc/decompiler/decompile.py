@@ -1,4 +1,4 @@
-"""`scenecc.decompile`: live scenes as a scene file, built again and compared."""
+"""`scenecc.decompile`: writes live scenes as a scene file, rebuilds it and compares."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Decompiled:
-    """A scene file that was made of live scenes.
+    """A scene file made from live scenes.
 
     Attributes:
-        document: the scene file as plain data: what `load_scene` takes as a dict.
-        text: the same as YAML.
-        problems: what of the live scenes a scene file cannot say, or nobody recorded; one sentence each.
-        differences: what is not equal in the scenes that the file builds, one line each; None: nobody compared.
+        document: the scene file as plain data, as `load_scene` takes it.
+        text: the scene file as YAML.
+        problems: content that a scene file cannot represent or that was not recorded; one sentence each.
+        differences: differences of the rebuilt scenes, one line each; None: not compared.
     """
 
     document: dict[str, Any]
@@ -33,13 +33,13 @@ class Decompiled:
 
     @property
     def is_equal(self) -> bool:
-        """Whether the file was built and gave scenes that are equal to the live ones, to the bit."""
+        """Whether the file was rebuilt and gave bit-identical scenes."""
         return self.differences == ()
 
 
 @dataclass(frozen=True)
 class _Source:
-    """Live scenes, and what their names are without what a simulator puts before them."""
+    """Live scenes, and how to remove a simulator's prefixes from names."""
 
     scenes: list[Any]
     rename: Callable[[int, str], str]
@@ -56,28 +56,28 @@ def decompile(
     description: str | None = None,
     check: bool = True,
 ) -> Decompiled:
-    """Writes live scenes as a scene file, and builds it to compare.
+    """Writes live scenes as a scene file, and rebuilds it to compare.
 
-    Decompile right after a build or a reset: what the engine keeps of contacts once it has stepped cannot be read.
+    Decompile right after a build or a reset: after a step, the engine's contact state cannot be read.
 
     Args:
-        source: a `sapien.Scene`, an environment or a scene of ManiSkill, or a list of these, which are parallel scenes
-            of one file. They are scenes of PhysX on the CPU.
-        recording: what `scenecc.record()` noted while the scenes were built. Without it, collision meshes, robots'
-            files, fixed tendons and environment maps are unknown.
-        base: folder of the file that will be written; paths of files are relative to it, or `pkg://`.
-        name: of the scene file.
-        description: of the scene file.
-        check: whether to build the file, once, and to compare; it takes as long as the build.
+        source: a `sapien.Scene`, a ManiSkill environment or scene, or a list of these, which become parallel scenes of
+            one file. Only PhysX on the CPU.
+        recording: from `scenecc.record()` while the scenes were built. Without it, collision meshes, robot files, fixed
+            tendons and environment maps are unknown.
+        base: folder of the scene file; asset paths are relative to it, or `pkg://`.
+        name: name of the scene file.
+        description: description of the scene file.
+        check: whether to rebuild the file once and compare; takes as long as the build.
 
     Raises:
-        TypeError: `source` is none of these, or is simulated on the GPU.
-        UnlikeScenes: the scenes differ in what all scenes of a file have in common.
+        TypeError: `source` has another type, or is simulated on the GPU.
+        UnlikeScenes: the scenes differ in what all scenes of a file must share.
     """
     from scenecc.decompiler.live import LiveSceneReader, has_render_system  # noqa: PLC0415 - loads the engine
-    from scenecc.decompiler.prefabs import use_lights, use_prefabs  # noqa: PLC0415 - likewise
-    from scenecc.decompiler.reading import read_scene  # noqa: PLC0415 - likewise
-    from scenecc.decompiler.values import FileNamer  # noqa: PLC0415 - likewise
+    from scenecc.decompiler.prefabs import use_lights, use_prefabs  # noqa: PLC0415 - as above
+    from scenecc.decompiler.reading import read_scene  # noqa: PLC0415 - as above
+    from scenecc.decompiler.values import FileNamer  # noqa: PLC0415 - as above
     from scenecc.scene_file.layout import scene_text  # noqa: PLC0415
     from scenecc.scene_file.parallel import merge_scenes  # noqa: PLC0415
     from scenecc.scene_file.simplify import simplify  # noqa: PLC0415
@@ -94,7 +94,7 @@ def decompile(
         problems.update(dict.fromkeys(reader.problems))
     render = has_render_system(live.scenes[0])
     merged = merge_scenes(documents)
-    if render or live.maniskill:  # what ManiSkill builds is seen as prefabs show it
+    if render or live.maniskill:  # ManiSkill's own bodies look as in the prefabs
         merged = use_lights(use_prefabs(merged, facts[0], render=render))
     head = {"scenecc": 1} | ({"name": name} if name else {}) | ({"description": description} if description else {})
     document = {**head, **simplify(merged)}
@@ -120,9 +120,9 @@ def _live_scenes(source: Any) -> _Source:
     maniskill = bool(owners) and all(owner is not None for owner in owners)
     scenes = [scene for owner in owners for scene in owner.sub_scenes] if maniskill else sources
     if not scenes or not all(hasattr(each, "physx_system") and hasattr(each, "entities") for each in scenes):
-        raise TypeError("decompile takes a sapien.Scene, an environment or a scene of ManiSkill, or a list of these")
+        raise TypeError("decompile takes a sapien.Scene, a ManiSkill environment or scene, or a list of these")
     if any(type(scene.physx_system).__name__ == "PhysxGpuSystem" for scene in scenes):
-        raise TypeError('decompile reads scenes of the CPU: build it with `sim_backend="cpu"`, or a PhysxCpuSystem')
+        raise TypeError('decompile reads CPU scenes only: build it with `sim_backend="cpu"`, or a PhysxCpuSystem')
     if not maniskill:
         return _Source(scenes, lambda _, name: name)
     hidden = {actor.name for each in sources for actor in getattr(_environment(each), "_hidden_objects", ())}
@@ -134,14 +134,14 @@ def _environment(source: Any) -> Any:
 
 
 def _maniskill_scene(source: Any) -> Any:
-    """The scene of an environment of ManiSkill, or the source if it is one; None of anything else."""
+    """Returns the scene of a ManiSkill environment, or the source if it is a scene; None for anything else."""
     environment = _environment(source)
     owner = None if hasattr(environment, "physx_system") else getattr(environment, "scene", None)
     return next((each for each in (owner, environment) if hasattr(each, "sub_scenes")), None)
 
 
 def _maniskill_names(scenes: list[Any]) -> Callable[[int, str], str]:
-    """ManiSkill's names without the scene's index, and links' and joints' without their robot's name."""
+    """Returns a function that removes the scene's index, and the robot's name from links and joints."""
     from scenecc.decompiler.reading import articulations  # noqa: PLC0415 - loads the engine
 
     prefixes = [_link_prefixes(articulation.name for articulation in articulations(scene)) for scene in scenes]
@@ -156,5 +156,5 @@ def _maniskill_names(scenes: list[Any]) -> Callable[[int, str], str]:
 
 
 def _link_prefixes(articulations: Iterable[str]) -> list[str]:
-    """`scene-0-panda_` for `scene-0_panda`; the longest first, since one robot's name may begin another's."""
+    """Returns prefixes like `scene-0-panda_` for `scene-0_panda`; longest first, as one name may begin another."""
     return sorted((f"{name.replace('_', '-', 1)}_" for name in articulations), key=len, reverse=True)

@@ -1,4 +1,4 @@
-"""A live scene as a scene document: a walk over its entities, in the order in which they were built."""
+"""Reads a live scene as a scene document, entity by entity in build order."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class LiveSceneReader:
     """Reads one live scene.
 
     Attributes:
-        problems: what cannot be said in a scene file, one sentence each.
-        names: the names in the document, by the scene's objects.
+        problems: content that a scene file cannot represent, one sentence each.
+        names: names of the scene's objects in the document.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class LiveSceneReader:
         self._many_robots = False
 
     def document(self, scene: Any) -> Node:
-        """A `sapien.Scene` as a document of one scene."""
+        """Returns a `sapien.Scene` as a document with one scene."""
         components = [component for entity in scene.entities for component in entity.components]
         defaults = self._defaults([c for c in components if isinstance(c, physx.PhysxRigidBaseComponent)])
         bodies = LiveBodyReader(self._recording, self._files, defaults)
@@ -80,7 +80,7 @@ class LiveSceneReader:
         return document
 
     def _defaults(self, bodies: list[Any]) -> SceneDefaults:
-        """What most shapes and bodies have, which then is said once."""
+        """Returns the most common values, which the document states once."""
         shapes = [shape for body in bodies for shape in body.collision_shapes]
         fresh = untouched()
         friction = _most_common([friction_of(shape.physical_material) for shape in shapes], SceneDefaults.friction)
@@ -137,7 +137,6 @@ class LiveSceneReader:
         return found
 
     def _read_lights_and_cameras(self, components: list[Any]) -> Node:
-        """Lights and cameras."""
         found: dict[str, Node] = {"lights": {}, "cameras": {}}
         for component in components:
             kind = type(component).__name__
@@ -151,19 +150,18 @@ class LiveSceneReader:
         return {section: nodes for section, nodes in found.items() if nodes}
 
     def _mount(self, entity: Any) -> str | None:
-        found = self._mounts.get(id(entity))  # the entities are kept, so that no other has the identity of one
+        found = self._mounts.get(id(entity))  # the entities are kept alive, so that ids stay unique
         return None if found is None else found[1]
 
     def _name(self, given: str, otherwise: str) -> str:
-        """A name of the language that nothing else has."""
         plain = language_name(self.names.rename(given)) or otherwise
         if plain != (self.names.rename(given) or otherwise):
-            self.problems.append(f"the name {given!r}; a name in a scene file has other characters: `{plain}`")
+            self.problems.append(f"the name {given!r} is not valid in a scene file: it becomes `{plain}`")
         return self._taken.new(plain)
 
 
 def _find_named_object(entity: Any) -> tuple[Any, str] | None:
-    """The object that is named after an entity, and its name if it has none; None: nothing is."""
+    """Returns the object named after an entity, and a default name; None if there is no such object."""
     bodies: list[Any] = [each for each in entity.components if isinstance(each, physx.PhysxRigidBaseComponent)]
     component: Any = bodies[0] if bodies else None
     if isinstance(component, physx.PhysxArticulationLinkComponent):
@@ -173,14 +171,13 @@ def _find_named_object(entity: Any) -> tuple[Any, str] | None:
 
 
 def _ignoring_articulations(components: list[Any]) -> int:
-    """How many articulations have links that ignore one another."""
     links = [each for each in components if isinstance(each, physx.PhysxArticulationLinkComponent)]
     ignoring = [link for link in links if any(shape.get_collision_groups()[2] for shape in link.collision_shapes)]
     return len({link.articulation.name for link in ignoring})
 
 
 def has_render_system(scene: Any) -> bool:
-    """Whether a scene has what is seen."""
+    """Whether a scene has a render system."""
     return _render_system(scene) is not None
 
 
@@ -223,16 +220,16 @@ _DRIVES: Final = (*_AXES, "swing", "slerp")
 def read_constraint(
     component: Any, parent: str, child: str, recording: Recording | None, name: str, problems: list[str]
 ) -> Node | None:
-    """A component that connects two bodies; `parent`, `child`: ENTITY or ENTITY/LINK, or "world".
+    """Returns a component that connects two bodies. `parent`, `child`: ENTITY or ENTITY/LINK, or "world".
 
-    None: a drive without limits and drives, which does nothing.
+    None: a drive without limits and drives, which has no effect.
     """
     node: Node = {}
     if isinstance(component, physx.PhysxDriveComponent):
         node |= _drive(component, recording)
         if not node.keys() & {"limits", "drive"}:
             unknown = "; build the scene in `scenecc.record()` if it locks axes" if recording is None else ""
-            problems.append(f"the drive `{name}` between `{parent}` and `{child}`, which does nothing{unknown}")
+            problems.append(f"the drive `{name}` between `{parent}` and `{child}`, which has no effect{unknown}")
             return None
     elif isinstance(component, physx.PhysxGearComponent):
         node |= {"type": "gear", "ratio": to_number(component.gear_ratio)}
@@ -240,7 +237,7 @@ def read_constraint(
     else:
         limit = recording.call_of(component, "set_limit") if recording is not None else None
         if limit is None:
-            problems.append(f"the limits of the distance `{name}`; build the scene in `scenecc.record()`")
+            problems.append(f"the limits of the distance joint `{name}`; build the scene in `scenecc.record()`")
             limit = (0.0, 0.0)
         low, high, stiffness, damping = (*to_numbers(limit), 0.0, 0.0)[:4]
         node |= {"type": "distance", "limits": [low, high]}
@@ -286,7 +283,6 @@ def _drive(component: Any, recording: Recording | None) -> Node:
 
 @cache
 def _fresh_limits() -> dict[str, Any]:
-    """What a drive that nobody limits has."""
     fresh = physx.PhysxDriveComponent(physx.PhysxRigidDynamicComponent())
     return {axis: getattr(fresh, f"get_limit_{axis}")() for axis in _AXES}
 

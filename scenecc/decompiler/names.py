@@ -1,4 +1,4 @@
-"""The names that objects of a live scene have in its scene file: valid, and each once."""
+"""Assigns valid, unique names to objects of a live scene."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ if TYPE_CHECKING:
 
 
 class SceneNames:
-    """Names of entities, articulations, links and joints of one scene, by the objects.
+    """Names of entities, articulations, links and joints of one scene.
 
     Attributes:
-        rename: gives a name without what a simulator puts before it.
-        problems: names that are replaced, one sentence for all objects of a name.
+        rename: removes a simulator's prefix from a name.
+        problems: replaced names, one sentence per original name.
     """
 
     def __init__(self, rename: Callable[[str], str]) -> None:
         self.rename = rename
         self.problems: list[str] = []
-        # The objects are kept, so that no other has the identity of one.
+        # The objects are kept alive, so that ids stay unique.
         self._names: dict[int, tuple[Any, str]] = {}
 
     def of(self, thing: Any) -> str:
-        """The name of an object in the file; the object's own, made valid, where it was given none."""
+        """Returns the assigned name of an object; else its own, made valid."""
         found = self._names.get(id(thing))
         return language_name(self.rename(thing.name)) if found is None else found[1]
 
     def keep(self, things: Sequence[Any]) -> None:
-        """Gives objects their own names: a robot's file has them, whatever characters they are of."""
+        """Keeps the objects' own names, which come from a robot's file and may have any characters."""
         for thing in things:
             self._names[id(thing)] = (thing, self.rename(thing.name))
 
     def replace(
         self, kind: str, things: Sequence[Any], otherwise: Sequence[str], within: UniqueNames, *, of: str = ""
     ) -> None:
-        """Gives objects valid names, each once. Objects of one name are numbered from 0, as `repeat` numbers them.
+        """Assigns valid, unique names. Objects with the same name are numbered from 0, as `repeat` does.
 
         Args:
-            kind: what the objects are: "entity", "link" or "joint".
+            kind: "entity", "link" or "joint".
             things: the objects.
-            otherwise: the names of those that have none.
-            within: names that are taken; the new ones are added.
+            otherwise: names for objects without one.
+            within: names in use; new ones are added.
             of: the articulation of links and joints.
         """
         given = [self.rename(thing.name) for thing in things]
@@ -69,7 +69,7 @@ class SceneNames:
 
 
 _SHOWN: Final = 3
-"""New names in one sentence."""
+"""Maximum number of new names in one sentence."""
 
 _PLURALS: Final = {"entity": "entities", "link": "links", "joint": "joints"}
 
@@ -80,4 +80,4 @@ def _sentence(kind: str, given: str, names: Sequence[str], of: str) -> str:
     more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
     shown = ", ".join(f"`{name}`" for name in names[:_SHOWN]) + more
     what = f"the name {given!r} of {what}" if given else f"{what} without a name"
-    return f"{what}; {'they are' if len(names) > 1 else 'it is'} called {shown}"
+    return f"{what}; {'they are' if len(names) > 1 else 'it is'} named {shown}"

@@ -1,4 +1,4 @@
-"""Bodies that a prefab of scenecc builds, to the bit, as instances of it."""
+"""Replaces bodies by instances of scenecc's prefabs that build them bit-identically."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 def use_prefabs(document: Node, live: LiveObject, *, render: bool) -> Node:
-    """The document with instances of prefabs in place of the bodies that these build.
+    """Replaces bodies by instances of prefabs that build the same bodies.
 
     Args:
         document: a scene document; it is not changed.
-        live: the first of its scenes as it was read, with the document's names.
-        render: whether visuals were read. Without, an instance also brings those of the prefab.
+        live: its first scene as read, with the document's names.
+        render: whether visuals were read. If not, an instance adds the prefab's visuals.
     """
     entities: Node = document.get("entities", {})
     bodies = {part.name: part for part in (_physical(each) for each in live.of_kind("entity"))}
@@ -34,7 +34,7 @@ def use_prefabs(document: Node, live: LiveObject, *, render: bool) -> Node:
             continue
         use, parameters = given
         node = {"use": use, "prefix": "", **({"with": parameters} if parameters else {})}
-        # Boxes have the same body as ManiSkill's mesh, whose texture takes seconds to check.
+        # Boxes have the same body as ManiSkill's mesh, but no texture, which takes seconds to check.
         quick = {**node, "with": {**parameters, "visual": "boxes"}} if use == _TABLE else node
         if _built(quick, document) == {name: bodies[name] for name in names}:
             places = {name: {instance: node} if name == names[0] else {} for name in names}
@@ -45,7 +45,7 @@ def use_prefabs(document: Node, live: LiveObject, *, render: bool) -> Node:
 
 
 def use_lights(document: Node) -> Node:
-    """The document with the file of ManiSkill's lights included in place of lights that are the same."""
+    """Replaces lights that equal ManiSkill's by an include of ManiSkill's lights."""
     shipped = read_file(PREFAB_FOLDER / _LIGHTS, Sink())
     assert shipped is not None
     shown = {"environment": shipped.data["environment"], "lights": list(shipped.data["lights"].values())}
@@ -61,7 +61,7 @@ _LIGHTS: Final = "parts/maniskill_lights.yaml"
 
 
 def _single(value: Any) -> Any:
-    """The same data with numbers in single precision."""
+    """Converts the numbers of plain data to single precision."""
     if is_list_node(value):
         return [_single(item) for item in value]
     if is_mapping_node(value):
@@ -70,7 +70,6 @@ def _single(value: Any) -> Any:
 
 
 def _physical(facts: LiveObject) -> LiveObject:
-    """An entity without what is seen of it."""
     return tidy(replace(facts, parts=tuple(part for part in facts.parts if part.kind.startswith("Physx"))))
 
 
@@ -89,7 +88,7 @@ _Candidate = tuple[str, list[str], tuple[str, "Node"]]
 
 
 def _candidates(entities: Node, *, render: bool) -> list[_Candidate]:
-    """Instances that may build what some entities are: their names, those of the entities, prefabs and parameters."""
+    """Returns instances that may replace entities: instance name, entity names, prefab and parameters."""
     ground: Any = entities.get("ground")
     if not is_mapping_node(ground) or "collisions" not in ground:
         return []
@@ -110,7 +109,7 @@ def _candidates(entities: Node, *, render: bool) -> list[_Candidate]:
 
 
 def _floor(ground: Node, *, render: bool) -> Node | None:
-    """The parameters of a ground that is seen as tiles; None: it looks otherwise."""
+    """Returns the parameters of a tiled ground; None if the ground looks different."""
     if not render:
         return {}
     if [item.get("type") for item in ground.get("visuals", [])] != ["tiled_plane"]:
@@ -130,11 +129,11 @@ def _floor(ground: Node, *, render: bool) -> Node | None:
 
 
 _MIPMAPS, _USUAL_WIDTH, _USUAL_SQUARE, _NEAR = 4, 100.0, 4.0, 1e-4
-"""Of `scenecc:ground`."""
+"""Constants of `scenecc:ground`."""
 
 
 def _built(node: Node, document: Node) -> dict[str, LiveObject]:
-    """The bodies that an instance builds under the document's settings, by their names."""
+    """Builds an instance with the document's settings; returns its bodies by name."""
     import scenecc  # noqa: PLC0415 - the facade is above this module's other users
 
     alone = {"scenecc": 1, "physics": document.get("physics", {}), "entities": {"instance": node}}

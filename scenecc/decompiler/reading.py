@@ -1,7 +1,7 @@
-"""Reads all that SAPIEN tells of a live scene.
+"""Reads all values of a live scene that SAPIEN has getters for.
 
-What it does not tell, and what therefore only a trajectory shows: fixed tendons (mimic joints), the mass and inertia
-scales of a drive, limits of a distance joint, how long a body stays awake.
+SAPIEN has none for fixed tendons (mimic joints), the mass and inertia scales of a drive, limits of a distance joint,
+and the time until a body sleeps. These only show in trajectories.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from scenecc.plan.scene import SCENE_CONFIG_FIELDS
 
 @dataclass(frozen=True)
 class Numbers:
-    """One number or an array of numbers, to the bit.
+    """One number or an array of numbers, with exact bits.
 
-    -0.0 was made 0.0 when it was read: the two are one number, and whether a zero has a sign is an accident of how
-    a pose was composed. A NaN equals a NaN of the same bits.
+    -0.0 is read as 0.0, since the sign of zero is an accident of how a pose was composed. NaNs with the same bits are
+    equal.
 
     Attributes:
-        dtype: numpy's name of the type (`<f4`).
-        shape: of the array; `()` for a number.
+        dtype: NumPy type string (`<f4`).
+        shape: array shape; `()` for a number.
         data: the array's bytes in C order.
     """
 
@@ -34,11 +34,11 @@ class Numbers:
     data: bytes
 
     def array(self) -> np.ndarray:
-        """The numbers again; not writable."""
+        """Returns the numbers as a read-only array."""
         return np.frombuffer(self.data, dtype=self.dtype).reshape(self.shape)
 
     def __str__(self) -> str:
-        # repr of a float32 has as many digits as tell it from its neighbours.
+        # repr of a float32 has just enough digits to be unique.
         values = self.array()
         if values.size > 16:
             return f"{'×'.join(map(str, self.shape))} numbers"
@@ -50,13 +50,13 @@ Plain: TypeAlias = "Numbers | str | bool | int | tuple[Plain, ...] | None"
 
 @dataclass(frozen=True)
 class LiveObject:
-    """An object and what it consists of.
+    """An object and its parts.
 
     Attributes:
-        kind: the engine's class (`PhysxCollisionShapeBox`), or what the node stands for (`scene`, `articulation`).
-        name: the object's own name, "" if it has none.
-        values: its properties by the engine's names, in the order of the tables.
-        parts: the objects in it, in the engine's order.
+        kind: the engine's class (`PhysxCollisionShapeBox`), or `scene`, `articulation` and so on.
+        name: the object's name, "" if it has none.
+        values: properties by the engine's names, in table order.
+        parts: contained objects, in the engine's order.
     """
 
     kind: str
@@ -65,7 +65,7 @@ class LiveObject:
     parts: tuple[LiveObject, ...] = ()
 
     def value(self, name: str) -> Plain:
-        """The property of a name.
+        """Returns a property.
 
         Raises:
             KeyError: there is none.
@@ -73,16 +73,16 @@ class LiveObject:
         return dict(self.values)[name]
 
     def of_kind(self, kind: str) -> list[LiveObject]:
-        """The objects of a kind in the tree, this one among them, depth first."""
+        """Returns the objects of a kind in the tree, including this one, depth first."""
         found = [self] if self.kind == kind else []
         return found + [inner for part in self.parts for inner in part.of_kind(kind)]
 
 
 def comparable_value(value: Any) -> Plain:
-    """A value of the engine as comparable data.
+    """Converts an engine value to comparable data.
 
     Raises:
-        TypeError: it is of a type that no table should name.
+        TypeError: unsupported type.
     """
     if value is None or isinstance(value, (str, bool, int)):
         return value
@@ -95,11 +95,11 @@ def comparable_value(value: Any) -> Plain:
         return Numbers(array.dtype.str, array.shape, array.tobytes())
     if isinstance(value, (list, tuple)):
         return tuple(comparable_value(item) for item in cast("list[Any]", value))
-    raise TypeError(f"{type(value)} is no plain value")
+    raise TypeError(f"{type(value)} is not a plain value")
 
 
 NameOf: TypeAlias = Callable[[Any], str]
-"""Gives the name of an entity, an articulation, a link or a joint."""
+"""Returns the name of an entity, an articulation, a link or a joint."""
 
 
 def _own_name(thing: Any) -> str:
@@ -107,7 +107,7 @@ def _own_name(thing: Any) -> str:
 
 
 def read_scene(scene: Any, name_of: NameOf = _own_name) -> LiveObject:
-    """A `sapien.Scene`: its settings, its entities in their order, then its articulations by their root links."""
+    """Reads a `sapien.Scene`: settings, entities in order, then articulations in the order of their root links."""
     system = scene.physx_system
     values: list[tuple[str, Plain]] = [("timestep", comparable_value(system.timestep))]
     values += _values(system.config, SCENE_CONFIG_FIELDS)
@@ -119,7 +119,7 @@ def read_scene(scene: Any, name_of: NameOf = _own_name) -> LiveObject:
 
 
 def articulations(scene: Any) -> list[Any]:
-    """The articulations of a scene in the order in which their first links stand among the entities."""
+    """Returns the articulations of a scene, in the order of their root links among the entities."""
     components = [component for entity in scene.entities for component in entity.components]
     links = [component for component in components if type(component).__name__ == "PhysxArticulationLinkComponent"]
     return [link.articulation for link in links if link.is_root]
@@ -128,12 +128,12 @@ def articulations(scene: Any) -> list[Any]:
 def _system(scene: Any, name: str) -> Any:
     try:
         return scene.get_system(name)
-    except RuntimeError:  # the scene has none of that name
+    except RuntimeError:  # the scene has no such system
         return None
 
 
 def read_entity(entity: Any, name_of: NameOf = _own_name) -> LiveObject:
-    """An entity and its components in their order."""
+    """Reads an entity and its components, in order."""
     return LiveObject(
         "entity",
         name_of(entity),
@@ -143,7 +143,7 @@ def read_entity(entity: Any, name_of: NameOf = _own_name) -> LiveObject:
 
 
 def read_articulation(articulation: Any, name_of: NameOf = _own_name) -> LiveObject:
-    """What belongs to an articulation as a whole; its links stand among the scene's entities, a joint in its link."""
+    """Reads an articulation without its links, which are read as entities, and joints, which links contain."""
     order: list[tuple[str, Plain]] = [
         ("links", comparable_value([name_of(link.entity) for link in articulation.links])),
         ("joints", comparable_value([name_of(joint) for joint in articulation.joints])),

@@ -1,6 +1,4 @@
-"""What no getter of SAPIEN gives back, recorded while a scene is built: the files of collision meshes and robots,
-fixed tendons, limits of distance joints, scales of inverse masses, and environment maps.
-"""
+"""Records, while a scene is built, what SAPIEN has no getter for: mesh and robot files, tendons, some limits."""
 
 from __future__ import annotations
 
@@ -14,14 +12,14 @@ from typing import Any, cast
 
 @dataclass(frozen=True)
 class MeshSource:
-    """Where a collision mesh comes from.
+    """Source of a collision mesh.
 
     Attributes:
-        type: of the language: "convex_mesh", "convex_parts" or "triangle_mesh".
-        file: as it was given to the engine; of parts by CoACD, before these were made.
-        keys: `sdf`, `decomposition` and `decomposition_params` of the language, where they are not its defaults.
-        parts: whether the shape is one of several of a file.
-        load: counts the loads; the parts of one have the same.
+        type: shape type in a scene file: "convex_mesh", "convex_parts" or "triangle_mesh".
+        file: as passed to the engine; for CoACD parts, the original file.
+        keys: `sdf`, `decomposition` and `decomposition_params`, unless default.
+        parts: whether the shape is one of several parts of a file.
+        load: number of the load; parts of one load share it.
     """
 
     type: str
@@ -36,8 +34,8 @@ class RobotSource:
     """The URDF of a robot.
 
     Attributes:
-        file: as it was given to the loader.
-        options: what else the loader was told, by the language's keys.
+        file: as passed to the loader.
+        options: other loader options, as keys of a scene file.
     """
 
     file: str
@@ -45,7 +43,7 @@ class RobotSource:
 
 
 class Recording:
-    """What was recorded. Objects of the engine are kept alive by it, since they are known by their identity."""
+    """A recording. It keeps the engine's objects alive, since it identifies them by `id`."""
 
     def __init__(self) -> None:
         self._meshes: dict[int, tuple[Any, MeshSource]] = {}
@@ -57,35 +55,35 @@ class Recording:
         self.tendons: dict[int, tuple[Any, list[tuple[Any, ...]]]] = {}
 
     def mesh_of(self, shape: Any) -> MeshSource | None:
-        """The source of a live collision shape; None: it was not recorded."""
+        """Returns the source of a live collision shape; None if it was not recorded."""
         found = self._meshes.get(id(shape))
         return None if found is None else found[1]
 
     def call_of(self, component: Any, name: str) -> tuple[Any, ...] | None:
-        """The arguments of the last call of a setter; None: there was none."""
+        """Returns the arguments of the last call of a setter; None if there was no call."""
         found = self._calls.get(id(component))
         return None if found is None else found[1].get(name)
 
     def robot_of(self, root: Any) -> RobotSource | None:
-        """The file of the articulation of a root link; None: it was not recorded, or was made of no file."""
+        """Returns the file of a root link's articulation; None if it was not recorded or not built from a file."""
         found = self._links.get(id(root))
         return None if found is None else found[2]
 
     def builder_of(self, link: Any) -> Any:
-        """SAPIEN's `LinkBuilder` of a live link, which has its joint's frames as they were given; None: unknown."""
+        """Returns the `LinkBuilder` of a live link, with its original joint frames; None if unknown."""
         found = self._links.get(id(link))
         return None if found is None else found[1]
 
     def keep_link(self, link: Any, builder: Any, source: RobotSource | None) -> None:
-        """Notes what a link was built of."""
+        """Records what a link was built from."""
         self._links[id(link)] = (link, builder, source)
 
     def keep_mesh(self, shape: Any, type_: str, file: str, **keys: Any) -> None:
-        """Notes the file of a shape."""
+        """Records the file of a shape."""
         self._meshes[id(shape)] = (shape, MeshSource(type_, file, keys))
 
     def keep_parts(self, shapes: list[Any], file: str) -> None:
-        """Notes the file of several shapes that were loaded together."""
+        """Records the file of several shapes loaded together."""
         self._loads += 1
         source, params = self._decomposed.get(file, (file, None))
         keys: dict[str, Any] = {} if params is None else {"decomposition": "coacd"}
@@ -95,24 +93,24 @@ class Recording:
             self._meshes[id(shape)] = (shape, MeshSource("convex_parts", source, keys, parts=True, load=self._loads))
 
     def keep_decomposition(self, result: str, file: str, params: dict[str, Any]) -> None:
-        """Notes of which file CoACD made another."""
+        """Records the source file of a CoACD result."""
         self._decomposed[result] = (file, params)
 
     def keep_call(self, component: Any, name: str, arguments: tuple[Any, ...]) -> None:
-        """Notes the arguments of a setter that has no getter."""
+        """Records the arguments of a setter without a getter."""
         self._calls.setdefault(id(component), (component, {}))[1][name] = arguments
 
 
 @contextmanager
 def record() -> Generator[Recording]:
-    """Records what no getter of SAPIEN gives back of scenes that are built in the block.
+    """Records values that SAPIEN has no getter for, of scenes built in the block.
 
         with scenecc.record() as recording:
             env = gymnasium.make("PickCube-v1")
             env.reset(seed=0)
         print(scenecc.decompile(env, recording=recording).text)
 
-    SAPIEN's classes are as they were after the block, also after an error.
+    SAPIEN's classes are restored after the block, also after an error.
     """
     recording = Recording()
     undo: list[Callable[[], None]] = []
@@ -127,7 +125,7 @@ def record() -> Generator[Recording]:
 
 
 def _replace(owner: Any, name: str, make: Callable[[Any], Any], undo: list[Callable[[], None]]) -> None:
-    """Replaces an attribute of a class or module by one made of it."""
+    """Replaces an attribute of a class or module by a wrapper of it."""
     own = name in vars(owner)
     before: Any = cast("dict[str, Any]", vars(owner)).get(name)
     setattr(owner, name, make(getattr(owner, name)))
@@ -138,7 +136,6 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
     from scenecc.backends.sapien.engine import physx  # noqa: PLC0415 - importing this module loads no engine
 
     def one(kind: str, init: Any) -> Any:
-        """The constructor, which also records the file of a hull or triangle mesh; of this, if it has a field."""
 
         @wraps(init)
         def recorded(self: Any, *args: Any, **options: Any) -> None:
@@ -151,7 +148,6 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
         return recorded
 
     def several(load: Any) -> Any:
-        """The loader, which also records the file of the parts."""
 
         @wraps(load)
         def recorded(*args: Any, **options: Any) -> Any:
@@ -168,7 +164,6 @@ def _record_meshes(recording: Recording, undo: list[Callable[[], None]]) -> None
     actor_builder: Any = import_module("sapien.wrapper.actor_builder")
 
     def decomposed(coacd: Any) -> Any:
-        """CoACD, with a record of its file and its parameters."""
 
         @wraps(coacd)
         def recorded(filename: str, **params: Any) -> str:
@@ -189,17 +184,15 @@ _SETTERS = {
         *(f"set_limit_{axis}" for axis in ("x", "y", "z", "twist")),
     ),
 }
-"""Setters without a getter; of limits the engine does not tell a locked axis from a free one."""
+"""Setters without a getter. The engine's limits do not distinguish a locked axis from a free one."""
 
 
 def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
     from scenecc.backends.sapien.engine import physx, render  # noqa: PLC0415 - importing this module loads no engine
 
     def setter(name: str) -> Callable[[Any], Any]:
-        """What replaces a setter without a getter: it also records the arguments. `name`: of the setter."""
 
         def make(call: Any) -> Any:
-            """The setter with the record."""
 
             @wraps(call)
             def recorded(self: Any, *args: Any, **options: Any) -> Any:
@@ -217,7 +210,6 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
                 _replace(owner, name, setter(name), undo)
 
     def cubemap(init: Any) -> Any:
-        """The constructor, which also records the files of an environment map."""
 
         @wraps(init)
         def recorded(self: Any, *files: Any, **options: Any) -> None:
@@ -227,7 +219,6 @@ def _record_calls(recording: Recording, undo: list[Callable[[], None]]) -> None:
         return recorded
 
     def tendon(create: Any) -> Any:
-        """The method, which also records the arguments of a tendon."""
 
         @wraps(create)
         def recorded(self: Any, *args: Any, **options: Any) -> Any:
@@ -245,7 +236,6 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
     urdf_loader: Any = import_module("sapien.wrapper.urdf_loader")
 
     def parse(call: Any) -> Any:
-        """`parse` of the loader, whose links also keep the file and the options."""
 
         @wraps(call)
         def recorded(self: Any, file: Any, *args: Any, **options: Any) -> Any:
@@ -259,7 +249,6 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
         return recorded
 
     def physical(build: Any) -> Any:
-        """The method, which also records the builder of a link."""
 
         @wraps(build)
         def recorded(self: Any, *args: Any, **options: Any) -> Any:
@@ -275,7 +264,7 @@ def _record_robots(recording: Recording, undo: list[Callable[[], None]]) -> None
 
 
 def _loader_options(loader: Any, args: tuple[Any, ...], options: dict[str, Any]) -> dict[str, Any]:
-    """What a loader was told, by the language's keys."""
+    """Returns a loader's options, as keys of a scene file."""
     srdf = options.get("srdf_file", args[0] if args else None)
     given = {
         "srdf": srdf,

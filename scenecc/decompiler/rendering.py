@@ -1,4 +1,4 @@
-"""Lights, cameras and surroundings of live scenes as mappings of the language."""
+"""Reads lights, cameras and environment of live scenes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TYPES: Final = {
 }
 
 LIGHTS: Final = {LIGHT_CLASSES[class_]: type_ for class_, type_ in _TYPES.items()}
-"""SAPIEN's components to the language's types of lights."""
+"""SAPIEN's light components → light types of a scene file."""
 
 _SHADOW: Final = {
     "shadow": ("shadow", False),
@@ -42,11 +42,11 @@ _SHADOW: Final = {
     "shadow_half_size": ("shadow_scale", 10.0),
     "shadow_map_size": ("shadow_map_size", 2048),
 }
-"""SAPIEN's properties of a light to the language's keys, and what stands where nothing is said."""
+"""SAPIEN's light properties → key and default of a scene file."""
 
 
 def light(component: Any, files: FileNamer, mount: str | None) -> Node:
-    """A light; `mount`: ENTITY or ENTITY/LINK that it is fixed to."""
+    """Returns a light. `mount`: ENTITY or ENTITY/LINK that it is attached to."""
     type_ = LIGHTS[type(component).__name__]
     node: Node = {"type": type_, "color": to_numbers(component.color)}
     node |= {} if mount is None else {"mount": mount}
@@ -82,7 +82,7 @@ def _light_pose(component: Any, type_: str, *, mounted: bool) -> Node:
 
 
 def camera(component: Any, mount: str | None) -> Node:
-    """A camera; `mount`: ENTITY or ENTITY/LINK that it is fixed to."""
+    """Returns a camera. `mount`: ENTITY or ENTITY/LINK that it is attached to."""
     node: Node = {} if mount is None else {"mount": mount}
     mounted = mount is not None
     pose = component.local_pose if mounted else component.entity.pose * component.local_pose
@@ -123,7 +123,7 @@ def _keeps_focal_length(component: Any, fovy: float) -> bool:
 
 
 def environment(system: Any, recording: Recording | None, files: FileNamer, problems: list[str]) -> Node:
-    """What surrounds a scene."""
+    """Returns the environment of a scene."""
     node: Node = {}
     ambient = to_numbers(system.ambient_light)
     if any(ambient):

@@ -1,4 +1,4 @@
-"""Which properties are read of which class of SAPIEN; a test holds these tables to the classes themselves."""
+"""Properties to read from each SAPIEN class; a test compares these tables with the classes."""
 
 from __future__ import annotations
 
@@ -67,8 +67,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
     "RenderTexturedLightComponent": (*_LIGHT, "inner_fov", "outer_fov"),
     "RenderParallelogramLightComponent": (*_LIGHT, "half_width", "half_height", "angle"),
 }
-"""Properties of a component by its class. Where a class has a getter of that name (`get_limit_x`) and no property, the
-getter is called."""
+"""Properties of each component class. If a class has only a getter (`get_limit_x`), the getter is called."""
 
 ARTICULATION = (
     "dof",
@@ -96,7 +95,7 @@ AXIS = (
     "drive_target",
     "drive_velocity_target",
 )
-"""Properties of a joint that moves; SAPIEN refuses to tell them of a fixed one."""
+"""Properties of a movable joint; SAPIEN has none of these for a fixed joint."""
 
 _SHAPE = (
     "local_pose",

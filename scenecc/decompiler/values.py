@@ -1,4 +1,4 @@
-"""Numbers of the engine as values of a scene document: poses, rotations, colours, and files."""
+"""Converts engine numbers to values of a scene document: poses, rotations, colours, files."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
 def to_number(value: Any) -> float:
-    """A number without the sign of a zero, whole where it is."""
+    """Converts a number to float, and -0.0 to 0.0."""
     return float(value) + 0.0
 
 
 def to_numbers(values: Iterable[Any]) -> list[float]:
-    """Numbers of an array or list."""
+    """Converts the numbers of an array or list."""
     return [to_number(value) for value in values]
 
 
 def same_single(first: Iterable[float], second: Iterable[float]) -> bool:
-    """Whether two rows of numbers are the same in single precision; zeros have no sign."""
+    """Whether two rows of numbers are equal in single precision; 0.0 equals -0.0."""
     return bool(np.array_equal(np.asarray(list(first), np.float32), np.asarray(list(second), np.float32)))
 
 
 def nearly_same(first: Iterable[float], second: Iterable[float]) -> bool:
-    """Whether two rows of numbers differ by the last bits of single precision, which nobody sees."""
+    """Whether two rows of numbers differ at most in the last bits of single precision, which is invisible."""
     return bool(
         np.abs(np.asarray(list(first), np.float32) - np.asarray(list(second), np.float32)).max() <= SEEN_TOLERANCE
     )
 
 
 SEEN_TOLERANCE = 2.5e-7
-"""Of numbers near 1 that say where something is that is only seen."""
+"""Tolerance of numbers near 1 in poses of visual objects."""
 
 Same = Callable[[Iterable[float], Iterable[float]], bool]
-"""Whether a quaternion that a scene file gives is the one of the engine."""
+"""Whether a quaternion of a scene file is equivalent to the engine's."""
 
 
 def pose_value(pose: Any, same: Same = same_single) -> Any:
-    """A `sapien.Pose` as a pose of the language; None: the identity."""
+    """Converts a `sapien.Pose` to a pose of a scene file; None for the identity."""
     p, q = to_numbers(pose.p), to_numbers(pose.q)
     if same(IDENTITY, q):
         return p if any(p) else None
@@ -55,9 +55,9 @@ def pose_value(pose: Any, same: Same = same_single) -> Any:
 
 
 def rotation_value(q: list[float], same: Same = same_single) -> Node:
-    """A quaternion, as whole degrees where these give the same one.
+    """Converts a quaternion, to whole degrees if these are equivalent.
 
-    A colliding shape, whose quaternion PhysX normalises once more, is given one of length 1.
+    PhysX normalizes quaternions of collision shapes again, so these are written with length 1.
     """
     w, x, y, z = q
     pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
@@ -74,9 +74,9 @@ def rotation_value(q: list[float], same: Same = same_single) -> Node:
 
 
 def aimed_pose_value(pose: Any, *, mounted: bool) -> Any:
-    """The `sapien.Pose` of a camera as a pose of the language, with `look_at` where the point has few digits.
+    """Converts a camera's `sapien.Pose`, with `look_at` if the point has few digits.
 
-    A camera along an axis keeps its angles: they are shorter. `mounted`: the sign of its quaternion counts.
+    An axis-aligned camera keeps its angles, which are shorter. `mounted`: the sign of the quaternion matters.
     """
     value = pose_value(pose, nearly_same)
     if not is_mapping_node(value) or not any(angle % 90 for angle in value.get("rpy_deg", [1.0])):
@@ -87,7 +87,7 @@ def aimed_pose_value(pose: Any, *, mounted: bool) -> Any:
 
 
 def _target_value(p: list[float], turns: list[list[float]]) -> list[float] | None:
-    """A point of few digits for which `look_at` gives one of the quaternions, which are the same turn."""
+    """Returns a point with few digits for which `look_at` gives one of the equivalent quaternions."""
     w, x, y, z = turns[0]
     forward = rotate((w, x, y, z), (1.0, 0.0, 0.0))
     points: set[tuple[float, float, float]] = set()
@@ -111,11 +111,11 @@ def _digits(point: tuple[float, ...]) -> tuple[int, int, tuple[float, ...]]:
 
 
 _REACH, _STEPS = 40, 20
-"""Coordinates of points that a camera may look at: 2 m to both sides of the origin, in steps of 5 cm."""
+"""Range of `look_at` coordinates: 2 m to both sides of the origin, in steps of 5 cm."""
 
 
 def direction_value(q: list[float]) -> list[float] | None:
-    """A short direction to which the shortest turn from x is the quaternion of a light; None: there is none."""
+    """Returns a short direction that gives a light's quaternion as the shortest rotation from x; None if impossible."""
     w, x, y, z = q
     forward = (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y))
     largest = max(map(abs, forward))
@@ -127,7 +127,7 @@ def direction_value(q: list[float]) -> list[float] | None:
 
 
 def color_value(color: Any) -> list[float] | str:
-    """A colour, without an alpha of 1; `"#rrggbb"` where that is it and numbers would be long."""
+    """Converts a colour, without an alpha of 1; to `"#rrggbb"` if equivalent and shorter."""
     numbers = to_numbers(color)
     numbers = numbers[:3] if len(numbers) == 4 and numbers[3] == 1 else numbers
     bytes_ = [round(number * 255) for number in numbers]
@@ -137,7 +137,7 @@ def color_value(color: Any) -> list[float] | str:
 
 
 def scale_value(scale: Any) -> Any:
-    """One factor where all three are the same; None: 1."""
+    """Returns one factor if all three are equal; None for 1."""
     numbers = to_numbers(scale)
     if len(set(numbers)) == 1:
         return None if numbers[0] == 1 else numbers[0]
@@ -145,9 +145,9 @@ def scale_value(scale: Any) -> Any:
 
 
 def language_name(name: str, *, local: bool = False) -> str:
-    """A name of the language for one of the engine, the same where that is one; empty of an empty one.
+    """Returns the nearest valid name; empty for an empty one.
 
-    `local`: of a link or joint, which may be called `world`.
+    `local`: of a link or joint, which may be named `world`.
     """
     plain = _NOT_IN_NAMES.sub("_", name)
     reserved = plain.startswith("x-") or (plain == "world" and not local)
@@ -155,14 +155,14 @@ def language_name(name: str, *, local: bool = False) -> str:
 
 
 class FileNamer:
-    """Paths as a scene file names them."""
+    """Converts file paths for a scene file."""
 
     def __init__(self, base: Path) -> None:
-        """`base`: the folder of the scene file."""
+        """`base`: folder of the scene file."""
         self._base = base.resolve()
 
     def name(self, path: str | Path) -> str:
-        """`pkg://PACKAGE/PATH` where a package has the file, else relative to the scene file, else absolute."""
+        """Returns `pkg://PACKAGE/PATH` for a package, else a path relative to the scene file, else an absolute one."""
         file = Path(path).resolve()
         for parent in file.parents:
             if parent.name in ("site-packages", "dist-packages"):

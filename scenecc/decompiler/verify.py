@@ -1,6 +1,4 @@
-"""Builds a scene file that was decompiled, and compares what the engine then holds with the live scene, object by
-object.
-"""
+"""Builds a decompiled scene file and compares the result with the live scene, object by object."""
 
 from __future__ import annotations
 
@@ -30,16 +28,16 @@ def differences(
     without: Collection[str] = (),
     tolerance: Callable[[LiveObject], float] = lambda _: 0.0,
 ) -> list[str]:
-    """One line a difference, with the path of the object, the property and both values; empty if all is equal.
+    """Compares two trees; returns one line per difference, with the object's path, the property and both values.
 
-    Numbers are compared by their bits, but for the sign of a zero. Objects are compared in their order; an object that
-    one side has in addition is told once.
+    Numbers must have the same bits, except for the sign of zero. Objects are compared in order; an object on one side
+    only is one line.
 
     Args:
-        a: a scene, an entity or anything in it.
-        b: what it should equal.
-        without: properties that are not compared, by `PROPERTY` or `KIND.PROPERTY`; `name` is one.
-        tolerance: how far apart two numbers of an object may be that are equal.
+        a: a scene, an entity or any object in it.
+        b: the expected tree.
+        without: properties to skip, as `PROPERTY` or `KIND.PROPERTY`; `name` is one.
+        tolerance: returns the largest difference of numbers in an object that counts as equal.
     """
     return list(_list_differences(_label(a), a, b, frozenset(without), tolerance))
 
@@ -91,14 +89,14 @@ def _is_near(a: Plain, b: Plain, tolerance: float) -> bool:
 
 
 def _sort(part: LiveObject) -> str:
-    """Shapes of all types are one list, since their order counts; so are entities; components are one list, too."""
+    """Returns the list that a part is compared in: shapes and components share one, since their order matters."""
     return part.kind if part.kind in {"entity", "articulation", "joint", "material", "part"} else "ordered"
 
 
 def _pair_parts(
     left: list[LiveObject], right: list[LiveObject]
 ) -> Iterator[tuple[LiveObject | None, LiveObject | None]]:
-    """By their places; where one side has more, by the names that both have, so that the rest is told alone."""
+    """Pairs by position; if the lengths differ, by common names, so that each extra object is reported once."""
     sides = [part.name for part in left], [part.name for part in right]
     shared = set(sides[0]) & set(sides[1])
     if len(left) == len(right) or not shared or any(len(set(side)) < len(side) for side in sides):
@@ -134,25 +132,25 @@ def _format_value(value: Plain) -> str:
 
 
 _SEEN: Final = ("Render", "material", "part")
-"""Kinds of objects of which the last bits of a pose do not count: nobody sees them."""
+"""Kinds of visual objects, for which the last bits of a pose do not matter."""
 
 
 def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[LiveObject], *, render: bool) -> list[str]:
-    """Builds a document and tells what differs from live scenes, one line each; empty if all is equal.
+    """Builds a document and returns one line per difference from live scenes; empty if all is equal.
 
     Args:
         document: the scene file as plain data.
-        base: the folder in which its relative paths start.
-        live: the scenes as they were read before, with the document's names, in the order of their indices.
+        base: folder of its relative paths.
+        live: the scenes as read before, with the document's names, by index.
         render: whether visuals, lights and cameras were read.
 
     Raises:
         SceneError: the document does not build.
     """
     import scenecc  # noqa: PLC0415 - the facade is above this module's other users
-    from scenecc.scene_file.layout import scene_text  # noqa: PLC0415 - likewise
+    from scenecc.scene_file.layout import scene_text  # noqa: PLC0415 - as above
 
-    # As if it were where it will be, for its relative paths; nothing is written.
+    # Parsed as if located in the base folder, for its relative paths; nothing is written.
     sink = Sink()
     file = read_text(scene_text(document), "scene.yaml", sink, path=base.absolute() / "scene.yaml")
     if file is None:
@@ -168,7 +166,7 @@ def rebuilt_differences(document: Mapping[str, Any], base: Path, live: list[Live
 
 @contextmanager
 def untouched_engine() -> Generator[None]:
-    """The engine's process-wide settings as SAPIEN has them at the start, and afterwards as they were."""
+    """Resets the engine's process-wide settings to SAPIEN's defaults, and restores them afterwards."""
     kinds = ("scene", "shape", "body", "sdf")
     before = {kind: getattr(physx, f"get_{kind}_config")() for kind in kinds}
     material = physx.get_default_material()
@@ -186,30 +184,30 @@ def untouched_engine() -> Generator[None]:
 
 
 def tidy(facts: LiveObject) -> LiveObject:
-    """The same without what is no difference: the order of an entity's components, the settings of shadows that are not
-    thrown, whose pose a camera's is, and how finely a flat floor is cut.
+    """Removes irrelevant details: the order of an entity's components, settings of disabled shadows, how a camera's
+    pose is split between entity and component, and the tessellation of a flat floor.
     """
     facts = _one_pose(facts) if _is_seen_only(facts) else _whole_grid(facts)
     if facts.kind.startswith("RenderShape"):
         facts = _normalize_pose(facts)
-    # An entity without components is nothing: what is only seen leaves one where nothing is rendered.
+    # Entities without components have no content; a visual-only entity leaves one if nothing is rendered.
     parts = tuple(tidy(part) for part in facts.parts if part.kind != "entity" or part.parts)
     if facts.kind == "entity":
         parts = tuple(sorted(parts, key=lambda part: part.kind))
     if facts.kind == "scene":
-        # Lights and cameras are built last; where they stand among bodies changes nothing.
+        # Lights and cameras are built last; their position among bodies is irrelevant.
         parts = tuple(sorted(parts, key=_is_seen_only))
     values = facts.values
     if ("shadow", False) in values:
         values = tuple((name, value) for name, value in values if not name.startswith("shadow_"))
-    # Components have names of their own, which nothing refers to.
+    # Components have their own names, which nothing refers to.
     unnamed = facts.kind.startswith(("Physx", "RenderBody")) or "Light" in facts.kind or "Camera" in facts.kind
     name = "" if unnamed or _is_seen_only(facts) else facts.name
     return replace(facts, name=name, values=values, parts=parts)
 
 
 def _normalize_pose(facts: LiveObject) -> LiveObject:
-    """A shape that is seen, with a rotation of length 1 and a plain path of its file."""
+    """Normalizes a visual shape's rotation and file path."""
     pose = _array(facts, "local_pose").astype(np.float64)
     pose[3:] /= np.linalg.norm(pose[3:])
     _make_one_sign(pose)
@@ -220,7 +218,7 @@ def _normalize_pose(facts: LiveObject) -> LiveObject:
 
 
 def _one_pose(facts: LiveObject) -> LiveObject:
-    """The entity of a light or camera with its component's pose as its own."""
+    """Moves the local pose of a light's or camera's component to its entity."""
     (part,) = facts.parts[:1]
     if part.kind == "entity" or "local_pose" not in dict(part.values):
         return facts
@@ -232,7 +230,7 @@ def _one_pose(facts: LiveObject) -> LiveObject:
 
 
 def _make_one_sign(pose: Any) -> None:
-    """Of the two quaternions of a rotation, the one whose first number that is not near 0 is positive."""
+    """Chooses between the two quaternions of a rotation: the first number not near 0 is positive."""
     pose[3:] *= np.sign(next(number for number in pose[3:] if abs(number) > _NEAR_ZERO))
 
 
@@ -240,7 +238,7 @@ _NEAR_ZERO: Final = 1e-3
 
 
 def _whole_grid(facts: LiveObject) -> LiveObject:
-    """A flat floor as its size; other meshes as they are."""
+    """Replaces a flat floor's mesh by its size; other meshes are unchanged."""
     if facts.kind != "RenderShapeTriangleMesh" or len(facts.parts) != 1:
         return facts
     (part,) = facts.parts
@@ -266,7 +264,6 @@ def _with_values(facts: LiveObject, **changed: Plain) -> LiveObject:
 
 
 def _tolerance(facts: LiveObject) -> float:
-    """Of the numbers of what is only seen: nobody sees their last bits."""
     return 4 * SEEN_TOLERANCE if facts.kind.startswith(_SEEN) or _is_seen_only(facts) else 0.0
 
 

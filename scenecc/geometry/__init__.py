@@ -1,1 +1,1 @@
-"""Rotations and poses, for one or for many at once."""
+"""Rotations and poses, single or batched; surfaces of solids; OBJ and PLY."""

@@ -1,4 +1,4 @@
-"""Volumes of convex hulls of point clouds: the farthest vertex is added first, until all are near enough."""
+"""Computes volumes of convex hulls, adding the farthest vertex until all points are close enough."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _TOLERANCE: Final = 1e-5
-"""How far outside the hull a point may remain, in the largest side of the bounding box."""
+"""Allowed distance of a point outside the hull, relative to the largest side of the bounding box."""
 
 _MOST_VERTICES: Final = 300
-"""How many vertices a hull has. PhysX takes fewer: its hulls have 255 polygons."""
+"""Maximum number of vertices. PhysX allows fewer: its hulls have at most 255 polygons."""
 
 _JITTER: Final = 1e-6
-"""By how much of its size points are moved: those in one plane would make triangles without area."""
+"""Random displacement of points, relative to the size: coplanar points would give degenerate triangles."""
 
 
 def hull_volume(points: NDArray[np.floating[Any]]) -> float:
-    """The volume of the hull of points (n, 3), finite and not in one plane [m³]; within a few percent."""
+    """Returns the volume of the hull of points (n, 3), finite and not coplanar [m³], within a few percent."""
     cloud: NDArray[np.float64] = points.astype(np.float64) - points.mean(axis=0, dtype=np.float64)
     size = float(np.ptp(cloud, axis=0).max())
     cloud += np.random.default_rng(0).uniform(-_JITTER * size, _JITTER * size, cloud.shape)
@@ -52,7 +52,7 @@ def hull_volume(points: NDArray[np.floating[Any]]) -> float:
 
 
 def _simplex(cloud: NDArray[np.float64]) -> tuple[int, int, int, int]:
-    """Four points far apart."""
+    """Returns four points that are far apart."""
     axis = int(np.ptp(cloud, axis=0).argmax())
     a, b = int(cloud[:, axis].argmax()), int(cloud[:, axis].argmin())
     normals = np.cross(cloud[b] - cloud[a], cloud - cloud[a])
@@ -63,14 +63,14 @@ def _simplex(cloud: NDArray[np.float64]) -> tuple[int, int, int, int]:
 
 
 def _cone(visible: NDArray[np.int64], eye: int) -> NDArray[np.int64]:
-    """Triangles (·, 3) from the border of those that are visible from a vertex to that vertex."""
+    """Returns triangles (·, 3) from the border of the faces visible from a vertex to that vertex."""
     edges = np.concatenate([visible[:, [0, 1]], visible[:, [1, 2]], visible[:, [2, 0]]]).tolist()
     inner = {(b, a) for a, b in edges}
     return np.array([(a, b, eye) for a, b in edges if (a, b) not in inner], dtype=np.int64)
 
 
 def _planes(cloud: NDArray[np.float64], faces: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Unit normals (·, 3) and offsets of triangles."""
+    """Returns unit normals (·, 3) and offsets of triangles."""
     p, q, r = (cloud[faces[:, i]] for i in range(3))
     normals = np.cross(q - p, r - p)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -80,7 +80,7 @@ def _planes(cloud: NDArray[np.float64], faces: NDArray[np.int64]) -> tuple[NDArr
 def _farthest_planes(
     cloud: NDArray[np.float64], normals: NDArray[np.float64], offsets: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """For each point, the plane that it is farthest outside of, and how far."""
+    """Returns for each point the plane that it is farthest outside of, and the distance."""
     heights = cloud @ normals.T - offsets
     owners = heights.argmax(axis=1)
     return owners, heights[np.arange(len(cloud)), owners]

@@ -1,4 +1,4 @@
-"""Meshes as OBJ: numbers as the shortest texts that float32 reads back as the same."""
+"""Writes OBJ files, with the shortest numbers that give the same float32."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     ObjColumn = tuple[NDArray[np.floating], NDArray[np.int64]]
-    """Values (N, k), and for each corner of a triangle the index of one (F, 3)."""
+    """Values (N, k), and their indices for each triangle corner (F, 3)."""
 
 
 def encode_obj(
@@ -19,7 +19,7 @@ def encode_obj(
     uvs: ObjColumn | None = None,
     normals: ObjColumn | None = None,
 ) -> bytes:
-    """Triangles as an OBJ file.
+    """Returns triangles as an OBJ file.
 
     Args:
         points: (P, 3) [m].

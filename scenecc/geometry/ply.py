@@ -1,4 +1,4 @@
-"""Meshes as binary PLY, which SAPIEN reads without changes: its vertices, in their order, to the bit."""
+"""Writes binary PLY files, which SAPIEN reads with exact vertices in the same order."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from scenecc.geometry.triangles import join_parts
 
 
 def encode_ply(vertices: Any, triangles: Any, normals: Any = None, uvs: Any = None) -> bytes:
-    """A mesh as a PLY of float32 and int32.
+    """Returns a mesh as a PLY with float32 and int32.
 
     Args:
         vertices: (V, 3).
-        triangles: (T, 3) indices of vertices, counterclockwise from outside.
+        triangles: (T, 3) vertex indices, counterclockwise from outside.
         normals: (V, 3); None: SAPIEN gives each vertex that of one of its triangles.
         uvs: (V, 2) texture coordinates from the image's top left corner.
     """
-    # The engine's reader takes a first byte of data that equals a line break for a part of the header, and loses its
-    # place: so a byte of 0 that nobody reads stands before the numbers.
+    # If the first data byte equals a line break, the engine's reader takes it as part of the header. An unused zero
+    # byte prevents this.
     columns: list[tuple[str, str]] = [("none", "u1"), *((axis, "<f4") for axis in "xyz")]
     numbers = [np.asarray(vertices, "<f4")]
     if normals is not None:
@@ -27,7 +27,7 @@ def encode_ply(vertices: Any, triangles: Any, normals: Any = None, uvs: Any = No
         numbers.append(np.asarray(normals, "<f4"))
     if uvs is not None:
         columns += [("s", "<f4"), ("t", "<f4")]
-        # A PLY has them from the bottom.
+        # PLY counts v from the bottom.
         numbers.append(np.asarray(uvs, np.float64) * (1, -1) + (0, 1))
     rows = np.zeros(len(numbers[0]), columns)
     for (name, _), column in zip(columns[1:], np.concatenate(numbers, axis=1).T, strict=True):
@@ -43,7 +43,7 @@ def encode_ply(vertices: Any, triangles: Any, normals: Any = None, uvs: Any = No
 
 
 def encode_parts(parts: list[tuple[Any, Any]]) -> bytes:
-    """One mesh of separate parts, each (vertices, triangles).
+    """Returns separate parts, each (vertices, triangles), as one mesh.
 
     Raises:
         ValueError: no part has a vertex.

@@ -1,11 +1,11 @@
-"""Rotations and poses of many scenes at once: quaternions (B, 4) wxyz, poses (B, 7), vectors (B, 3), all float64.
+"""Batched rotations and poses: quaternions (B, 4) wxyz, poses (B, 7), vectors (B, 3), all float64.
 
-Each function does for every row, to the last bit, what the function of its name does for one rotation: sums,
-products, quotients and square roots are exact to the rounding everywhere, and the functions that are not are
-those of `math` for every element.
+Each function gives, for every row, the same bits as the function of the same name in `scenecc.geometry.rotations`.
+Sums, products, quotients and square roots are rounded exactly everywhere; other functions are those of `math`, called
+per element.
 
-`scenecc.geometry.rotations` has the functions for one rotation: a scene in which nothing varies is compiled with
-them, and never loads numpy. `tests/property/test_rotation_arrays.py` holds the two together.
+The functions for one rotation compile scenes without variation, which never load NumPy.
+`tests/property/test_rotation_arrays.py` compares the two modules.
 """
 
 from __future__ import annotations
@@ -33,63 +33,63 @@ _IDENTITY_POSE = np.array((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
 
 
 def map_elements(function: Callable[[float], float], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A function of `math` for every element.
+    """Applies a function of `math` to every element.
 
-    numpy's own functions may give other bits for the same number, by where in an array it is and how long
-    that is; a scene's draw must not depend on how many others are drawn with it.
+    NumPy's own functions may give different bits for the same number, depending on its position in the array. A scene's
+    draw must not depend on the other scenes.
     """
     if values.strides[:1] == (0,) and len(values) > 1:
-        # The same in every scene.
+        # Equal in every scene.
         return np.broadcast_to(map_elements(function, values[:1]), values.shape)
     flat = np.fromiter(map(function, values.ravel().tolist()), dtype=np.float64, count=values.size)
     return flat.reshape(values.shape)
 
 
 def hypot(values: Floats) -> Floats:
-    """The lengths (B,) of vectors (B, n), as `math.hypot` has them."""
+    """Returns the lengths (B,) of vectors (B, n), with the bits of `math.hypot`."""
     return np.fromiter((math.hypot(*row) for row in values.tolist()), dtype=np.float64, count=len(values))
 
 
 def _by_column(function: Callable[..., tuple[Any, ...]], *rows: Floats) -> Floats:
-    """What a function of `rotations` gives for each row: one that multiplies and adds takes columns for numbers."""
+    """Applies a function of `rotations` to columns; works for functions that only add and multiply."""
     return np.stack(function(*[each.T for each in rows]), axis=1)
 
 
 def multiply_quaternions(a: Floats, b: Floats) -> Floats:
-    """The Hamilton product: first b, then a."""
+    """Returns the Hamilton product: first b, then a."""
     return _by_column(rotations.multiply_quaternions, a, b)
 
 
 def normalized(q: Floats) -> Floats:
-    """The quaternions of length 1 in the same directions."""
+    """Returns quaternions scaled to length 1."""
     w, x, y, z = q.T
     return q / np.sqrt(w * w + x * x + y * y + z * z)[:, None]
 
 
 def rotate(q: Floats, v: Floats) -> Floats:
-    """Vectors turned by unit quaternions."""
+    """Rotates vectors by unit quaternions."""
     return _by_column(rotations.rotate, q, v)
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """The cross products."""
+    """Returns the cross products."""
     return _by_column(rotations.cross, a, b)
 
 
 def from_rpy(angles: Floats) -> Floats:
-    """Turns about the fixed axes x, then y, then z [rad], from angles (B, 3)."""
+    """Returns rotations about the fixed axes x, then y, then z, from angles (B, 3) [rad]."""
     cosines, sines = (map_elements(function, angles / 2) for function in (math.cos, math.sin))
     return _by_column(rotations.from_half_angles, cosines, sines)
 
 
 def from_axis_angle(axis: Floats, angle: Floats) -> Floats:
-    """Turns about axes (B, 3) of any length but 0 by angles (B,) [rad]."""
+    """Returns rotations about nonzero axes (B, 3) by angles (B,) [rad]."""
     s = map_elements(math.sin, angle / 2) / hypot(axis)
     return np.concatenate((map_elements(math.cos, angle / 2)[:, None], axis * s[:, None]), axis=1)
 
 
 def shortest_from_x(target: Floats) -> Floats:
-    """The shortest rotations that turn +x to targets (any length but 0); about z where they are opposite."""
+    """Returns the shortest rotations from +x to nonzero targets; about z for opposite ones."""
     x, y, z = (target / hypot(target)[:, None]).T
     aligned, opposite = (y == 0) & (z == 0), x == -1
     zero = np.zeros_like(x)
@@ -103,7 +103,7 @@ def shortest_from_x(target: Floats) -> Floats:
 
 
 def from_matrix(m: Floats) -> Floats:
-    """The rotations of orthonormal matrices (B, 3, 3), with w ≥ 0 where w is the largest component."""
+    """Returns the rotations of orthonormal matrices (B, 3, 3), with w ≥ 0 if w is the largest component."""
     (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(m, 0, -1)
     candidates = np.stack((a + e + i, a - e - i, e - a - i, i - a - e), axis=1)
     largest = np.argmax(candidates, axis=1)
@@ -117,9 +117,9 @@ def from_matrix(m: Floats) -> Floats:
 
 
 def looking(forward: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """+x along `forward`, +z as far up as it goes, and where there is such a rotation.
+    """Returns rotations with +x along `forward` and +z as far up as possible, and whether each exists.
 
-    There is none where `forward` is 0 or points straight up or down; the row is then the identity.
+    None exists if `forward` is 0 or vertical; the row is then the identity.
     """
     length = hypot(forward)
     known = length != 0
@@ -134,9 +134,10 @@ def looking(forward: Floats) -> tuple[Floats, NDArray[np.bool_]]:
 
 
 def rigidity(m: Floats) -> Floats:
-    """How far matrices (B, 4, 4) are from rigid motions: the largest of |RᵀR - I|, |det R - 1| and the last row.
+    """Returns the deviation of matrices (B, 4, 4) from rigid motions: the largest of |RᵀR - I|, |det R - 1| and the
+    last row.
 
-    Equal to the scalar function's to the rounding alone: Python's `sum` depends on its version.
+    Equal to the scalar function only up to rounding, since Python's `sum` depends on its version.
     """
     r = m[:, :3, :3]
     x, y, z = r[:, :, 0], r[:, :, 1], r[:, :, 2]
@@ -148,9 +149,9 @@ def rigidity(m: Floats) -> Floats:
 
 
 def compose(outer: Floats, inner: Floats) -> Floats:
-    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in; poses (B, 7).
+    """Returns outer · inner: `inner`, given in the frame of `outer`; poses (B, 7).
 
-    A pose that does not turn passes the other's rotation on untouched.
+    If one pose has no rotation, the other's rotation is kept exactly.
     """
     q = normalized(outer[:, 3:])
     p = outer[:, :3] + rotate(q, inner[:, :3])
@@ -161,15 +162,15 @@ def compose(outer: Floats, inner: Floats) -> Floats:
 
 
 def invert(poses: Floats) -> Floats:
-    """The poses that undo some."""
+    """Returns the inverses of poses."""
     back = poses[:, 3:] * (1, -1, -1, -1)
     return np.concatenate((-rotate(normalized(back), poses[:, :3]), back), axis=1)
 
 
 def turned(pose: Floats, rotation: Floats, step: Floats) -> Floats:
-    """Poses with rotations (B, 4) and steps (B, 3), both in the poses' own frames, put before them.
+    """Returns poses moved by rotations (B, 4) and steps (B, 3) in their own frames.
 
-    A pose that does not turn passes the rotation on untouched, and the other way round.
+    If the pose has no rotation, the given rotation is kept exactly, and vice versa.
     """
     moved = compose(pose, np.concatenate((step, rotation), axis=1))
     unturned = (pose[:, 3:] == _IDENTITY).all(axis=1)
@@ -187,7 +188,7 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 
 def rotation_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotation matrix (3, 3) of a unit quaternion [w, x, y, z]; (3, 3, B) of four arrays (B,)."""
+    """Returns the rotation matrix (3, 3) of a unit quaternion [w, x, y, z]; (3, 3, B) for four arrays (B,)."""
     w, x, y, z = q
     return np.array(
         [
@@ -199,7 +200,7 @@ def rotation_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def pose_matrix(pose: Sequence[float]) -> NDArray[np.float64]:
-    """A pose, p then a unit quaternion wxyz, as (4, 4)."""
+    """Returns a pose, p then a unit quaternion wxyz, as a (4, 4) matrix."""
     made = np.eye(4)
     made[:3, :3] = rotation_matrix(np.array(pose[3:]))
     made[:3, 3] = pose[:3]

@@ -1,12 +1,11 @@
 """Rotations as unit quaternions [w, x, y, z], in float64.
 
-Formulas after J. Diebel, "Representing Attitude: Euler Angles, Unit Quaternions, and Rotation
-Vectors" (2006); the matrix to quaternion step after S. W. Shepperd, "Quaternion from rotation
-matrix" (1978), which picks the largest component and so never divides by a small number.
+Formulas after J. Diebel, "Representing Attitude: Euler Angles, Unit Quaternions, and Rotation Vectors" (2006). Matrix
+to quaternion after S. W. Shepperd, "Quaternion from rotation matrix" (1978), which uses the largest component and so
+never divides by a small number.
 
-These are for one rotation and need no numpy, which a scene in which nothing varies never loads. Those of
-`scenecc.geometry.rotation_arrays` are for many scenes at once and give the same bits, to which
-`tests/property/test_rotation_arrays.py` holds the two.
+These functions handle one rotation and do not need NumPy, which scenes without variation never load.
+`scenecc.geometry.rotation_arrays` handles many and gives the same bits, see `tests/property/test_rotation_arrays.py`.
 """
 
 from __future__ import annotations
@@ -25,40 +24,41 @@ Matrix3 = tuple[Vec3, Vec3, Vec3]
 IDENTITY: Quat = (1.0, 0.0, 0.0, 0.0)
 
 Pose7 = tuple[float, float, float, float, float, float, float]
-"""p [m] then q (wxyz), of unit length."""
+"""p [m], then q (wxyz) of unit length."""
 
 IDENTITY_POSE: Final[Pose7] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 AXES: dict[str, Vec3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 MAX_COORDINATE = 1e6
-"""Largest coordinate of a mesh or of terrain [m]. At 1e9 m PhysX can no longer compute the mass of a hull."""
+"""Largest coordinate of a mesh or terrain [m]. At 1e9 m PhysX can no longer compute the mass of a hull."""
 
 EXACT_UNIT_TOLERANCE, UNIT_TOLERANCE = 1e-5, 1e-3
-"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all
-(docs/reference/language.md, Poses)."""
+"""Allowed deviation of a quaternion's length from 1: to be kept exactly, and to be accepted
+(docs/reference/language.md, Poses).
+"""
 
 RIGID_TOLERANCE = 1e-3
-"""How far a matrix may be from a rigid motion (docs/reference/language.md, Poses)."""
+"""Allowed deviation of a matrix from a rigid motion (docs/reference/language.md, Poses)."""
 
 MIN_HORIZONTAL = 1e-6
-"""Below this length of what is horizontal of a direction, where it points is rounding noise."""
+"""Smallest horizontal part of a direction; below it the heading is rounding noise."""
 
 
 def to_pose(row: Iterable[float]) -> Pose7:
-    """Seven numbers of any type as a pose."""
+    """Converts seven numbers of any type to a pose."""
     x, y, z, qw, qx, qy, qz = map(float, row)
     return x, y, z, qw, qx, qy, qz
 
 
 def to_vector(row: Iterable[float]) -> Vec3:
-    """Three numbers of any type as a vector."""
+    """Converts three numbers of any type to a vector."""
     x, y, z = map(float, row)
     return x, y, z
 
 
 def multiply_quaternions(a: Quat, b: Quat) -> Quat:
-    """The Hamilton product: first b, then a."""
+    """Returns the Hamilton product: first b, then a."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
     return (
@@ -70,14 +70,14 @@ def multiply_quaternions(a: Quat, b: Quat) -> Quat:
 
 
 def normalized(q: Sequence[float]) -> Quat:
-    """The quaternion of length 1 in the same direction."""
+    """Returns a quaternion scaled to length 1."""
     w, x, y, z = q
     length = math.sqrt(w * w + x * x + y * y + z * z)
     return (w / length, x / length, y / length, z / length)
 
 
 def rotate(q: Quat, v: Vec3) -> Vec3:
-    """A vector turned by a unit quaternion."""
+    """Rotates a vector by a unit quaternion."""
     w, *u = q
     t = cross((u[0], u[1], u[2]), v)
     t = (2 * t[0], 2 * t[1], 2 * t[2])
@@ -86,13 +86,13 @@ def rotate(q: Quat, v: Vec3) -> Vec3:
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quat:
-    """Turns about the fixed axes x, then y, then z [rad]: qz(yaw) · qy(pitch) · qx(roll)."""
+    """Returns a rotation about the fixed axes x, then y, then z [rad]: qz(yaw) · qy(pitch) · qx(roll)."""
     x, y, z = roll / 2, pitch / 2, yaw / 2
     return from_half_angles((math.cos(x), math.cos(y), math.cos(z)), (math.sin(x), math.sin(y), math.sin(z)))
 
 
 def from_half_angles(cosines: Vec3, sines: Vec3) -> Quat:
-    """The same turns, of the cosines and the sines of half their angles."""
+    """Like `from_rpy`, from cosines and sines of the half angles."""
     (cr, cp, cy), (sr, sp, sy) = cosines, sines
     return (
         cy * cp * cr + sy * sp * sr,
@@ -103,28 +103,28 @@ def from_half_angles(cosines: Vec3, sines: Vec3) -> Quat:
 
 
 def from_axis_angle(axis: Vec3, angle: float) -> Quat:
-    """A turn about an axis of any length but 0 by an angle [rad]."""
+    """Returns a rotation about a nonzero axis by an angle [rad]."""
     length = math.hypot(*axis)
     s = math.sin(angle / 2) / length
     return (math.cos(angle / 2), axis[0] * s, axis[1] * s, axis[2] * s)
 
 
 def shortest_from_x(target: Vec3) -> Quat:
-    """The shortest rotation that turns +x to `target` (any length but 0); about z where they are opposite."""
+    """Returns the shortest rotation from +x to a nonzero `target`; about z if opposite."""
     length = math.hypot(*target)
     x, y, z = target[0] / length, target[1] / length, target[2] / length
     if y == 0 and z == 0:
         return IDENTITY if x > 0 else (0.0, 0.0, 0.0, 1.0)
     if x == -1:
-        # Opposite as far as the numbers go, and what is left of y and z may be too small to square.
+        # Numerically opposite; the rest of y and z may be too small to square.
         across = math.hypot(y, z)
         return (0.0, 0.0, -z / across, y / across)
-    # Half way between +x and the target: q = (1 + cos, x × target), normalised.
+    # Half way between +x and the target: q = (1 + cos, x × target), normalized.
     return normalized((1 + x, 0.0, 0.0 - z, y))
 
 
 def from_matrix(m: Matrix3) -> Quat:
-    """The rotation of an orthonormal matrix, with w ≥ 0 where w is the largest component."""
+    """Returns the rotation of an orthonormal matrix, with w ≥ 0 if w is the largest component."""
     (a, b, c), (d, e, f), (g, h, i) = m
     candidates = (a + e + i, a - e - i, e - a - i, i - a - e)
     largest = max(range(4), key=candidates.__getitem__)
@@ -142,7 +142,7 @@ def from_matrix(m: Matrix3) -> Quat:
 
 
 def looking(forward: Vec3) -> Quat | None:
-    """+x along `forward`, +z as far up as it goes; None where `forward` is 0 or points straight up or down."""
+    """Returns the rotation with +x along `forward` and +z as far up as possible; None if `forward` is 0 or vertical."""
     length = math.hypot(*forward)
     if length == 0:
         return None
@@ -157,14 +157,14 @@ def looking(forward: Vec3) -> Quat | None:
 
 
 def cross(a: Vec3, b: Vec3) -> Vec3:
-    """The cross product."""
+    """Returns the cross product."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def compose(outer: Pose7, inner: Pose7) -> Pose7:
-    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in.
+    """Returns outer · inner: `inner`, given in the frame of `outer`.
 
-    A pose that does not turn passes the other's rotation on untouched.
+    If one pose has no rotation, the other's rotation is kept exactly.
     """
     if outer == IDENTITY_POSE:
         return inner
@@ -180,9 +180,9 @@ def compose(outer: Pose7, inner: Pose7) -> Pose7:
 
 
 def turned(pose: Pose7, rotation: Quat, step: Vec3 = (0.0, 0.0, 0.0)) -> Pose7:
-    """A pose with a rotation and a step, both in its own frame, put before it.
+    """Returns a pose moved by a rotation and a step in its own frame.
 
-    A pose that does not turn passes the rotation on untouched, and the other way round.
+    If the pose has no rotation, the given rotation is kept exactly, and vice versa.
     """
     if rotation == IDENTITY and not any(step):
         return pose
@@ -192,7 +192,7 @@ def turned(pose: Pose7, rotation: Quat, step: Vec3 = (0.0, 0.0, 0.0)) -> Pose7:
 
 
 def invert(pose: Pose7) -> Pose7:
-    """The pose that undoes one."""
+    """Returns the inverse of a pose."""
     w, x, y, z = pose[3:]
     back = (w, -x, -y, -z)
     p = rotate(normalized(back), pose[:3])
@@ -200,12 +200,12 @@ def invert(pose: Pose7) -> Pose7:
 
 
 def relative_pose(outer: Pose7, inner: Pose7) -> Pose7:
-    """outer⁻¹ · inner: `inner` relative to `outer`, both given in the same frame."""
+    """Returns outer⁻¹ · inner: `inner` relative to `outer`, both given in the same frame."""
     return compose(invert(outer), inner)
 
 
 def rigidity(m: Sequence[Sequence[float]]) -> float:
-    """How far a 4×4 matrix is from a rigid motion: the largest entry of |RᵀR - I|, |det R - 1| and the last row."""
+    """Returns a 4×4 matrix's deviation from a rigid motion: the largest of |RᵀR - I|, |det R - 1| and the last row."""
     r = [row[:3] for row in m[:3]]
     columns = list(zip(*r, strict=True))
     gram = max(

@@ -1,4 +1,4 @@
-"""Solids of revolution, ellipsoids and terrain: their vertices, triangles and convex parts."""
+"""Surfaces and convex parts of solids of revolution, ellipsoids and terrain."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Profile = tuple[tuple[float, float], ...]
 
 
 def revolved_points(profile: Any, turn: float = 0.0) -> NDArray[Any]:
-    """The corners of a profile turned about x, (corners, 32, 3) [m].
+    """Returns the corners of a profile revolved about x, (corners, 32, 3) [m].
 
-    `turn`: where the circles begin, in steps from one of their corners to the next.
+    `turn`: start angle of the circles, in steps between corners.
     """
     x, radius = np.array(profile, np.float64).T[:, :, None]
     angle = (np.arange(32) + turn) * (2 * np.pi / 32)
@@ -26,7 +26,7 @@ def revolved_points(profile: Any, turn: float = 0.0) -> NDArray[Any]:
 
 
 def revolved_parts(profile: Any) -> list[NDArray[Any]]:
-    """Convex parts of a solid of revolution, each (V, 3) [m]: 1 if it touches x, 32 otherwise."""
+    """Returns convex parts of a solid of revolution, each (V, 3) [m]: 1 if it touches x, else 32."""
     circles = revolved_points(profile)
     radii = [radius for _, radius in profile]
     if min(radii) == 0:
@@ -36,11 +36,11 @@ def revolved_parts(profile: Any) -> list[NDArray[Any]]:
 
 
 def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
-    """What is seen of a solid of revolution: round about x, an edge at each corner of its profile.
+    """Returns the surface of a solid of revolution, smooth about x, with an edge at each corner of its profile.
 
     Returns:
-        Vertices (V, 3) [m], triangles (T, 3) counterclockwise from outside, normals (V, 3), and
-        texture coordinates (V, 2), which are all (0, 0).
+        Vertices (V, 3) [m], triangles (T, 3) counterclockwise from outside, normals (V, 3), and texture coordinates (V,
+        2), all (0, 0).
     """
     vertices: list[NDArray[Any]] = []
     normals: list[NDArray[Any]] = []
@@ -54,7 +54,7 @@ def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
         normal = np.array([inward, along]) / np.hypot(along, inward)
         first = 32 * len(vertices)
         for (x, radius), half in ((start, -0.5), (end, 0.5)):
-            turn = 0.0 if radius else half  # a tip has the normals of the middles of its triangles
+            turn = 0.0 if radius else half  # normals at a tip are those of the triangle centres
             vertices.append(revolved_points([(x, radius)], turn)[0])
             normals.append(revolved_points([normal], turn)[0])
         if start[1]:
@@ -68,21 +68,21 @@ def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
 
 @lru_cache(maxsize=64)
 def cached_parts(profile: Profile) -> tuple[NDArray[Any], ...]:
-    """As `revolved_parts`, with the same arrays for the same profile. They must not be written to."""
+    """Like `revolved_parts`, but returns the same arrays for the same profile. They must not be modified."""
     return tuple(revolved_parts(profile))
 
 
 def ellipsoid_surface(radii: Any) -> tuple[NDArray[Any], ...]:
-    """A convex polyhedron of the volume of an ellipsoid about its origin; nobody has a shape for one.
+    """Returns a convex polyhedron with the volume of an ellipsoid about its origin, since SAPIEN has no ellipsoids.
 
-    A globe of 22 meridians and 10 parallels, poles on z, is stretched: its 222 corners and 242 sides are within the
-    255 that PhysX has for a hull. Inscribed, it would have 3.4 % less volume; its corners lie 1.1 % outside.
+    It is a stretched globe with 22 meridians and 10 parallels, poles on z. Its 222 corners and 242 faces are within
+    PhysX's limit of 255 for a hull. An inscribed one would have 3.4 % less volume; these corners lie 1.1 % outside.
 
     Args:
         radii: along x, y and z [m].
 
     Returns:
-        As `revolved_surface`; equal vertices stand together at the poles.
+        As `revolved_surface`; the poles have duplicate vertices.
     """
     down, around = np.meshgrid(np.linspace(0, np.pi, 12), np.arange(22) * (2 * np.pi / 22), indexing="ij")
     globe = np.stack([np.sin(down) * np.cos(around), np.sin(down) * np.sin(around), np.cos(down)], -1).reshape(-1, 3)
@@ -98,15 +98,15 @@ def ellipsoid_surface(radii: Any) -> tuple[NDArray[Any], ...]:
 
 
 def heightfield_surface(size: Any, heights: Any) -> tuple[NDArray[Any], ...]:
-    """The triangles of a heightfield about its origin.
+    """Returns the triangles of a heightfield about its origin.
 
     Args:
-        size: extents along x and y, and how high a 1 is [m].
+        size: extents along x and y, and height of the value 1 [m].
         heights: (R, C), rows from +y to -y, each from -x to +x.
 
     Returns:
-        Vertices (V, 3) [m], triangles (T, 3) counterclockwise from above, normals (V, 3), and
-        texture coordinates (V, 2) from the image's top left corner.
+        Vertices (V, 3) [m], triangles (T, 3) counterclockwise from above, normals (V, 3), and texture coordinates (V,
+        2) from the image's top left corner.
     """
     levels = np.array(heights, np.float64)
     rows, columns = len(levels), len(levels[0])
@@ -115,7 +115,7 @@ def heightfield_surface(size: Any, heights: Any) -> tuple[NDArray[Any], ...]:
     grid = np.stack([u - 0.5, 0.5 - v, levels], axis=-1) * np.array(size, np.float64)
     here = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     a, b, c, d = here, here + columns, here + columns + 1, here + 1
-    # MuJoCo cuts the cells of its height fields along the same diagonal.
+    # MuJoCo splits height field cells along the same diagonal.
     triangles = np.concatenate([np.stack([a, b, d], axis=1), np.stack([b, c, d], axis=1)])
     along_x = np.gradient(grid[..., 2], axis=1) / np.gradient(grid[..., 0], axis=1)
     along_y = np.gradient(grid[..., 2], axis=0) / np.gradient(grid[..., 1], axis=0)

@@ -1,4 +1,4 @@
-"""Triangles as vertices and faces, whatever file they are from."""
+"""Joins triangle meshes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def join_parts(parts: list[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """The vertices (V, 3) and faces (F, 3) of several parts as those of one mesh.
+    """Joins the vertices (V, 3) and faces (F, 3) of several parts into one mesh.
 
     Raises:
         ValueError: there are no parts.

@@ -1,6 +1,6 @@
-"""Worlds and robots of other formats as scene files: one reader a format, and what writes and compares the result.
+"""Imports worlds and robots of other formats as scene files: one reader per format, a writer, and a comparison.
 
-A reader gives the document of a scene file as plain data and lists what the document cannot hold.
+A reader returns a scene document as plain data, and lists content that the document cannot represent.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from scenecc.importers.imported_scene import ImportContext, ImportedScene
 
     Reader = Callable[[Path, ImportContext], ImportedScene | None]
-    """Reads a file that exists. Returns None after an error, which is reported in the context's sink."""
+    """Reads an existing file. Returns None after an error, which is reported in the context's sink."""
 
 
 @frozen
 class SourceFormat:
-    """One format that can be imported.
+    """A format that can be imported.
 
     Attributes:
-        name: as messages have it.
-        suffixes: of its files, in lower case. `.xml` belongs to several formats: the root element decides.
-        root: the root element of an XML file; "" where it is no XML.
-        reader: "MODULE:FUNCTION", a `Reader`. It is loaded when a file of the format is read.
-        module: the package beyond the core that the reader needs; "" where it needs none, or says so itself.
+        name: name in messages.
+        suffixes: in lower case. `.xml` belongs to several formats: the root element decides.
+        root: root element of an XML format; "" for other formats.
+        reader: "MODULE:FUNCTION", a `Reader`, loaded on first use.
+        module: extra package that the reader needs; "" if it needs none or checks for it itself.
     """
 
     name: str
@@ -44,4 +44,4 @@ FORMATS: Final = (
     SourceFormat("MJCF", (".mjcf", ".xml"), "mujoco", "scenecc.importers.mjcf:import_mjcf"),
     SourceFormat("URDF", (".urdf", ".xml"), "robot", "scenecc.importers.urdf:import_urdf"),
 )
-"""Every format; of those that take a suffix, the root element decides."""
+"""All formats. If a suffix has several, the root element decides."""

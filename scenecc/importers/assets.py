@@ -1,4 +1,4 @@
-"""How a written scene names the files it uses: relative to itself, by `pkg://` or `asset://`, or copied beside it."""
+"""Paths of assets in an imported scene: relative, `pkg://`, `asset://`, or copied beside the scene."""
 
 from __future__ import annotations
 
@@ -18,36 +18,37 @@ from scenecc.importers.imported_scene import Asset
 from scenecc.source.paths import AssetScope, check_scheme, check_uri, has_package
 
 IMPORTED_FROM: Final = "Imported from"
-"""The first words of a file that is written."""
+"""First words of a written file."""
 
 _HEAD: Final = f"# {IMPORTED_FROM} ".encode()
 
 
 def assets_of(output: Path) -> Path:
-    """The folder of the files that are written beside a scene file."""
+    """Returns the folder of the files that are written beside a scene file."""
     return output.with_name(f"{output.stem}_assets")
 
 
 def output_fault(output: Path) -> str | None:
-    """Why a scene file of this name could not name the files beside it; None: it can."""
+    """Returns why a scene file of this name could not refer to its assets; None if it can."""
     name = assets_of(output).name if output.name else ""
     refusal = check_uri(name) or check_scheme(f"{name}/", ())
     if refusal is not None:
         return refusal.message
     if name.startswith(SHIPPED_PREFIX):
-        return f"`{SHIPPED_PREFIX}` begins the name of a prefab that scenecc has"
+        return f"names that begin with `{SHIPPED_PREFIX}` are reserved for scenecc's own prefabs"
     return f"`${{` in `{cut(name)}` would be an expression" if "${" in name else None
 
 
 def check_output_files(output: Path, files: Mapping[str, bytes]) -> list[Path]:
-    """Checks that none of the files beside a scene belongs to others. Returns prefabs of an import that it replaces.
+    """Checks that no file beside a scene belongs to anything else. Returns prefabs of an earlier import to remove.
 
     Args:
         output: the scene file, which may exist.
-        files: what is to be written, by their paths from its folder.
+        files: content to write, by path from its folder.
 
     Raises:
-        OSError: the folder of assets is no folder or another scene's, or a file in it is of no import.
+        OSError: the folder of assets is not a folder or belongs to another scene, or one of its files is not from an
+            import.
     """
     folder = assets_of(output)
     if len(files) > 1 and folder.exists() and not folder.is_dir():
@@ -62,7 +63,9 @@ def check_output_files(output: Path, files: Mapping[str, bytes]) -> list[Path]:
         beside = {output.parent / name: data for name, data in files.items() if name != output.name}
         changed = next((path for path, data in beside.items() if path.is_file() and path.read_bytes() != data), None)
         if changed is not None:
-            raise FileExistsError(errno.EEXIST, "it exists, and is of no earlier import of this scene", str(changed))
+            raise FileExistsError(
+                errno.EEXIST, "it exists, and is not from an earlier import of this scene", str(changed)
+            )
     elif other is None:
         made = [path for path in folder.glob("*.yaml") if f"{folder.name}/{path.name}" not in files]
         return [path for path in made if mark + path.name.encode() in before and path.read_bytes().startswith(_HEAD)]
@@ -70,7 +73,7 @@ def check_output_files(output: Path, files: Mapping[str, bytes]) -> list[Path]:
 
 
 def map_assets(node: Any, name: Callable[[Asset], str]) -> Any:
-    """The same plain data with a path in place of each asset."""
+    """Returns the data with each asset replaced by a path."""
     if isinstance(node, Asset):
         return name(node)
     if isinstance(node, dict):
@@ -81,12 +84,12 @@ def map_assets(node: Any, name: Callable[[Asset], str]) -> Any:
 
 
 class AssetNames:
-    """The names of a scene's files, and the copies that these names need.
+    """Assigns paths to a scene's assets, and collects the necessary copies.
 
     Args:
-        output: the scene file that will be written, absolute.
-        scope: of the imported file: its root is that file's folder.
-        companions: file → the files that it names in turn, which are copied with it.
+        output: the scene file to write, absolute.
+        scope: scope of the imported file, with that file's folder as root.
+        companions: file → files that it refers to, which are copied with it.
 
     Attributes:
         copies: path relative to the output's folder → content.
@@ -101,7 +104,7 @@ class AssetNames:
         self._made: dict[str, str] = {}
 
     def name(self, asset: Asset) -> str:
-        """The path that the scene file has for an asset. Raises OSError where a file to copy cannot be read."""
+        """Returns the path of an asset in the scene file. Raises OSError if a file to copy cannot be read."""
         if isinstance(asset.source, bytes):
             return self._add_made(asset.name, asset.source)
         return self._in_place(asset.source) or self._copy(asset.source)
@@ -119,7 +122,7 @@ class AssetNames:
         return None
 
     def _copy(self, path: Path) -> str:
-        """Keeps the folders below the imported file's own, so that files find one another."""
+        """Copies a file, with its folders below the imported file's folder, so that relative references stay valid."""
         root = (self._scope.root or Path.cwd()).resolve()
         base = root if path.is_relative_to(root) else path.parent
         for each in (path, *self._companions.get(path, ())):

@@ -1,4 +1,4 @@
-"""A built scene compared with the engine or library of the format that it was imported from."""
+"""Compares a built scene with the engine or library of its source format."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ _READ_BY_DRAKE: Final = frozenset({".sdf", ".world", ".urdf"})
 
 @frozen
 class Certificate:
-    """Figures of the comparison.
+    """Result of the comparison.
 
     Attributes:
-        bodies: bodies that were built.
-        mass: of all dynamic bodies and links [kg].
-        judge: what the scene was compared with; "" where there is none.
-        why_no_judge: why the engine that is installed was not compared with; "" where none is.
-        compared: bodies that both have.
-        position: largest difference of positions [m].
-        angle: largest difference of rotations [rad].
-        masses: bodies whose mass was compared; those of kinematic bodies have no effect, and are not.
-        relative_mass: largest relative difference of masses.
+        bodies: number of bodies built.
+        mass: total of all dynamic bodies and links [kg].
+        judge: the reference engine; "" if there is none.
+        why_no_judge: why an installed engine was not used; "" if none is installed.
+        compared: number of bodies in both.
+        position: largest position difference [m].
+        angle: largest rotation difference [rad].
+        masses: number of masses compared, without kinematic bodies, whose mass has no effect.
+        relative_mass: largest relative mass difference.
     """
 
     bodies: int
@@ -56,22 +56,22 @@ class Certificate:
     why_no_judge: str = ""
 
     def lines(self) -> list[str]:
-        """The figures as text."""
-        lines = [f"built {_bodies_in_words(self.bodies)}; those that move weigh {self.mass:.6g} kg"]
+        """Returns the result as text."""
+        lines = [f"built {_bodies_in_words(self.bodies)}; total moving mass {self.mass:.6g} kg"]
         if not self.judge:
-            why = self.why_no_judge or "none that reads the file is installed"
-            return [*lines, f"compared with no other engine: {why}"]
+            why = self.why_no_judge or "no engine that reads the file is installed"
+            return [*lines, f"not compared with another engine: {why}"]
         lines.append(f"compared with {self.judge}: {_bodies_in_words(self.compared)}")
         if not self.compared:
             return lines
         lines.append(f"  poses differ by at most {self.position:.2g} m and {self.angle:.2g} rad")
         if self.masses:
-            lines.append(f"  masses ({self.masses}) differ by at most {self.relative_mass:.2g} of themselves")
+            lines.append(f"  masses ({self.masses}) differ by at most {self.relative_mass:.2g} (relative)")
         return lines
 
 
 def certificate_of(found: ImportedScene, source: Path, target: Path, options: Options) -> Certificate:
-    """Builds the scene file as written and compares it. Raises SceneError where it does not build."""
+    """Builds the written scene file and compares it. Raises SceneError if it does not build."""
     sink = Sink()
     plan = compile_or_raise(target, replace(options, allow_outside_assets=False), sink).plan
     with build_batch(plan, sink, scene_idxs=None, render=False, audit=True) as batch:
@@ -94,13 +94,13 @@ def _bodies_in_words(count: int) -> str:
 
 
 def _bodies(snapshot: EngineSnapshot) -> dict[str, ReferencePose]:
-    """What the first scene holds, by `ENTITY` or `ENTITY/LINK`."""
+    """Returns the bodies of the first scene, by `ENTITY` or `ENTITY/LINK`."""
     found: dict[str, ReferencePose] = {}
     for entity in snapshot.scenes[0].entities:
         for body in entity.bodies:
             is_link = isinstance(entity.structure, ArticulationStructure)
             name = f"{entity.entity.name}/{body.name}" if is_link else entity.entity.name
-            # PhysX ignores the mass of a kinematic body, so that a scene does not have the file's.
+            # PhysX ignores the mass of kinematic bodies.
             mass = None if body.body_type == "kinematic" else body.mass
             found[name] = ReferencePose(body.pose, None if mass is None else mass.mass)
     return found
@@ -127,13 +127,13 @@ def _compare(
 
 
 def _angle(a: tuple[float, ...], b: tuple[float, ...]) -> float:
-    """Between two rotations. The chord keeps its digits where the cosine of a small angle loses them."""
+    """Returns the angle between two rotations. The chord is more precise than the cosine for small angles."""
     chord = min(math.dist(a, b), math.dist(a, [-each for each in b]))
     return 4 * math.asin(min(1.0, chord / 2))
 
 
 def _ask_drake(source: Path, found: ImportedScene, options: Options) -> dict[str, ReferencePose] | str:
-    """Poses and masses of Drake's own reader, in a process of its own; else why there are none."""
+    """Returns poses and masses from Drake, run in a separate process; or the reason why there are none."""
     if any(loss.kind == "models" for loss in found.losses):
         return "Drake would read models that are left out"
     request = {"file": str(source.absolute()), "roots": [str(root) for root in options.asset_roots]}
@@ -145,7 +145,7 @@ def _ask_drake(source: Path, found: ImportedScene, options: Options) -> dict[str
         *_, last = "", *done.stderr.decode(errors="replace").strip().splitlines()
         return f"Drake refuses the file: {cut(last)}" if done.returncode > 0 else "Drake crashes on the file"
     rows: dict[str, Any] = json.loads(done.stdout)
-    # The bodies of a URDF are named by their links, and it has one robot.
+    # A URDF has one robot, and its bodies have the names of its links.
     is_urdf = source.suffix.lower() == ".urdf"
     named = {name.rpartition("::")[2] if is_urdf else name: row for name, row in rows.items()}
     return {name: ReferencePose(tuple(row["pose"]), row["mass"]) for name, row in named.items()}

@@ -1,8 +1,8 @@
-"""Prints poses and masses of a file's bodies as Drake reads them: `python -m scenecc.importers.drake_poses`.
+"""Prints poses and masses of a file's bodies according to Drake: `python -m scenecc.importers.drake_poses`.
 
-Standard input is JSON: `{"file": PATH, "roots": [FOLDER, …]}`. The result is JSON: `MODEL::BODY` →
-`{"pose": …, "mass": …}`, a pose as p [m] and q (wxyz). Drake reads the file in a process of its own, since it ends the
-process for some files. If it refuses a file, the last line of standard error says why.
+Standard input is JSON: `{"file": PATH, "roots": [FOLDER, …]}`. The result is JSON: `MODEL::BODY` → `{"pose": …, "mass":
+…}`, a pose as p [m] and q (wxyz). Runs as a separate process, since Drake crashes on some files. If Drake refuses a
+file, the last line of standard error has the reason.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from typing import Any, Final
 import numpy as np
 
 _MAX_MEMORY: Final = 8 * 2**30
-"""Of this process [bytes]; Drake itself maps about one."""
+"""Address space of this process [bytes]; Drake maps about 1 GiB itself."""
 
 
 def main() -> None:
-    """Answers the request of standard input."""
+    """Answers the request on standard input."""
     resource.setrlimit(resource.RLIMIT_AS, (_MAX_MEMORY, _MAX_MEMORY))
     asked = json.load(sys.stdin)
     plants: Any = import_module("pydrake.multibody.plant")
@@ -38,7 +38,7 @@ def main() -> None:
         sys.exit(str(error).partition("\n")[0])
     plant.Finalize()
     context = plant.CreateDefaultContext()
-    # A joint that cannot be at 0 starts at its limit in a scene.
+    # A joint that cannot be at 0 starts at its limit, as in a scene.
     limits = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
     plant.SetPositions(context, np.clip(plant.GetPositions(context), *limits))
     found: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""A file of another format as a scene file: read, checked, written, built and compared."""
+"""Imports a file of another format as a scene file: reads, checks, writes, builds and compares it."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ class Imported:
 
     Attributes:
         files: path relative to the output's folder → content; the scene file first.
-        losses: what the scene does not hold.
+        losses: content of the source that the scene does not have.
         diagnostics: warnings about the file and the scene.
-        paths: where they were written.
-        certificate: the comparison of the built scene with the source's own engine.
+        paths: paths of the written files.
+        certificate: comparison of the built scene with the source's own engine.
     """
 
     files: Mapping[str, bytes] = field(repr=False)
@@ -74,23 +74,23 @@ def import_scene(
     limits: Mapping[str, int] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Imported:
-    """Writes a scene file for a file of another format, builds it and compares it with the source.
+    """Writes a scene file from a file of another format, builds it and compares it with the source.
 
     Args:
-        file: an SDF world or model, a USD stage, an MJCF, or a URDF.
-        output: the scene file. Files that can be named neither relative to it nor by `pkg://` or `asset://` are copied
-            to the folder `NAME_assets` beside it.
-        allow: losses that may change the machine; keys of `scenecc.importers.imported_scene.LOSSES`.
+        file: an SDF world or model, a USD stage, an MJCF or a URDF.
+        output: the scene file. Files that it cannot refer to by a relative path, `pkg://` or `asset://` are copied to
+            the folder `NAME_assets` beside it.
+        allow: losses that may change the dynamics; keys of `scenecc.importers.imported_scene.LOSSES`.
         asset_roots: as for `validate`; the file and the scene may read them.
         allow_outside_assets: as for `validate`.
         limits: as for `validate`.
-        progress: called with (steps done, steps in all): the source is read, compiled and written, then built.
+        progress: called with (steps done, total steps): read, compile and write, build.
 
     Raises:
         SceneError: the file cannot be imported, or not without a loss that is not allowed. Nothing is written.
         OSError: the output cannot be written.
-        TypeError: an argument is of another type.
-        ValueError: there is no such loss or limit, or a scene file cannot name the files beside an output of that name.
+        TypeError: an argument has the wrong type.
+        ValueError: unknown loss or limit, or the output's name cannot be part of a path in a scene file.
     """
     check_types(import_scene, {"allow": allow, "progress": progress}, _TYPES)
     allow = {allow} if isinstance(allow, str) else {*allow}
@@ -132,7 +132,7 @@ def _tell(progress: Callable[[int, int], None] | None, done: int) -> None:
 
 
 def _texts(found: ImportedScene, source: Path, target: Path, names: AssetNames) -> tuple[dict[str, bytes], Prefabs]:
-    """The scene file, the prefabs that it uses and what they name, by paths relative to the scene's folder."""
+    """Returns the scene file, its prefabs and its assets, by paths relative to the scene's folder."""
     document = simplify(map_assets(found.document, lambda asset: _FILE_MARK + names.name(asset)))
     taken = (Path(path).stem for path in names.copies if path.endswith(".yaml"))
     prefabs = find_prefabs(document, taken, lambda name: f"{_FILE_MARK}{assets_of(target).name}/{name}.yaml")
@@ -147,11 +147,11 @@ def _texts(found: ImportedScene, source: Path, target: Path, names: AssetNames) 
 _TYPES: Final[Mapping[str, Any]] = {"allow": Iterable[str], "progress": Callable[[int, int], None] | None}
 
 _FILE_MARK: Final = "\0"
-"""Before a path that is relative to the scene's folder, or a uri."""
+"""Marks a path relative to the scene's folder, or a URI."""
 
 
 def _with_paths(node: Any, folder: str) -> Any:
-    """The same plain data with paths relative to a folder below the scene's."""
+    """Returns the data with paths relative to a folder below the scene's."""
     if isinstance(node, str) and node.startswith(_FILE_MARK):
         path = node.removeprefix(_FILE_MARK)
         return path if "://" in path else Path(os.path.relpath(path, folder)).as_posix()
@@ -162,7 +162,7 @@ def _with_paths(node: Any, folder: str) -> Any:
 
 @contextmanager
 def _write_files(target: Path, files: Mapping[str, bytes]) -> Generator[list[Path]]:
-    """Writes the files, and puts everything back as it was where the block fails or is interrupted."""
+    """Writes the files, and restores everything if the block fails or is interrupted."""
     targets = [target.parent / name for name in files]
     before = {path: path.read_bytes() for path in targets if path.is_file()}
     folders = {each for path in targets for each in path.parents if not each.exists()}
@@ -174,7 +174,6 @@ def _write_files(target: Path, files: Mapping[str, bytes]) -> Generator[list[Pat
 
 
 def _put_back(paths: list[Path], before: Mapping[Path, bytes], folders: Collection[Path]) -> None:
-    """Puts files back as they were, or removes them."""
     for path in paths:
         path.unlink(missing_ok=True)
     for folder in sorted(folders, reverse=True):
@@ -184,7 +183,7 @@ def _put_back(paths: list[Path], before: Mapping[Path, bytes], folders: Collecti
 
 
 def _root_of(source: Path) -> Path:
-    """The folder that a file may read: that of the package or model which it belongs to, else its own."""
+    """Returns the folder that a file may read: its package's or model's, else its own."""
     folder = source.absolute().parent
     for each in (folder, *folder.parents[:_PACKAGE_LEVELS]):
         if any((each / name).is_file() for name in ("package.xml", "model.config")):
@@ -193,7 +192,6 @@ def _root_of(source: Path) -> Path:
 
 
 def _read(source: Path, context: ImportContext) -> ImportedScene | None:
-    """The scene of a file, by the reader of its format."""
     try:
         with open_regular(source) as stream:
             head = stream.read(_HEAD_BYTES)
@@ -213,7 +211,7 @@ def _read(source: Path, context: ImportContext) -> ImportedScene | None:
 
 
 def _format_of(source: Path, head: bytes, sink: Sink) -> SourceFormat | None:
-    """The format whose suffix and content a file has; None, reported, where there is none."""
+    """Returns the format that matches a file's suffix and content; None after an error."""
     suffix, place = source.suffix.lower(), Location(str(source))
     takers = [one for one in FORMATS if suffix in one.suffixes]
     if not takers:
@@ -225,13 +223,13 @@ def _format_of(source: Path, head: bytes, sink: Sink) -> SourceFormat | None:
     found = next((one for one in takers if not one.root or one.root == tag), None)
     if found is None:
         expected = " or ".join(f"<{one.root}> ({one.name})" for one in takers)
-        seen = f"the first element is <{tag}>" if tag else "there is no XML element"
-        sink.report("SC430", f"the file is not what its name says: {seen}, not {expected}", place)
+        seen = f"its root element is <{tag}>" if tag else "it has no XML element"
+        sink.report("SC430", f"the content does not match the suffix: {seen}, not {expected}", place)
     return found
 
 
 def is_source(file: Path) -> bool:
-    """Whether a file of a folder is one to import: by its suffix, and if that is `.xml`, by its root element.
+    """Whether a file can be imported, judged by its suffix, and for `.xml` by its root element.
 
     Raises:
         OSError: it cannot be read.
@@ -247,7 +245,7 @@ def _may_be_xml(source: Path) -> bool:
 
 
 def _root_element(head: bytes) -> str:
-    """The name of the first element; "" where there is none. A long comment may stand before it."""
+    """Returns the name of the root element; "" if none is found. Long comments may precede it."""
     root = _ROOT_ELEMENT.search(_COMMENT.sub(b"", head))
     return "" if root is None else root[1].decode("ascii", "replace")
 
@@ -256,14 +254,14 @@ def _is_installed(chosen: SourceFormat, sink: Sink) -> bool:
     try:
         import_module(chosen.module)
     except ImportError as error:
-        message = f"{chosen.name} files are read with {chosen.module}: {error}"
+        message = f"{chosen.name} files need {chosen.module}: {error}"
         sink.report("SC813", message, Location(None), hint=install_hint("import"))
         return False
     return True
 
 
 def _report_losses(losses: Sequence[Loss], context: ImportContext) -> None:
-    """One finding a kind: an error where it changes the machine and is not allowed."""
+    """Reports one finding per kind; an error if the kind changes the dynamics and is not allowed."""
     counts = Counter(loss.kind for loss in losses)
     for kind, count in counts.items():
         row, first, *others = LOSSES[kind], *(loss for loss in losses if loss.kind == kind)
@@ -280,7 +278,7 @@ def _report_losses(losses: Sequence[Loss], context: ImportContext) -> None:
 
 
 def _compile(found: ImportedScene, source: Path, context: ImportContext, options: Options) -> CompileResult:
-    """Compiles the document before anything is written, with the assets where they are. Raises SceneError."""
+    """Compiles the document before anything is written, with the original assets. Raises SceneError."""
     sink = Sink()
     with temporary_folder() as folder:
 
@@ -294,7 +292,7 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
             return made[asset]
 
         made: dict[Asset, str] = {}
-        # By absolute paths, and no more than the reader may read: what these files name is read here too.
+        # Uses absolute paths, restricted to what the reader may read: this also reads the files that assets name.
         root = context.scope.root or Path.cwd()
         inside = replace(options, asset_roots=(*options.asset_roots, root, Path(folder)))
         try:
@@ -315,7 +313,7 @@ def _compile(found: ImportedScene, source: Path, context: ImportContext, options
 
 
 def _move_to_source(told: Diagnostic, found: ImportedScene, source: Path) -> Diagnostic:
-    """A finding about the scene, at the place of the imported file that led to it."""
+    """Moves a finding about the scene to the place in the imported file that caused it."""
     if told.location.file is not None:
         return replace(told, related=())
     section, _, rest = told.path.partition(".")
@@ -325,7 +323,7 @@ def _move_to_source(told: Diagnostic, found: ImportedScene, source: Path) -> Dia
 
 
 def _companions(compiled: CompileResult) -> dict[Path, tuple[Path, ...]]:
-    """File → the files that it names, at any depth, as the compilation found them."""
+    """Returns file → all files that it refers to, directly or indirectly, as found by the compilation."""
     named = compiled.scope.memory.named
     by: dict[str, list[Path]] = {}
     for path, reference in named.items():
@@ -344,10 +342,10 @@ def _companions(compiled: CompileResult) -> dict[Path, tuple[Path, ...]]:
 
 
 _LEAST_SAVED: Final = 20
-"""Lines that a prefab must save; short models are read faster where they stand."""
+"""Minimum number of lines that a prefab must save; short models are easier to read inline."""
 
 _NOT_SHARED: Final = '"collision_group"'
-"""Each instance of a prefab has collision groups of its own."""
+"""Each instance of a prefab has its own collision groups."""
 
 _REFERENCES: Final = ("parent", "child", "mount", "relative_to")
 
@@ -357,9 +355,9 @@ class Prefabs:
     """A scene with instances.
 
     Attributes:
-        document: of the scene.
-        files: the documents of the prefabs, by what `use` says.
-        names: of an entity that became an instance → of what the instance holds.
+        document: the scene.
+        files: documents of the prefabs, by the value of `use`.
+        names: entity that became an instance → entity inside the instance.
     """
 
     document: Node
@@ -367,18 +365,18 @@ class Prefabs:
     names: Mapping[str, str]
 
     def name(self, old: str) -> str:
-        """What an entity, or `ENTITY/LINK`, is called now."""
+        """Returns the current name of an entity or `ENTITY/LINK`."""
         entity, slash, link = old.partition("/")
         return f"{self.names.get(entity, entity)}{slash}{link}"
 
 
 def find_prefabs(document: Node, taken: Iterable[str], path: Callable[[str], str]) -> Prefabs:
-    """Equal entities, their poses aside, as instances of one prefab, where that is shorter.
+    """Replaces entities that differ only in pose by instances of one prefab, if that is shorter.
 
     Args:
         document: a scene document; it is not changed.
         taken: names that no prefab may have.
-        path: gives the file of a prefab its path, by its name.
+        path: returns the path of a prefab's file, from its name.
     """
     entities: Node = document.get("entities", {})
     alike: dict[str, list[str]] = {}
@@ -416,7 +414,6 @@ def _content(node: Node) -> Node:
 
 
 def _materials(node: Any) -> Iterator[str]:
-    """The names of materials that shapes have."""
     for item in node if is_list_node(node) else ():
         yield from _materials(item)
     for key, value in node.items() if is_mapping_node(node) else ():

@@ -1,4 +1,4 @@
-"""What a reader of another format is given and what it returns."""
+"""Input and output of the readers of other formats."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 @frozen
 class LossKind:
-    """One kind of content that a scene file does not hold.
+    """A kind of content that a scene file cannot represent.
 
     Attributes:
-        what: in words, after a number: "3 plugins".
+        what: plural noun for messages, such as "plugins".
         changes_machine: whether masses, joints, contacts or poses differ without it. The import then stops, unless
             `--allow` names the kind.
     """
@@ -31,94 +31,94 @@ class LossKind:
 
 
 LOSSES: Final[Mapping[str, LossKind]] = {
-    "malformed-xml": LossKind("faults of the XML", changes_machine=True),
+    "malformed-xml": LossKind("XML faults", changes_machine=True),
     "plugins": LossKind("plugins"),
     "sensors": LossKind("sensors"),
-    "settings": LossKind("settings of the world"),
+    "settings": LossKind("world settings"),
     "visuals": LossKind("visual shapes"),
     "missing-files": LossKind("missing files"),
     "material-scripts": LossKind("material scripts"),
-    "mesh-looks": LossKind("materials of meshes"),
+    "mesh-looks": LossKind("mesh materials"),
     "lights": LossKind("lights"),
-    "light-falloff": LossKind("falloffs of lights"),
+    "light-falloff": LossKind("light falloffs"),
     "names": LossKind("changed names"),
     "empty-links": LossKind("links without shapes"),
     "ellipsoids": LossKind("ellipsoids as hulls"),
     "hulls": LossKind("meshes as hulls"),
     "ball-joints": LossKind("ball joints as hinges"),
-    "joint-friction": LossKind("frictions of joints"),
+    "joint-friction": LossKind("joint frictions"),
     "effort-limits": LossKind("effort limits"),
-    "friction-directions": LossKind("frictions that depend on the direction"),
+    "friction-directions": LossKind("direction-dependent frictions"),
     "saved-states": LossKind("saved states"),
-    "worlds": LossKind("further worlds"),
+    "worlds": LossKind("additional worlds"),
     "actors": LossKind("actors"),
     "roads": LossKind("roads"),
     "particles": LossKind("particle emitters"),
     "projectors": LossKind("projectors"),
     "sounds": LossKind("sounds"),
     "wind": LossKind("winds"),
-    "colliders": LossKind("colliding shapes", changes_machine=True),
-    "contactless-shapes": LossKind("colliding shapes without contacts"),
-    "collision-bitmasks": LossKind("bitmasks of collisions", changes_machine=True),
-    "self-collisions": LossKind("models that collide with themselves", changes_machine=True),
+    "colliders": LossKind("collision shapes", changes_machine=True),
+    "contactless-shapes": LossKind("collision shapes without contacts"),
+    "collision-bitmasks": LossKind("collision bitmasks", changes_machine=True),
+    "self-collisions": LossKind("models with self-collisions", changes_machine=True),
     "inertias": LossKind("impossible inertias", changes_machine=True),
-    "joint-limits": LossKind("missing limits of joints", changes_machine=True),
+    "joint-limits": LossKind("missing joint limits", changes_machine=True),
     "models": LossKind("models", changes_machine=True),
     "joints": LossKind("joints", changes_machine=True),
     "loops": LossKind("joints that close loops", changes_machine=True),
     "screw-joints": LossKind("screw joints", changes_machine=True),
     "gearbox-joints": LossKind("gearbox joints", changes_machine=True),
     "kinematic-links": LossKind("kinematic links", changes_machine=True),
-    "populations": LossKind("populations of models", changes_machine=True),
-    "drake-elements": LossKind("elements of Drake", changes_machine=True),
+    "populations": LossKind("model populations", changes_machine=True),
+    "drake-elements": LossKind("Drake elements", changes_machine=True),
     "grippers": LossKind("grippers"),
-    "fluids": LossKind("masses and forces of fluids", changes_machine=True),
+    "fluids": LossKind("fluid masses and forces", changes_machine=True),
     # Of MJCF.
     "tendons": LossKind("tendons", changes_machine=True),
-    "contact-pairs": LossKind("pairs of contacts", changes_machine=True),
-    "joint-springs": LossKind("springs of joints", changes_machine=True),
+    "contact-pairs": LossKind("contact pairs", changes_machine=True),
+    "joint-springs": LossKind("joint springs", changes_machine=True),
     "actuators": LossKind("actuators"),
-    "gravity-shares": LossKind("bodies that a share of gravity pulls", changes_machine=True),
-    "switches": LossKind("springs, limits and the like that the file switches off", changes_machine=True),
-    "camera-modes": LossKind("cameras that follow something"),
+    "gravity-shares": LossKind("bodies with partial gravity", changes_machine=True),
+    "switches": LossKind("disabled springs, limits and the like", changes_machine=True),
+    "camera-modes": LossKind("tracking cameras"),
     "sites": LossKind("sites"),
     "softness": LossKind("soft contacts and limits"),
-    "contact-forces": LossKind("surfaces that stick or carry along", changes_machine=True),
+    "contact-forces": LossKind("adhesive or moving surfaces", changes_machine=True),
     "surface-friction": LossKind("torsional and rolling frictions"),
     # Of USD.
-    "mesh-simplification": LossKind("simplifications of colliding meshes"),
-    "assumed-masses": LossKind("masses and inertias that the file leaves open"),
-    "material-looks": LossKind("properties of materials"),
-    "frictions": LossKind("static frictions below the dynamic ones"),
+    "mesh-simplification": LossKind("collision mesh simplifications"),
+    "assumed-masses": LossKind("assumed masses and inertias"),
+    "material-looks": LossKind("material properties"),
+    "frictions": LossKind("static frictions below dynamic friction"),
     "idle-joints": LossKind("joints without effect"),
     "joint-breaks": LossKind("joints that break"),
-    "light-units": LossKind("units of lights"),
-    "lenses": LossKind("lenses of cameras"),
-    "animations": LossKind("motions over time"),
+    "light-units": LossKind("light units"),
+    "lenses": LossKind("camera lenses"),
+    "animations": LossKind("animations"),
     "unknown-prims": LossKind("prims of unknown types"),
     "vendor-attributes": LossKind("attributes of other schemas"),
-    "soft-bodies": LossKind("things that move in other ways than bodies and joints", changes_machine=True),
+    "soft-bodies": LossKind("soft bodies and other dynamics", changes_machine=True),
     "point-instancers": LossKind("point instancers", changes_machine=True),
-    "physics-scenes": LossKind("further physics scenes"),
-    "collision-filters": LossKind("filters of collisions", changes_machine=True),
-    "swing-limits": LossKind("limits across the axis of joints", changes_machine=True),
-    "joint-frames": LossKind("joints whose frames do not meet at the start"),
+    "physics-scenes": LossKind("additional physics scenes"),
+    "collision-filters": LossKind("collision filters", changes_machine=True),
+    "swing-limits": LossKind("swing limits of joints", changes_machine=True),
+    "joint-frames": LossKind("joints whose frames do not coincide at the start"),
 }
-"""The name that `--allow` takes, and what it stands for."""
+"""Kind of loss, as named by `--allow` → its description."""
 
 
 REPAIRED: Final = "SC488"
-"""The code of notes about what is left out or replaced, so that a robot's file can be read."""
+"""Code of notes about content that is left out or replaced when a robot file is repaired."""
 
 
 @frozen
 class Loss:
-    """One thing that the scene does not hold as the file does.
+    """Something in the file that the scene does not have, or has differently.
 
     Attributes:
         kind: a key of `LOSSES`.
-        message: what is lost and what the scene holds in its place, without the place: "the plugin `libwind.so`".
-        place: in the file.
+        message: what is lost, and its replacement, without the place: "the plugin `libwind.so`".
+        place: location in the file.
         path: of the element or prim: `world/cart/wheel`.
     """
 
@@ -130,14 +130,13 @@ class Loss:
 
 @dataclass(frozen=True, slots=True)
 class Asset:
-    """A file that the scene names. It stands in the document in place of the path, wherever the language takes a file.
+    """A file of the scene. It takes the place of a path in the document.
 
-    The writer names it relative to the scene, by `pkg://` or by `asset://`; what cannot be named so is copied beside
-    the scene.
+    The writer refers to it by a relative path, `pkg://` or `asset://`, or else copies it beside the scene.
 
     Attributes:
-        name: of the copy, with its suffix. It need not be unique.
-        source: the file, absolute and checked by `ImportContext.scope`; or the content of a file that the reader made.
+        name: file name of a copy, with suffix. It need not be unique.
+        source: the file, absolute and checked by `ImportContext.scope`; or the content of a generated file.
     """
 
     name: str
@@ -146,11 +145,11 @@ class Asset:
 
 @frozen
 class ReferencePose:
-    """Where the source's own library has a body, for formats without an engine.
+    """Pose and mass of a body according to the source's own library.
 
     Attributes:
         pose: of the body's frame in the world, p [m] then q (wxyz).
-        mass: [kg]; None: the file gives none, or the body does not move.
+        mass: [kg]; None: not in the file, or the body does not move.
     """
 
     pose: tuple[float, ...]
@@ -159,17 +158,17 @@ class ReferencePose:
 
 @dataclass(frozen=True, slots=True)
 class ImportedScene:
-    """A file as a scene.
+    """An imported file as a scene.
 
     Attributes:
-        document: of a scene file, as plain data; `Asset`s stand for files.
-        losses: in the order of the file.
+        document: a scene document, as plain data with `Asset`s for files.
+        losses: in file order.
         bodies: name in the scene (`ENTITY` or `ENTITY/LINK`) → name in the source (`model::link`, a prim's path), for
             the comparison of poses and masses.
-        reference: name in the source → what the source's own library says of the body; empty where an engine is asked.
-        judge: the library that `reference` is from.
-        places: name in the scene, as in `bodies`, or of an entity → where it is in the file.
-        codes_of_losses: codes of findings about the scene that `losses` lists already.
+        reference: name in the source → pose and mass from the source's own library; empty if an engine is used instead.
+        judge: the library of `reference`.
+        places: name in the scene, as in `bodies`, or of an entity → location in the file.
+        codes_of_losses: codes of findings about the scene that `losses` already covers.
     """
 
     document: dict[str, Any]
@@ -183,13 +182,13 @@ class ImportedScene:
 
 @dataclass(frozen=True, slots=True)
 class ImportContext:
-    """What a reader may use.
+    """Resources of a reader.
 
     Attributes:
-        sink: takes errors. What is lost is no error: it belongs into `ImportedScene.losses`.
-        scope: which files may be read: the folder of the file, the asset roots.
-        limits: sizes of files.
-        allow: the kinds of losses that the user allows.
+        sink: receives errors. Losses are not errors: they go into `ImportedScene.losses`.
+        scope: files that may be read: the file's folder and the asset roots.
+        limits: size limits.
+        allow: kinds of losses that the user allows.
     """
 
     sink: Sink
@@ -198,7 +197,7 @@ class ImportContext:
     allow: frozenset[str] = frozenset()
 
     def resolve(self, path: Path) -> ResolvedFile | None:
-        """The imported file, shown by the path that the user gave; None after an error."""
+        """Returns the imported file, displayed by the user's path; None after an error."""
         found = resolve_path(path.name, base=path.absolute().parent, scope=self.scope)
         if isinstance(found, Refusal):
             self.sink.report(found.code, found.message, Location(str(path)), hint=found.hint)

@@ -1,4 +1,4 @@
-"""Meshes that an import makes itself, as OBJ: triangles of other files, ellipsoids, extruded polygons."""
+"""Creates OBJ meshes: triangles of other formats, ellipsoids, extruded polygons."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ if TYPE_CHECKING:
 
 
 class MeshError(ValueError):
-    """Why a mesh cannot be made, in words."""
+    """Reason why a mesh cannot be made."""
 
 
 def ellipsoid_obj() -> bytes:
-    """A ball of radius 1, to be scaled."""
+    """Returns a unit sphere, to be scaled."""
     surface = sphere()
     return encode_obj(surface.vertices, surface.faces)
 
 
 @dataclass(frozen=True, slots=True)
 class MeshFile:
-    """A mesh file that was read.
+    """A loaded mesh file.
 
     Attributes:
-        path: of the file.
-        content: of the file.
+        path: path of the file.
+        content: content of the file.
         parts: vertices and faces of each part [m].
-        missing: the materials and images that it names and that are not there.
+        missing: materials and images that it refers to but that do not exist.
     """
 
     path: Path
@@ -54,10 +54,10 @@ class MeshFile:
 
 
 def load_mesh(path: Path, context: ImportContext) -> MeshFile:
-    """Reads a mesh file, which was found inside the scope of the import.
+    """Reads a mesh file inside the scope of the import.
 
     Raises:
-        MeshError: it is no mesh, is too large, or a buffer that it names is missing.
+        MeshError: it is not a mesh, is too large, or a buffer that it refers to is missing.
     """
     asset, files = AssetFile(path.name, path), asset_files(context.scope, context.limits)
     missing: list[str] = []
@@ -65,7 +65,7 @@ def load_mesh(path: Path, context: ImportContext) -> MeshFile:
         for reference in files.mesh(asset).names:
             try:
                 files.content(files.resolve(asset, reference))
-            except AssetError:  # noqa: PERF203 - each file is missing by itself
+            except AssetError:  # noqa: PERF203 - each file may be missing
                 missing.append(reference.uri)
         return MeshFile(path, files.content(path), list(files.triangles(asset)), tuple(missing))
     except AssetError as error:
@@ -80,13 +80,13 @@ def _read(path: Path, most: int) -> bytes:
 
 
 def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: bool) -> bytes:
-    """The triangles of a mesh file, scaled. A scale that mirrors turns the triangles round.
+    """Returns the triangles of a mesh file as OBJ. A mirroring scale reverses their winding.
 
     Args:
         mesh: the file.
-        submesh: name of the only part to take; "": all parts.
+        submesh: name of the part to use; "": all parts.
         scale: factors along x, y and z.
-        center: whether the middle of the bounds moves to the origin.
+        center: whether to centre the bounds at the origin.
 
     Raises:
         MeshError: it has no such part.
@@ -100,7 +100,7 @@ def mesh_as_obj(mesh: MeshFile, *, submesh: str, scale: list[float], center: boo
 
 
 def check_terrain_file(path: Path, context: ImportContext) -> None:
-    """Raises MeshError where a file is no terrain that a scene can hold."""
+    """Raises MeshError if a file is not a terrain that a scene can use."""
     try:
         read_heights(_read(path, context.limits.asset_bytes), MAX_HEIGHTS)
     except ValueError as error:
@@ -108,13 +108,12 @@ def check_terrain_file(path: Path, context: ImportContext) -> None:
 
 
 def _named_parts(mesh: MeshFile, name: str) -> list[tuple[NDArray[Any], NDArray[Any]]]:
-    """The parts of some name, in the file's frame."""
     import trimesh
 
     library: Any = trimesh
     try:
         scene = library.load_scene(BytesIO(mesh.content), mesh.path.suffix[1:].lower(), process=False)
-    except Exception as error:  # trimesh's readers raise whatever comes
+    except Exception as error:  # trimesh's readers raise anything
         raise MeshError(f"{mesh.path.name} cannot be read: {error}") from error
     found: list[tuple[NDArray[Any], NDArray[Any]]] = []
     for node in scene.graph.nodes_geometry:
@@ -129,10 +128,10 @@ def _named_parts(mesh: MeshFile, name: str) -> list[tuple[NDArray[Any], NDArray[
 
 
 def polyline_obj(corners: list[tuple[float, float]], height: float) -> bytes:
-    """A polygon in the plane z = 0, extruded along z [m].
+    """Returns a polygon in the plane z = 0, extruded along z [m], as OBJ.
 
     Raises:
-        MeshError: it is no simple polygon.
+        MeshError: it is not a simple polygon.
     """
     points = [corner for i, corner in enumerate(corners) if corner != corners[i - 1] or len(corners) == 1]
     if len(points) < 3:
@@ -153,7 +152,7 @@ def _area(points: list[tuple[float, float]]) -> float:
 
 
 def _ears(points: list[tuple[float, float]]) -> list[tuple[int, int, int]]:
-    """Triangles of a polygon that runs counterclockwise, by cutting ears."""
+    """Triangulates a counterclockwise polygon by ear clipping."""
     left, found = list(range(len(points))), list[tuple[int, int, int]]()
     while len(left) > 2:
         for i in range(len(left)):

@@ -1,4 +1,4 @@
-"""MJCFs as scenes: an entity names the file as it is, beside time step, gravity, lights and cameras."""
+"""Imports an MJCF: an entity refers to the file, beside time step, gravity, lights and cameras."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Location
 
 _SLIDE: Final = 2
-"""`mjJNT_SLIDE`; after it comes only `mjJNT_HINGE`."""
+"""`mjJNT_SLIDE`; the only larger type is `mjJNT_HINGE`."""
 
 _KINDS: Final = {
     "ball": "ball-joints",
@@ -49,22 +49,22 @@ _KINDS: Final = {
     "gravcomp": "gravity-shares",
     "flag": "switches",
 }
-"""The losses that the findings of the reader are, by what stands before a slash in their kind."""
+"""Kind of a reader's finding, up to a slash → kind of loss."""
 
 _BUILT: Final = frozenset({"camera", "light", "option"})
-"""Findings of the reader that are about what is imported here."""
+"""Findings of the reader about content that is imported here."""
 
 _READ_OPTIONS: Final = frozenset({"timestep", "gravity", "density", "viscosity"})
 
 _LIGHT_TYPES: Final = {0: "spot", 1: "directional", 2: "point"}
-"""`mjtLightType`; the fourth is a picture of the surroundings."""
+"""`mjtLightType`; the fourth is an environment image."""
 
 _FIXED: Final = 0
 """`mjCAMLIGHT_FIXED`."""
 
 
 def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
-    """A scene with everything in an MJCF; None after an error."""
+    """Returns a scene with everything in an MJCF; None after an error."""
     found = context.resolve(path)
     if found is None:
         return None
@@ -74,7 +74,7 @@ def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
         read_model(found, scope=context.scope, sink=context.sink, limits=context.limits)
         return None
     made = _Importer(path, read).scene()
-    # Files that it includes are named from the root of what may be read.
+    # Paths of included files are relative to the root of the scope.
     root = context.scope.root or Path.cwd()
     base = root if path.is_absolute() else Path(os.path.relpath(root))
     places = [loss.place for loss in made.losses]
@@ -86,8 +86,6 @@ def import_mjcf(path: Path, context: ImportContext) -> ImportedScene | None:
 
 
 class _Importer:
-    """Makes the scene of one file."""
-
     def __init__(self, path: Path, read: ReadModel) -> None:
         self._path = path
         self._model = read.model
@@ -105,7 +103,6 @@ class _Importer:
                 self._losses += [Loss("settings", f"{name} of <option>", element.location) for name in unread]
 
     def scene(self) -> ImportedScene:
-        """The document, with what it is compared with."""
         header = self._model.header
         gravity = [0.0, 0.0, 0.0] if "GRAVITY" in header["disabled"] else header["option"]["gravity"]
         document: dict[str, Any] = {
@@ -132,9 +129,9 @@ class _Importer:
         )
 
     def _keyframe(self) -> dict[str, str]:
-        """The key `keyframe`, where one adds targets of drives to the positions that the file starts at anyway."""
+        """Returns the key `keyframe`, if one adds drive targets to the file's own initial positions."""
         model, used = self._model, dict[str, str]()
-        # Without a keyframe drives hold where joints start, and with one they go to its controls.
+        # Without a keyframe drives hold the initial positions; with one they go to its controls.
         starts = model["qpos0"][model["jnt_qposadr"][model["jnt_type"] >= _SLIDE]]
         for number, qpos in enumerate(model["key_qpos"]):
             name, place = model.name("key", number), model.location("key", number)
@@ -144,12 +141,12 @@ class _Importer:
                 if model["key_qvel"][number].any():
                     self._losses.append(Loss("saved-states", f"the velocities of the keyframe `{name}`", place))
             else:
-                hint = f"; `keyframe: {name}` starts there" if name else ""
+                hint = f"; set `keyframe: {name}` to start there" if name else ""
                 self._losses.append(Loss("saved-states", f"the keyframe `{name}`{hint}", place))
         return used
 
     def _world_constraints(self, told: set[Location]) -> list[tuple[Location, dict[str, Any]]]:
-        """Constraints between bodies that move and the world. `told`: where such equalities are."""
+        """Returns constraints between moving bodies and the world. `told`: locations of these equalities."""
         model = self._model
         made: list[tuple[Location, dict[str, Any]]] = []
         for number, kind in enumerate(model["eq_type"].tolist()):
@@ -171,7 +168,7 @@ class _Importer:
         return made
 
     def _reference(self) -> dict[str, ReferencePose]:
-        """Where MuJoCo's own kinematics has the bodies with joints within their limits, and what it lets them weigh."""
+        """Returns masses and body poses from MuJoCo's kinematics, with joints within their limits."""
         model = self._model
         return {
             model.body_name(body): ReferencePose(self._world_pose(body), float(model["body_mass"][body]) or None)
@@ -180,7 +177,6 @@ class _Importer:
         }
 
     def _mount(self, body: int) -> str:
-        """ENTITY or ENTITY/LINK."""
         root, link = self._links[body]
         entity = self._name if len(self._robots) == 1 else f"{self._name}/{root}"
         robot = next(robot for robot in self._robots if robot.links[0].name == root)
@@ -190,7 +186,7 @@ class _Importer:
         return (*self._model["xpos"][body].tolist(), *self._model["xquat"][body].tolist())
 
     def _mount_and_pose(self, body: int, local: Pose7) -> tuple[dict[str, Any], Pose7]:
-        """The key `mount`, where something moves with a body, and its pose there or in the world."""
+        """Returns the key `mount` if something moves with a body, and its pose there or in the world."""
         if body != WORLD and body in self._links:
             return {"mount": self._mount(body)}, local
         return {}, compose(self._world_pose(body), local)
@@ -203,7 +199,7 @@ class _Importer:
             if not model["light_active"][number]:
                 continue
             if kind not in _LIGHT_TYPES:
-                self._losses.append(Loss("lights", f"the light `{label}`, a picture of the surroundings", place))
+                self._losses.append(Loss("lights", f"the environment image `{label}`", place))
                 continue
             keys: dict[str, Any] = {
                 "type": _LIGHT_TYPES[kind],
@@ -219,7 +215,7 @@ class _Importer:
             body = int(model["light_bodyid"][number])
             pose = compose(self._world_pose(body), local)
             if body != WORLD and body in self._links:
-                self._losses.append(Loss("lights", f"that the light `{label}` moves with a body", place))
+                self._losses.append(Loss("lights", f"the mount of the light `{label}`, which stays in place", place))
             if keys["type"] != "directional":
                 self._losses.append(Loss("light-falloff", f"the falloff of the light `{label}`", place))
             shines = rotate(self._world_pose(body)[3:], tuple(direction))
@@ -232,7 +228,7 @@ class _Importer:
         for number, body in enumerate(model["cam_bodyid"].tolist()):
             label = model.name("camera", number) or "camera"
             if model["cam_mode"][number] != _FIXED:
-                words = f"that the camera `{label}` follows something"
+                words = f"the tracking mode of the camera `{label}`"
                 self._losses.append(Loss("camera-modes", words, model.location("camera", number)))
             own: Pose7 = (*model["cam_pos"][number].tolist(), *model["cam_quat"][number].tolist())
             mount, pose = self._mount_and_pose(body, compose(own, LOOK))

@@ -1,4 +1,4 @@
-"""Numbers, poses, names and joints of an imported file as a scene file writes them."""
+"""Formats numbers, poses, names and joints of an imported file for a scene file."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ from scenecc.geometry.rotations import (
 from scenecc.names import UniqueNames
 
 _NOISE = 1e-9
-"""Numbers of poses and directions below this are rounding noise [m, or of a quaternion]."""
+"""Smaller numbers in poses and directions are rounding noise [m, or quaternion]."""
 
 LOOK: Final[Pose7] = (0.0, 0.0, 0.0, *from_matrix(((0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0))))
-"""SAPIEN's x (forward), y (left) and z (up) in the frame of a camera of MuJoCo or USD, which looks along -z, y up."""
+"""SAPIEN's x (forward), y (left), z (up) in a MuJoCo or USD camera frame, which looks along -z with y up."""
 
 _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 
 
 def plain_number(value: float) -> float:
-    """The shortest number that single precision, which the engine has, reads as the same."""
+    """Returns the shortest decimal number with the same float32."""
     return float(str(np.float32(value))) + 0.0
 
 
 def plain_numbers(values: Iterable[float], noise: float = 0.0) -> list[float]:
-    """Several of them. `noise`: those below it are 0."""
+    """Returns several plain numbers. `noise`: smaller values become 0."""
     return [0.0 if abs(value) < noise else plain_number(value) for value in values]
 
 
 def plain_pose(pose: Pose7) -> Any:
-    """A pose as `pose:` takes it."""
+    """Returns a pose as a value of `pose:`."""
     p, q = plain_numbers(pose[:3], _NOISE), pose[3:]
     rotation = plain_numbers(q if q[0] >= 0 else [-each for each in q], _NOISE)
     if rotation == list(IDENTITY):
@@ -52,17 +52,17 @@ def plain_pose(pose: Pose7) -> Any:
 
 
 def is_identity(pose: Pose7) -> bool:
-    """Whether a pose, as it is written, neither moves nor turns."""
+    """Whether a pose, as written, is the identity."""
     return plain_pose(pose) == [0, 0, 0]
 
 
 def pose_key(pose: Pose7, key: str = "pose") -> dict[str, Any]:
-    """A pose under its key; empty for the identity, which is the default of all such keys."""
+    """Returns a pose under its key; empty for the identity, the default of these keys."""
     return {} if is_identity(pose) else {key: plain_pose(pose)}
 
 
 def _plain_rotation(q: Quat, rotation: list[float]) -> dict[str, Any]:
-    """Roll, pitch and yaw where these are whole degrees; else the quaternion `rotation`."""
+    """Returns roll, pitch and yaw if they are whole degrees; else the quaternion `rotation`."""
     w, x, y, z = q
     roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
@@ -74,14 +74,14 @@ def _plain_rotation(q: Quat, rotation: list[float]) -> dict[str, Any]:
 
 
 def plain_axis(axis: Vec3) -> Any:
-    """A direction: a letter where it is an axis, else a unit vector."""
+    """Returns a direction: a letter for an axis, else a unit vector."""
     length = math.sqrt(sum(each * each for each in axis))
     unit = plain_numbers([each / length for each in axis], _NOISE)
     return _AXES.get((unit[0], unit[1], unit[2]), unit)
 
 
 def light_place(kind: str, position: Iterable[float], direction: Iterable[float]) -> dict[str, Any]:
-    """Where a light is and where it shines [m], as far as a light of its kind has that."""
+    """Returns position [m] and direction of a light, as far as its kind has them."""
     keys: dict[str, Any] = {}
     if kind != "directional":
         keys["position"] = plain_numbers(position, _NOISE)
@@ -91,39 +91,39 @@ def light_place(kind: str, position: Iterable[float], direction: Iterable[float]
 
 
 def plain_name(wish: str) -> str:
-    """The nearest name that the language takes: what a name cannot hold becomes `_`."""
+    """Returns the nearest valid name: invalid characters become `_`."""
     name = re.sub(r"[^A-Za-z0-9_.-]+", "_", wish.replace("::", "."))
     return name if re.match(r"[A-Za-z_]", name) and not name.startswith("x-") else f"_{name}"
 
 
 class Names(UniqueNames):
-    """Names that the language takes, each once."""
+    """Assigns valid, unique names."""
 
     def new(self, wish: str) -> str:
-        """The nearest free name."""
+        """Returns the nearest free name."""
         return super().new(plain_name(wish))
 
 
 HOLD: Final = {"stiffness": 1e10, "damping": 1e4, "mode": "acceleration"}
-"""The spring with which `weld` holds what PhysX's limits do not."""
+"""Spring by which `weld` holds axes that PhysX's limits do not."""
 
 _NEAR: Final = 1e-9
-"""Frames that are less apart have one origin [m]."""
+"""Origins closer than this coincide [m]."""
 
 
 def along_x(axis: Vec3) -> Pose7:
-    """The frame whose x is an axis of any length but 0."""
+    """Returns a frame whose x is along a nonzero axis."""
     length = math.hypot(*axis)
     return (0.0, 0.0, 0.0, *shortest_from_x((axis[0] / length, axis[1] / length, axis[2] / length)))
 
 
 def joint_frames(in_parent: Pose7, in_child: Pose7, axis: Vec3 | None) -> dict[str, Any]:
-    """The frames of a joint as a link tree has them: `origin` and `axis` where it turns about the link's origin.
+    """Returns the frames of a joint in a link tree: `origin` and `axis` if the joint is at the link's origin.
 
     Args:
         in_parent: the joint's frame in the parent link.
         in_child: the same frame in the child link, at position 0.
-        axis: along or about which it moves, in its frame; None: it is fixed.
+        axis: axis of motion in the joint's frame; None: fixed.
     """
     origin = pose_key(compose(in_parent, invert(in_child)), "origin")
     if axis is None:

@@ -1,4 +1,4 @@
-"""SDF worlds and models as scenes: versions 1.4 to 1.12."""
+"""Converts SDF worlds and models to scenes. Versions 1.4 to 1.12."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _CAMERAS: Final = frozenset(
 )
 
 _IGNORED_BIT: Final = 1 << 29
-"""Of the third collision integer: links that have it do not collide where their fourth integers are equal."""
+"""Bit of the third collision integer: links with it do not collide if their fourth integers are equal."""
 
 _MAX_MASKS: Final = 64
-"""Different bitmasks that are compared with one another; with more of them, some two have no bit in common."""
+"""Maximum number of bitmasks to compare pairwise; with more, collision bits are always written."""
 
 _FIRST_NUMBER: Final = 1000
-"""Of the fourth collision integers given here; those of other articulations count from 0."""
+"""First value for the fourth collision integer; those of other articulations start at 0."""
 
 _LOST: Final = {
     "plugin": "plugins",
@@ -50,11 +50,11 @@ _LOST: Final = {
     "gripper": "grippers",
     "fluid_added_mass": "fluids",
 }
-"""Tag → the loss that it is."""
+"""Tag → kind of loss."""
 
 
 def import_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
-    """The scene of an SDF file; None after an error. Of several worlds the first."""
+    """Reads the scene of an SDF file, its first world if there are several; returns None after an error."""
     losses: list[Loss] = []
     found = read_sdf_file(path, context, losses)
     if found is None:
@@ -67,7 +67,7 @@ def import_sdf(path: Path, context: ImportContext) -> ImportedScene | None:
     try:
         return _build(path, file, top, is_world=bool(worlds))
     except RecursionError:
-        file.error("frames or links depend on one another through too many others", top)
+        file.error("the chain of frames or links is too long", top)
         return None
 
 
@@ -86,14 +86,13 @@ def _build(path: Path, file: SdfFile, top: SourceElement, *, is_world: bool) -> 
     for name, joint in world.joints.items():
         _connect(world, name, joint, parts)
     if not is_world and not world.models and not losses:
-        file.error("there is nothing to import: no world and no model", top)
+        file.error("there is nothing to import: the file has no world and no model", top)
     return ImportedScene(
         _document(path, file, world, parts, is_world=is_world), tuple(losses), parts.bodies, places=parts.locations
     )
 
 
 def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts) -> None:
-    """Adds a joint between models as a constraint."""
     kind, file = joint_type(element), world.file
     ends: list[tuple[str, Pose7, bool]] = []
     for tag in ("parent", "child"):
@@ -104,10 +103,10 @@ def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts)
             return
         ends.append((built.name or WORLD, built.pose if built.name else IDENTITY_POSE, built.is_moved))
     if not kind:
-        file.lose("joints", f"the joint `{name}` of the type `{element.attributes.get('type', '')}`", element)
+        file.lose("joints", f"the joint `{name}` of type `{element.attributes.get('type', '')}`", element)
         return
     if ends[0][0] == ends[1][0]:
-        file.error(f"the joint `{name}` connects a body with itself", element)
+        file.error(f"the joint `{name}` connects a body to itself", element)
         return
     joint = SdfJoint(world, element, name, kind, ends[0][0], ends[1][0], world.pose_of(name, element), IDENTITY_POSE)
     hinges = hinges_of(joint)
@@ -119,7 +118,7 @@ def _connect(world: Scope, name: str, element: SourceElement, parts: SceneParts)
 
 
 def _apply_bitmasks(parts: SceneParts) -> None:
-    """Bitmasks as collision bits, where they keep any two bodies apart."""
+    """Converts bitmasks to collision bits, if any two bodies have no bit in common."""
     masks = {one.mask for one in parts.bitmasks}
     if len(masks) <= _MAX_MASKS and all(a & b for a in masks for b in masks):
         return
@@ -162,7 +161,7 @@ def _document(path: Path, file: SdfFile, world: Scope, parts: SceneParts, *, is_
 
 
 def _physics(file: SdfFile, world: SourceElement, *, is_world: bool) -> Node:
-    """SDF's friction is 1 where a file gives none, and nothing bounces; a world has gravity and a step of its own."""
+    """Returns the physics section. SDF defaults: friction 1, restitution 0."""
     material = {"static_friction": 1, "dynamic_friction": 1, "restitution": 0}
     if not is_world:
         return {"default_material": material}
@@ -177,7 +176,7 @@ def _physics(file: SdfFile, world: SourceElement, *, is_world: bool) -> Node:
 
 
 def _tell_losses(model: Scope) -> None:
-    """Lists what no part of a model is built from."""
+    """Reports the content of a model that no entity is built from."""
     _lose_elements(model.element, model.file, model.name, skip={"model", "link", "joint"})
     for name, link in model.links.items():
         _lose_elements(link, model.file, f"{model.name}{SEPARATOR}{name}", skip={"visual", "collision"})
@@ -208,8 +207,6 @@ def _lose_elements(element: SourceElement, file: SdfFile, path: str, *, skip: se
 
 
 class _Rendering:
-    """Lights and cameras of a world and of its links."""
-
     def __init__(self, parts: SceneParts) -> None:
         self.lights: Node = {}
         self.cameras: Node = {}
@@ -217,7 +214,7 @@ class _Rendering:
         self._names = Names()
 
     def add_link(self, path: str, link: SourceElement) -> None:
-        """Those of a link. On a link that is not built, they stand in the world."""
+        """Adds lights and cameras of a link; in the world frame if the link is not built."""
         place, built = self._parts.places[path][1], self._parts.links[path]
         file, mount = place.scope.file, built.name or None
         for element in (*link.all("light"), *link.all("sensor")):
@@ -237,10 +234,10 @@ class _Rendering:
                     self._add_camera(camera, file, local if mount else compose(built.pose, local), mount, name)
 
     def add_light(self, element: SourceElement, file: SdfFile, pose: Pose7, mount: str | None, name: str) -> None:
-        """A light. SDF's shine along `direction`, which is -z unless said."""
+        """Adds a light. SDF's lights shine along `direction`, by default -z."""
         kind = element.attributes.get("type", "point")
         if kind not in {"point", "directional", "spot"}:
-            file.lose("lights", f"the light `{name}` of the type `{kind}`", element)
+            file.lose("lights", f"the light `{name}` of type `{kind}`", element)
             return
         diffuse = element.find("diffuse")
         color = None if diffuse is None else file.numbers(diffuse, min(max(len(diffuse.text.split()), 3), 4))
@@ -260,7 +257,11 @@ class _Rendering:
         if file.flag(element, "cast_shadows", default=False):
             light["shadow"] = True
         if find_element(element, "attenuation") is not None and kind != "directional":
-            file.lose("light-falloff", f"<attenuation> of `{name}`; SAPIEN's lights fall off with the square", element)
+            file.lose(
+                "light-falloff",
+                f"<attenuation> of `{name}`; SAPIEN's lights fall off with the squared distance",
+                element,
+            )
         self.lights[self._names.new(name)] = {**light, **({"mount": mount} if mount else {})}
 
     def _add_camera(self, camera: SourceElement, file: SdfFile, pose: Pose7, mount: str | None, name: str) -> None:
@@ -270,7 +271,9 @@ class _Rendering:
         fov = file.number(camera, "horizontal_fov", default=1.047)
         if not (0 < fov < math.pi and 0 < width <= 16384 and 0 < height <= 16384):
             file.lose(
-                "sensors", f"the camera `{name}` with an angle of {fov:g} rad, {width} by {height} pixels", camera
+                "sensors",
+                f"the camera `{name}` with a field of view of {fov:g} rad and {width} by {height} pixels",
+                camera,
             )
             return
         near, far = (file.number(camera, "clip", tag, default=value) for tag, value in (("near", 0.1), ("far", 100)))

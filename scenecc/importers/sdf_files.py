@@ -1,4 +1,4 @@
-"""SDF files: XML that is not quite well-formed, the values of elements, and the files that an SDF names."""
+"""SDF files: parsing, also of slightly malformed XML, typed values of elements, and the search for files."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from scenecc.robots.xml import (
 from scenecc.source.paths import Refusal, check_uri, resolve_path
 
 _MAX_NUMBER: Final = 1e30
-"""Larger numbers are infinite: the engine has single precision."""
+"""Larger numbers count as infinite, since the engine has single precision."""
 
 _INFINITE: Final = frozenset({"lower", "upper", "effort", "velocity", "far", "mu", "mu2", "friction"})
-"""Elements whose number may be infinite."""
+"""Elements that may be infinite."""
 
 SMALLEST: Final = 1e-9
-"""Of sizes [m] and lengths of directions."""
+"""Smallest size [m], and smallest length of a direction."""
 
 
 class SdfFile:
-    """One file that is read: its values are checked, and what cannot be kept is listed.
+    """Reads values from one file, and collects losses.
 
     Attributes:
         context: of the import.
         path: of the file.
-        losses: so far, of all files of the import.
-        version: of the format.
+        losses: losses so far, of all files of the import.
+        version: SDF version of the file.
     """
 
     def __init__(self, context: ImportContext, path: Path, losses: list[Loss], version: str = "") -> None:
@@ -48,7 +48,7 @@ class SdfFile:
         self.version = tuple(int(part) for part in re.findall(r"\d{1,9}", version)[:2])
 
     def is_before(self, *version: int) -> bool:
-        """Whether it is written in an older version of the format. A file without a version is not."""
+        """Whether the file has an older SDF version. A file without a version does not."""
         return bool(self.version) and self.version < version
 
     def error(self, message: str, element: SourceElement, hint: str | None = None, code: str = "SC433") -> None:
@@ -56,11 +56,11 @@ class SdfFile:
         self.context.sink.report(code, message, element.location, hint=hint)
 
     def lose(self, kind: str, message: str, element: SourceElement, path: str = "") -> None:
-        """Lists what the scene will not hold."""
+        """Adds a loss."""
         self.losses.append(Loss(kind, message, element.location, path))
 
     def numbers(self, element: SourceElement | None, count: int) -> tuple[float, ...] | None:
-        """So many finite numbers of an element's text; None where there is no element, or after an error."""
+        """Returns `count` finite numbers in an element's text; None without an element, or after an error."""
         if element is None:
             return None
         values = [parse_number(word) for word in element.text.split()]
@@ -72,7 +72,7 @@ class SdfFile:
         return tuple(numbers)
 
     def number(self, parent: SourceElement | None, *path: str, default: float) -> float:
-        """The number of an element below another; the default where there is none. Limits may be infinite."""
+        """Returns the number in a descendant element; the default if there is none. Limits may be infinite."""
         element = find_element(parent, *path)
         if element is None or not element.text:
             return default
@@ -85,7 +85,7 @@ class SdfFile:
         return math.copysign(math.inf, value)
 
     def positive(self, parent: SourceElement, *path: str, default: float) -> float:
-        """A number above 0, else an error."""
+        """Returns a number; reports an error if it is not above 0."""
         value = self.number(parent, *path, default=default)
         if value >= SMALLEST:
             return value
@@ -93,22 +93,22 @@ class SdfFile:
         return default
 
     def vector(self, parent: SourceElement | None, *path: str, default: Vec3) -> Vec3:
-        """Three numbers of an element below another."""
+        """Returns three numbers in a descendant element."""
         found = self.numbers(find_element(parent, *path), 3)
         return default if found is None else (found[0], found[1], found[2])
 
     def flag(self, parent: SourceElement | None, *path: str, default: bool) -> bool:
-        """A boolean of an element below another."""
+        """Returns the boolean in a descendant element."""
         element = find_element(parent, *path)
         if element is None:
             return default
         text = element.text.lower()
         if text not in {"true", "false", "1", "0"}:
-            self.error(f"<{element.tag}> is true or false, not `{element.text[:60]}`", element)
+            self.error(f"<{element.tag}> must be true or false, not `{element.text[:60]}`", element)
         return text in {"true", "1"}
 
     def pose(self, parent: SourceElement) -> Pose7:
-        """The <pose> of an element, in the frame that it names."""
+        """Returns the <pose> of an element, in the frame that it names."""
         element = parent.find("pose")
         if element is None or not element.text:
             return IDENTITY_POSE
@@ -119,7 +119,7 @@ class SdfFile:
         if by_quaternion:
             x, y, z, w = found[3:]
             if math.hypot(x, y, z, w) < 1e-6:
-                self.error("the quaternion of <pose> has the length 0", element)
+                self.error("the quaternion of <pose> has length 0", element)
                 return IDENTITY_POSE
             return (found[0], found[1], found[2], *normalized((w, x, y, z)))
         degrees = element.attributes.get("degrees", "").lower() in {"true", "1"}
@@ -128,20 +128,20 @@ class SdfFile:
 
 
 def find_element(parent: SourceElement | None, *path: str) -> SourceElement | None:
-    """The first element below another, by the tags that lead to it."""
+    """Returns the first descendant along a path of tags."""
     for tag in path:
         parent = None if parent is None else parent.find(tag)
     return parent
 
 
 def text_of(parent: SourceElement | None, *path: str) -> str:
-    """The text of an element below another; "" where there is none."""
+    """Returns the text of a descendant; "" if there is none."""
     element = find_element(parent, *path)
     return "" if element is None else element.text
 
 
 def read_sdf_file(path: Path, context: ImportContext, losses: list[Loss]) -> tuple[SdfFile, SourceElement] | None:
-    """The root element of a file; None after an error."""
+    """Returns the root element of a file; None after an error."""
     shown = str(path)
     report = FileReport(context.sink)
     data = read_robot_bytes(path, shown, report, XmlBounds().size)
@@ -159,7 +159,7 @@ _COMMENT: Final = re.compile(rb"<!--.*?-->", re.DOTALL)
 
 
 def _parse(data: bytes, shown: str, file: SdfFile) -> SourceElement | None:
-    """The root element; None after an error. A file that is not well-formed is recovered if the user allows it."""
+    """Returns the root element; None after an error. A malformed file is recovered if the user allows it."""
     sink = file.context.sink
     trial = sink.another()
     root = parse_xml(data, shown, FileReport(trial))
@@ -179,7 +179,7 @@ def _parse(data: bytes, shown: str, file: SdfFile) -> SourceElement | None:
         if root is not None:
             file.losses.append(Loss("malformed-xml", f"{fault.message}; read as far as possible", fault.location))
         return root
-    hint = "fix it, or have it read as far as possible with --allow malformed-xml" if is_whole else fault.hint
+    hint = "fix it, or read it as far as possible with --allow malformed-xml" if is_whole else fault.hint
     sink.report(fault.code, fault.message, fault.location, hint=hint)
     return None
 
@@ -188,7 +188,7 @@ _URI = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/{0,2}(.*)", re.DOTALL)
 
 
 def find_file(uri: str, file: SdfFile) -> Path | str:
-    """The file of a uri, or why there is none, in words. Only the folders of the import's scope are searched."""
+    """Returns the file of a URI, or the reason why there is none. Searches only the folders of the import's scope."""
     refusal = check_uri(uri)
     if refusal is not None:
         return refusal.message
@@ -204,11 +204,11 @@ def find_file(uri: str, file: SdfFile) -> Path | str:
         reasons.append(found)
     if _URI.fullmatch(uri) is None and reasons[0].code != "SC401":
         return reasons[0].message
-    return f"`{uri[:120]}` is neither in a folder of the file nor in an asset root (--asset-root)"
+    return f"`{uri[:120]}` is neither near the file nor in an asset root (--asset-root)"
 
 
 def find_included_model(uri: str, file: SdfFile) -> Path | str:
-    """The SDF or URDF of an <include>, or why there is none, in words. A folder's model.config names its file."""
+    """Returns the SDF or URDF of an <include>, or the reason why there is none. A folder's model.config names it."""
     if not uri:
         return "<include> has no <uri>"
     if Path(uri).suffix.lower() in {".sdf", ".world", ".urdf", ".xml"}:
@@ -230,13 +230,13 @@ def _version(text: str) -> tuple[int, ...]:
 
 
 def _candidates(uri: str, file: SdfFile) -> Iterator[Path] | str:
-    """Paths that a uri may mean, or why it means none."""
+    """Returns the paths that a URI may mean, or the reason why it means none."""
     match = _URI.fullmatch(uri)
     scheme, inner = ("", uri) if match is None else (match[1].lower(), match[2])
     if scheme in {"http", "https", "fuel", "ignition.fuel"}:
-        return f"`{uri[:120]}` is on the web, and nothing is downloaded"
+        return f"`{uri[:120]}` is on the web, and scenecc downloads nothing"
     if scheme not in {"", "file", "model", "package"}:
-        return f"`{scheme}://` is not read, in `{uri[:120]}`"
+        return f"`{scheme}://` is not supported, in `{uri[:120]}`"
     return _paths(scheme, inner, file)
 
 

@@ -1,4 +1,4 @@
-"""Joints of SDF as joints of link trees and as constraints."""
+"""SDF joints as joints of a link tree or as constraints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Node = dict[str, Any]
 
 _UNLIMITED: Final = 1e15
-"""SDF writes no limit as 1e16."""
+"""SDF writes "no limit" as 1e16."""
 
 _AXES_OF: Final = {
     "fixed": (),
@@ -28,21 +28,21 @@ _AXES_OF: Final = {
     "revolute2": ("axis", "axis2"),
     "ball": ("x", "y", "z"),
 }
-"""Type of a joint → the axes of the hinges that make it."""
+"""Joint type → axes of its hinges."""
 
 
 @dataclass(frozen=True, slots=True)
 class SdfJoint:
-    """A joint between two links, or a link and the world.
+    """A joint between two links, or between a link and the world.
 
     Attributes:
-        scope: in which it is written.
+        scope: the scope that contains it.
         element: the <joint>.
         path: from the top model.
-        type: a key of the table of types.
-        parent, child: paths of links from the top model; the parent "" is the world.
+        type: a key of `_AXES_OF`.
+        parent, child: paths of links from the top model; "" is the world.
         pose: of its frame in the top model's frame.
-        turn: of the scope's frame in the top model's frame.
+        turn: pose of the scope's frame in the top model's frame.
     """
 
     scope: Scope
@@ -57,14 +57,14 @@ class SdfJoint:
 
 @dataclass(frozen=True, slots=True)
 class Hinge:
-    """One degree of freedom.
+    """A degree of freedom.
 
     Attributes:
-        type: of a joint of a link tree.
+        type: joint type in a link tree.
         axis: in the joint's frame, from the parent to the child.
-        keys: limits, damping and so on of the joint.
-        velocity: largest speed; None: none is given.
-        drive: of a spring; None: there is none.
+        keys: limits, damping and so on.
+        velocity: velocity limit; None: not in the file.
+        drive: drive of a spring; None: no spring.
     """
 
     type: str
@@ -75,13 +75,13 @@ class Hinge:
 
 
 def joint_type(element: SourceElement) -> str:
-    """The type of a <joint>, "" where it is none that is read."""
+    """Returns the type of a <joint>; "" if unsupported."""
     kind = element.attributes.get("type", "")
     return kind if kind in _AXES_OF else ""
 
 
 def hinges_of(joint: SdfJoint) -> list[Hinge]:
-    """The degrees of freedom of a joint; several of them turn one after the other."""
+    """Returns the degrees of freedom of a joint, in series."""
     file = joint.scope.file
     if joint.type == "ball":
         file.lose("ball-joints", f"the ball joint `{joint.path}` becomes three hinges", joint.element)
@@ -95,7 +95,7 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
     file, axis = joint.scope.file, joint.element.find(tag)
     xyz = file.vector(axis, "xyz", default=(0, 0, 1))
     if math.hypot(*xyz) < SMALLEST:
-        file.error(f"the axis of `{joint.path}` has the length 0", joint.element)
+        file.error(f"the axis of `{joint.path}` has length 0", joint.element)
         xyz = (0.0, 0.0, 1.0)
     kind = "prismatic" if joint.type == "prismatic" else "revolute"
     low = file.number(axis, "limit", "lower", default=-math.inf)
@@ -111,9 +111,9 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
     keys["friction"] = 0
     damping = max(file.number(axis, "dynamics", "damping", default=0), 0.0)
     if file.number(axis, "dynamics", "friction", default=0) > 0:
-        file.lose("joint-friction", f"the friction of `{joint.path}`; SAPIEN's is no torque", joint.element)
+        file.lose("joint-friction", f"the friction of `{joint.path}`; SAPIEN's friction is not a torque", joint.element)
     if 0 <= file.number(axis, "limit", "effort", default=-1) < _UNLIMITED:
-        file.lose("effort-limits", f"the effort of `{joint.path}`; nothing drives the joint", joint.element)
+        file.lose("effort-limits", f"the effort of `{joint.path}`; the joint has no drive", joint.element)
     stiffness = file.number(axis, "dynamics", "spring_stiffness", default=0)
     drive = None
     if stiffness > 0:
@@ -128,7 +128,6 @@ def _hinge(joint: SdfJoint, tag: str) -> Hinge:
 
 
 def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
-    """An axis in the joint's frame."""
     element = find_element(axis, "xyz")
     frame = "" if element is None else element.attributes.get("expressed_in", "")
     is_model = joint.scope.file.flag(axis, "use_parent_model_frame", default=False) or joint.scope.file.is_before(1, 5)
@@ -145,7 +144,7 @@ def _in_joint(joint: SdfJoint, axis: SourceElement | None, xyz: Vec3) -> Vec3:
 
 
 def mimic_of(joint: SdfJoint, names: dict[str, str]) -> Node | None:
-    """The `mimic` of a joint. `names`: path of a joint → its name in the scene."""
+    """Returns the `mimic` of a joint. `names`: path of a joint → its name in the scene."""
     mimic = find_element(joint.element, "axis", "mimic")
     if mimic is None:
         return None
@@ -153,7 +152,7 @@ def mimic_of(joint: SdfJoint, names: dict[str, str]) -> Node | None:
     prefix = joint.path.rpartition("::")[0]
     source = names.get(f"{prefix}::{wanted}" if prefix else wanted)
     if source is None:
-        file.error(f"`{joint.path}` follows `{wanted[:80]}`, and there is no such joint", mimic)
+        file.error(f"`{joint.path}` mimics `{wanted[:80]}`, but there is no such joint", mimic)
         return None
     multiplier = file.number(mimic, "multiplier", default=1)
     offset = file.number(mimic, "offset", default=0) - multiplier * file.number(mimic, "reference", default=0)
@@ -162,10 +161,10 @@ def mimic_of(joint: SdfJoint, names: dict[str, str]) -> Node | None:
 
 
 def sdf_tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Pose7], *, is_reversed: bool) -> Node:
-    """A joint of a link tree.
+    """Returns a joint of a link tree.
 
     Args:
-        name: in the scene.
+        name: name in the scene.
         hinge: None: a fixed joint.
         poses: of the parent link, the child link and the joint in one frame.
         is_reversed: whether the tree's parent is the joint's child.
@@ -180,12 +179,12 @@ def sdf_tree_joint(name: str, hinge: Hinge | None, poses: tuple[Pose7, Pose7, Po
 
 
 def make_constraint(joint: SdfJoint, ends: tuple[str, str], poses: tuple[Pose7, Pose7], hinges: list[Hinge]) -> Node:
-    """A joint that closes a loop, as a constraint.
+    """Returns a joint that closes a loop, as a constraint.
 
     Args:
         joint: the joint.
         ends: parent and child in the scene.
-        poses: of both in the frame of the joint's pose.
+        poses: of both, in the frame of the joint's pose.
         hinges: of the joint.
     """
     frame = compose(joint.pose, along_x(hinges[0].axis)) if len(hinges) == 1 else joint.pose

@@ -1,4 +1,4 @@
-"""Models of SDF as entities: bodies, articulations and the constraints that close loops."""
+"""SDF models as entities: bodies, articulations, and constraints that close loops."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ Node = dict[str, Any]
 _MAX_GROUPS, _MAX_LINKS = 31, 255
 
 _LEAST_INERTIA: Final = 1e-30
-"""Masses and moments below it are 0 for the engine, which has single precision [kg, kg·m²]."""
+"""Smaller masses and moments count as 0 in the engine's single precision [kg, kg·m²]."""
 
 _DUMMY_MASS: Final = 1e-6
-"""Of the links between the hinges of one joint [kg]."""
+"""Mass of a link between the hinges of one joint [kg]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +44,11 @@ class SdfLink:
     """A link of a top model.
 
     Attributes:
-        scope: in which it is written.
+        scope: the scope that contains it.
         element: the <link>.
         path: from the top model.
         pose: in the top model's frame.
-        turn: of the scope's frame in the top model's frame.
+        turn: pose of the scope's frame in the top model's frame.
     """
 
     scope: Scope
@@ -60,12 +60,12 @@ class SdfLink:
 
 @dataclass(frozen=True, slots=True)
 class BuiltLink:
-    """Where a link is in the scene.
+    """A link in the scene.
 
     Attributes:
         name: `ENTITY` or `ENTITY/LINK`.
         pose: in the world.
-        is_moved: whether it may be moved by forces.
+        is_moved: whether forces can move it.
     """
 
     name: str
@@ -75,13 +75,13 @@ class BuiltLink:
 
 @dataclass(frozen=True, slots=True)
 class Bitmask:
-    """With what a link collides, or one of its shapes, where these differ.
+    """The collision bitmask of a link, or of one of its shapes if these differ.
 
     Attributes:
-        node: of the document.
-        mask: its bits.
+        node: node of the document.
+        mask: the bits.
         link: the link.
-        entity: the name of its entity.
+        entity: name of its entity.
     """
 
     node: Node
@@ -92,17 +92,17 @@ class Bitmask:
 
 @dataclass(slots=True)
 class SceneParts:
-    """What the models of a world become.
+    """Collects the converted models of a world.
 
     Attributes:
-        entities, constraints, groups: `entities`, `constraints` and `collision_groups` of the document.
+        entities, constraints, groups: sections `entities`, `constraints` and `collision_groups` of the document.
         bodies: name in the scene → name in the source.
-        links: path from the world → where it is.
-        locations: name of a body or an entity in the scene → where it is in the file.
+        links: path from the world → link in the scene.
+        locations: name of a body or entity in the scene → location in the file.
         bitmasks: of the links that collide.
-        places: path from the world → how its shapes, lights and sensors are placed.
-        names: of entities.
-        constraint_names: of constraints.
+        places: path from the world → placement of its shapes, lights and sensors.
+        names: entity names in use.
+        constraint_names: constraint names in use.
     """
 
     entities: Node = field(default_factory=dict[str, Any])
@@ -125,7 +125,7 @@ class SdfModelReader:
     Args:
         model: its scope.
         pose: of its frame in the world.
-        parts: takes what it becomes.
+        parts: receives the result.
     """
 
     def __init__(self, model: Scope, pose: Pose7, parts: SceneParts) -> None:
@@ -150,13 +150,15 @@ class SdfModelReader:
             self._separate(entities)
 
     def _separate(self, before: set[str]) -> None:
-        """Bodies of one model do not collide with one another, unless it says so."""
+        """Disables collisions between the bodies of one model, unless it sets `self_collide`."""
         model, parts = self._model, self._parts
         added = [node for name, node in parts.entities.items() if name not in before and _collides(node)]
         if len(added) < 2 or model.file.flag(model.element, "self_collide", default=False):
             return
         if len(parts.groups) >= _MAX_GROUPS:
-            model.file.lose("self-collisions", f"bodies of `{model.name}` collide with one another", model.element)
+            model.file.lose(
+                "self-collisions", f"bodies of `{model.name}` would collide with one another", model.element
+            )
             return
         name = Names(*parts.groups).new(model.name)
         parts.groups[name] = {"ignore": [name]}
@@ -164,13 +166,13 @@ class SdfModelReader:
             node["collision_group"] = name
 
     def _collect(self, scope: Scope, prefix: str, turn: Pose7) -> None:
-        """Every link and joint, nested ones too. `turn`: of the scope's frame in the top model's."""
+        """Collects all links and joints, including nested ones. `turn`: pose of the scope's frame in the top model."""
         named = [("model", scope.name, scope.placing)]
         named += [("link", name, link) for name, link in scope.links.items()]
         named += [("joint", name, joint) for name, joint in scope.joints.items()]
         for what, name, element in named:
             if plain_name(name) != name.replace(SEPARATOR, "."):
-                scope.file.lose("names", f"the {what} `{cut(name)}` is called `{plain_name(name)}`", element)
+                scope.file.lose("names", f"the {what} `{cut(name)}` is renamed to `{plain_name(name)}`", element)
         for name, link in scope.links.items():
             pose = compose(turn, scope.pose_of(name, link))
             self._links[prefix + name] = SdfLink(scope, link, prefix + name, pose, turn)
@@ -185,7 +187,7 @@ class SdfModelReader:
         kind, file = joint_type(element), scope.file
         if not kind:
             word = element.attributes.get("type", "")
-            what = f"the joint `{prefix}{name}` of the type `{word}` is left out"
+            what = f"the joint `{prefix}{name}` of type `{word}` is left out"
             file.lose("gearbox-joints" if word == "gearbox" else "joints", what, element)
             return None
         ends: list[str] = []
@@ -196,14 +198,14 @@ class SdfModelReader:
                 return None
             ends.append(prefix + found if found else "")
         if ends[0] == ends[1]:
-            file.error(f"the joint `{prefix}{name}` connects a link with itself", element)
+            file.error(f"the joint `{prefix}{name}` connects a link to itself", element)
             return None
         pose = compose(turn, scope.pose_of(name, element))
         path, parent, child = prefix + name, ends[0], ends[1]
         return SdfJoint(scope, element, path, kind, parent, child, pose, turn)
 
     def _groups(self) -> list[list[str]]:
-        """Links that joints connect, each group in the order of the file; of a static model each link alone."""
+        """Groups links that joints connect, each group in file order; in a static model each link is a group."""
         owner = {path: path for path in self._links}
 
         def top(path: str) -> str:
@@ -245,7 +247,7 @@ class SdfModelReader:
         name = parts.names.new(wish)
         place = pose_key(world)
         if not has_shape:
-            # Only an articulation can be without shapes.
+            # Only an articulation may have no shapes.
             parts.entities[name] = {**place, "root": {"name": Names().new(link.path), **content}}
             self.note(link, BuiltLink(f"{name}/{Names().new(link.path)}", world, is_moved=True))
             return
@@ -260,13 +262,13 @@ class SdfModelReader:
         self.note(link, BuiltLink(name, world, is_moved=not body_type))
 
     def keep_bitmask(self, node: Node, link: SdfLink, entity: str) -> None:
-        """Remembers the bitmasks that `link_content` left in a node and in its shapes."""
+        """Moves the bitmasks that `link_content` left in a node and its shapes to `parts`."""
         for one in (node, *_colliding(node)):
             if "bitmask" in one:
                 self._parts.bitmasks.append(Bitmask(one, one.pop("bitmask"), link, entity))
 
     def note(self, link: SdfLink, built: BuiltLink) -> None:
-        """Remembers where a link is."""
+        """Records the location of a link."""
         path = f"{self._model.name}{SEPARATOR}{link.path}"
         self._parts.links[path] = built
         place = LinkPlace(link.scope, link.path, relative_pose(link.turn, link.pose), built.is_moved)
@@ -278,21 +280,21 @@ class SdfModelReader:
 
     @property
     def parts(self) -> SceneParts:
-        """What takes the result."""
+        """Receives the result."""
         return self._parts
 
     @property
     def model(self) -> Scope:
-        """The model."""
+        """The model's scope."""
         return self._model
 
     @property
     def pose(self) -> Pose7:
-        """Of the model in the world."""
+        """Pose of the model in the world."""
         return self._pose
 
     def link_content(self, link: SdfLink, *, moves: bool, joints: bool = False) -> Node:
-        """Shapes, mass and motion of a link."""
+        """Returns shapes, mass and motion of a link."""
         file, element = link.scope.file, link.element
         place = LinkPlace(link.scope, link.path, relative_pose(link.turn, link.pose), moves)
         content: Node = {**read_shapes(element, place)}
@@ -301,7 +303,7 @@ class SdfModelReader:
             return content
         content |= _mass(link, content)
         if joints and file.flag(element, "kinematic", default=False):
-            file.lose("kinematic-links", f"the link `{link.path}` is kinematic, and joints hold it", element)
+            file.lose("kinematic-links", f"the link `{link.path}` is kinematic, but has joints", element)
         if not file.flag(element, "gravity", default=True):
             content["gravity"] = False
         for tag, key in (("linear", "linear_damping"), ("angular", "angular_damping")):
@@ -311,7 +313,7 @@ class SdfModelReader:
 
 
 def _note_bitmask(content: Node) -> None:
-    """One bitmask of a link in place of those of its shapes, where these are equal."""
+    """Merges equal bitmasks of a link's shapes into one of the link."""
     masks = {shape["bitmask"] for shape in _colliding(content)}
     if len(masks) == 1:
         (content["bitmask"],) = masks
@@ -324,7 +326,7 @@ def _colliding(content: Node) -> list[Node]:
 
 
 def _collides(node: Node) -> bool:
-    """Whether an entity, or a link below it, has a shape that collides."""
+    """Whether an entity, or a link below it, has a collision shape."""
     return any(
         key in {"shapes", "collisions"}
         or (key == "root" and _collides(value))
@@ -334,7 +336,7 @@ def _collides(node: Node) -> bool:
 
 
 def _mass(link: SdfLink, content: Node) -> Node:
-    """The mass of a link: what the file says, its shapes by `auto`, or 1 kg and 1 kg·m², SDF's default."""
+    """Returns the mass keys of a link: from the file, from its shapes (`auto`), or SDF's default 1 kg, 1 kg·m²."""
     file, inertial = link.scope.file, link.element.find("inertial")
     collides = bool(_colliding(content))
     if inertial is not None and inertial.attributes.get("auto", "").lower() in {"true", "1"} and collides:
@@ -342,7 +344,7 @@ def _mass(link: SdfLink, content: Node) -> Node:
             return {"mass": plain_number(file.positive(inertial, "mass", default=1))}
         density = file.positive(inertial, "density", default=1000)
         mass = sum(solid_mass(shape, density) for shape in _colliding(content))
-        # SAPIEN's cylinders are hulls, which weigh a little less.
+        # SAPIEN's cylinders are hulls and weigh slightly less.
         return {"density": plain_number(density)} if math.isnan(mass) else {"mass": plain_number(mass)}
     for shape in _colliding(content):
         shape.pop("density", None)
@@ -360,11 +362,11 @@ def _mass(link: SdfLink, content: Node) -> Node:
         pose = compose(pose, (0.0, 0.0, 0.0, *from_matrix(axes.tolist())))
     low, middle, high = sorted(float(each) for each in moments)
     if min(mass, low) < _LEAST_INERTIA or low + middle < high * (1 - 1e-6):
-        shown = f"the mass {mass:g} kg and the moments {low:.3g}, {middle:.3g}, {high:.3g}"
-        instead = f"{mass:g} kg in its shapes" if mass >= _LEAST_INERTIA and collides else "a small mass"
-        file.lose(
-            "inertias", f"`{link.path}` has {shown}, which no body has; it gets {instead}", inertial or link.element
+        shown = f"mass {mass:g} kg and moments {low:.3g}, {middle:.3g}, {high:.3g}"
+        instead = (
+            f"{mass:g} kg with the inertia of its shapes" if mass >= _LEAST_INERTIA and collides else "a small mass"
         )
+        file.lose("inertias", f"`{link.path}` has impossible {shown}; it gets {instead}", inertial or link.element)
         if mass >= _LEAST_INERTIA and collides:
             return {"mass": plain_number(mass)}
         mass = mass if mass >= _LEAST_INERTIA else _DUMMY_MASS
@@ -373,12 +375,12 @@ def _mass(link: SdfLink, content: Node) -> Node:
 
 
 def _moments(moments: Any) -> list[float]:
-    """Not rounded to decimals: moments of small bodies are small."""
+    """Rounds to significant digits, not decimals: moments of small bodies are small."""
     return [float(f"{float(each):.12g}") for each in moments]
 
 
 class _Tree:
-    """Connected links as an articulation; joints beyond a tree as constraints."""
+    """Builds an articulation from connected links; joints that close loops become constraints."""
 
     def __init__(
         self, links: dict[str, SdfLink], group: list[str], joints: list[SdfJoint], reader: SdfModelReader
@@ -393,11 +395,10 @@ class _Tree:
         self._used: set[str] = set()
 
     def add(self, wish: str) -> None:
-        """Adds the entity."""
         reader = self._reader
         if len(self._links) > _MAX_LINKS:
             model = reader.model
-            message = f"joints connect {len(self._links)} links of `{model.name}`; PhysX counts them in eight bits"
+            message = f"joints connect {len(self._links)} links of `{model.name}`, more than PhysX supports"
             model.file.error(message, model.element, hint=f"an articulation has at most {_MAX_LINKS} links")
             return
         name = reader.parts.names.new(wish)
@@ -431,7 +432,7 @@ class _Tree:
         return next((path for path in self._links if path not in children), next(iter(self._links)))
 
     def _node(self, path: str, entity: str, joint: Node | None) -> Node:
-        """A link with everything that hangs on it. Recurses at most 255 times: more links are refused later."""
+        """Returns a link with its subtree. Recursion is at most 255 deep, since larger articulations are refused."""
         link, reader = self._links[path], self._reader
         self._used.add(f"link {path}")
         reader.note(link, BuiltLink(f"{entity}/{self._named[path]}", compose(reader.pose, link.pose), is_moved=True))
@@ -448,7 +449,7 @@ class _Tree:
         return {**node, "children": children} if children else node
 
     def _attach_link(self, joint: SdfJoint, parent: str, child: str, entity: str) -> Node:
-        """A link below another by a joint; the hinges of the joint have links of their own between them."""
+        """Returns a link attached to another by a joint, with intermediate links between the joint's hinges."""
         self._used.add(joint.path)
         hinges: list[Hinge | None] = [*hinges_of(joint)] or [None]
         is_reversed = joint.child != child

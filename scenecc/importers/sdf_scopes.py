@@ -1,4 +1,4 @@
-"""Worlds and models of an SDF with everything that they include, and the frames of which they are the namespaces."""
+"""Scopes of an SDF: worlds and models with their includes, and the frames in each namespace."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class Scope:
     """A world or a model: the namespace of its links, joints, frames and nested models.
 
     Attributes:
-        file: in which it is written.
+        file: the file that contains it.
         element: its <world> or <model>.
-        name: as given by its element or by the <include> that names its file.
-        base: the name of its own frame, `world` or `__model__`.
-        placing: the element that holds its <pose>: itself or the <include>.
-        placing_file: in which that is written.
-        placement_frame: the frame of the model that stands at its pose; "" for its own frame.
+        name: from its element, or from the <include> of its file.
+        base: name of its own frame, `world` or `__model__`.
+        placing: the element with its <pose>: itself or the <include>.
+        placing_file: the file that contains `placing`.
+        placement_frame: the model frame that the pose places; "" for its own frame.
         is_static: whether the model or one around it is static.
-        is_merged: whether its names belong to the scope around it too.
+        is_merged: whether its names also belong to the enclosing scope.
         models: nested models, by name.
         missing: names of included models that are left out.
         links, joints, frames: elements by name.
@@ -51,7 +51,7 @@ class Scope:
     _poses: dict[str, Pose7 | None] = field(default_factory=dict[str, Pose7 | None])
 
     def pose_of(self, name: str, user: SourceElement) -> Pose7:
-        """The pose of a frame in the scope's own frame; the identity after an error at `user`."""
+        """Returns the pose of a frame in the scope's own frame; the identity after an error at `user`."""
         if name in {"", self.base}:
             return IDENTITY_POSE
         if name not in self._poses:
@@ -64,20 +64,20 @@ class Scope:
         return found
 
     def placed(self, element: SourceElement, default: str, file: SdfFile | None = None) -> Pose7:
-        """The pose of an element, in the scope's own frame. `default`: the frame where <pose> names none."""
+        """Returns the pose of an element in the scope's own frame. `default`: the frame if <pose> names none."""
         pose = element.find("pose")
         frame = default if pose is None else pose.attributes.get("relative_to", "") or default
         return compose(self.pose_of(frame, element), (file or self.file).pose(element))
 
     def model_pose(self, model: Scope) -> Pose7:
-        """The pose of a nested model's frame in the scope's own frame."""
+        """Returns the pose of a nested model's frame in the scope's own frame."""
         stands = self.placed(model.placing, self.base, model.placing_file)
         if not model.placement_frame:
             return stands
         return compose(stands, invert(model.pose_of(model.placement_frame, model.placing)))
 
     def link_of(self, name: str, user: SourceElement, depth: int = 0) -> str | None:
-        """The path of the link that a frame is attached to, from this scope; None after an error at `user`."""
+        """Returns the path from this scope to the link that a frame is attached to; None after an error at `user`."""
         if name in self.links:
             return name
         head, _, rest = name.partition(SEPARATOR)
@@ -103,7 +103,7 @@ class Scope:
         return self.link_of(target, user, depth + 1)
 
     def knows(self, name: str) -> bool:
-        """Whether the scope has a frame of that name."""
+        """Whether the scope has a frame of this name."""
         head, _, rest = name.partition(SEPARATOR)
         if rest:
             return head in self.models and self.models[head].knows(rest)
@@ -138,12 +138,12 @@ class Scope:
 
     def _unknown(self, name: str, user: SourceElement) -> None:
         if name.partition(SEPARATOR)[0] in self.missing:
-            # Which is a loss already, and so is what hangs on it.
+            # The missing model is a loss already; so is everything attached to it.
             self.file.lose("joints", f"<{user.tag}> is attached to the missing model `{name}`", user)
             return
         known = [*self.links, *self.joints, *self.frames, *self.models]
         listed = ", ".join(f"`{each}`" for each in known[:8]) or "none"
-        self.file.error(f"there is no frame or link `{name[:80]}` in `{self.name}`", user, hint=f"it has {listed}")
+        self.file.error(f"there is no frame or link `{name[:80]}` in `{self.name}`", user, hint=f"available: {listed}")
 
 
 _MAX_DEPTH: Final = 20
@@ -154,10 +154,10 @@ class ScopeReader:
     """Reads scopes.
 
     Args:
-        file: the file that is imported.
+        file: the file to import.
 
     Attributes:
-        robots: URDFs that are included: name, file, the element, whether it is static.
+        robots: included URDFs: name, file, the <include>.
     """
 
     def __init__(self, file: SdfFile) -> None:
@@ -167,7 +167,7 @@ class ScopeReader:
         self.robots: list[tuple[str, Path, SourceElement]] = []
 
     def world(self, element: SourceElement) -> Scope:
-        """The scope of a <world>, or of an <sdf> without one."""
+        """Returns the scope of a <world>, or of an <sdf> without one."""
         file = self._top
         scope = Scope(file, element, element.attributes.get("name", "world"), WORLD, element, file)
         self._fill(scope, (file.path.resolve(),))
@@ -182,11 +182,11 @@ class ScopeReader:
             elif child.tag in {"link", "joint", "frame"}:
                 table = {"link": scope.links, "joint": scope.joints, "frame": scope.frames}[child.tag]
                 name = child.attributes.get("name", "")
-                # Models that older versions flattened have links called `MODEL::LINK`.
+                # Models flattened by older versions have links named `MODEL::LINK`.
                 is_flat = scope.file.is_before(1, 8)
                 if not name or name in table or (SEPARATOR in name and not is_flat):
-                    what = "is used twice" if name in table else "is not a name"
-                    scope.file.error(f"`{name[:80]}` {what}, of a <{child.tag}> in `{scope.name}`", child)
+                    what = "is used twice" if name in table else "is not a valid name"
+                    scope.file.error(f"`{name[:80]}` {what}, in a <{child.tag}> of `{scope.name}`", child)
                     continue
                 table[name] = child
 
@@ -198,16 +198,16 @@ class ScopeReader:
 
     def _add(self, model: Scope, scope: Scope, chain: tuple[Path, ...]) -> None:
         if not model.name or SEPARATOR in model.name or len(chain) > _MAX_DEPTH + 1:
-            what = "is not a name of a model" if len(chain) <= _MAX_DEPTH + 1 else "is nested too deep"
+            what = "is not a valid model name" if len(chain) <= _MAX_DEPTH + 1 else "is nested too deeply"
             scope.file.error(f"`{model.name[:80]}` {what}", model.placing)
             return
         if model.name in scope.models:
-            # Drake and Gazebo refuse it; worlds that were saved by older versions have it.
+            # Drake and Gazebo refuse this, but worlds saved by older versions have it.
             names = self._names.setdefault(id(scope), Names())
             free = names.new(model.name)
             while free in scope.models:
                 free = names.new(model.name)
-            scope.file.lose("names", f"a second model `{model.name}` is called `{free}`", model.placing)
+            scope.file.lose("names", f"a second model `{model.name}` is renamed to `{free}`", model.placing)
             model = replace(model, name=free)
         scope.models[model.name] = model
         self._fill(model, chain)
@@ -234,7 +234,7 @@ class ScopeReader:
         models = list(root.all("model"))
         if len(models) != 1:
             kinds = ", ".join(dict.fromkeys(f"<{child.tag}>" for child in root.children)) or "nothing"
-            file.lose("models", f"`{uri[:80]}` holds {kinds} and not one model", element)
+            file.lose("models", f"`{uri[:80]}` contains {kinds} instead of one model", element)
             return
         name = text_of(element, "name") or models[0].attributes.get("name", "")
         static = file.flag(element, "static", default=inner.flag(models[0], "static", default=False))

@@ -1,4 +1,4 @@
-"""Visuals and collisions of SDF links as shapes of a scene."""
+"""Converts visuals and collisions of SDF links to shapes of a scene."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ _TEXTURES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class LinkPlace:
-    """Where a shape is made.
+    """Context for the shapes of a link.
 
     Attributes:
-        scope: of the link.
-        path: of the link, for messages.
-        pose: of the link in the scope's own frame.
+        scope: scope of the link.
+        path: path of the link, for messages.
+        pose: pose of the link in the scope's own frame.
         moves: whether forces move it.
     """
 
@@ -55,7 +55,7 @@ class LinkPlace:
     moves: bool
 
     def local(self, element: SourceElement) -> Pose7:
-        """The pose of a shape, light or sensor in the link's frame."""
+        """Returns the pose of a shape, light or sensor in the link's frame."""
         pose = element.find("pose")
         frame = "" if pose is None else pose.attributes.get("relative_to", "")
         own = self.scope.file.pose(element)
@@ -65,7 +65,7 @@ class LinkPlace:
 
 
 def read_shapes(link: SourceElement, place: LinkPlace) -> dict[str, list[Shape]]:
-    """`shapes`, `collisions` and `visuals` of a link. A visual and a collision of one form are one shape."""
+    """Returns `shapes`, `collisions` and `visuals` of a link. A visual and an equal collision become one shape."""
     collided = [shape for each in link.all("collision") for shape in _collision(each, place)]
     seen = [shape for each in link.all("visual") for shape in _visual(each, place)]
     twins: dict[str, list[int]] = {}
@@ -87,7 +87,7 @@ def read_shapes(link: SourceElement, place: LinkPlace) -> dict[str, list[Shape]]
 
 
 def solid_mass(shape: Shape, density: float) -> float:
-    """The mass of a colliding solid [kg]; nan for a mesh."""
+    """Returns the mass of a collision solid [kg]; nan for a mesh."""
     density = shape.get("density", density)
     radius, half = shape.get("radius", 0.0), shape.get("half_length", 0.0)
     disc = math.pi * radius**2
@@ -115,7 +115,7 @@ def _is_shared(shape: Shape) -> bool:
 
 
 def _merge_sides(collision: Shape, visual: Shape) -> Shape:
-    """One shape that collides as the first and looks as the second."""
+    """Returns a shape with the geometry of a collision and the look of a visual."""
     material = {**visual.get("material", {}), **collision.get("material", {})}
     merged = {**{key: value for key, value in visual.items() if key != "material"}, **collision}
     return {**merged, "material": material} if material else merged
@@ -134,26 +134,24 @@ def _collision(element: SourceElement, place: LinkPlace) -> list[Shape]:
         made["density"] = plain_number(file.positive(element, "density", default=1000))
     made["bitmask"] = _bitmask(element, file)
     if file.flag(element, "surface", "contact", "collide_without_contact", default=False):
-        file.lose(
-            "contactless-shapes", f"a shape of `{place.path}` that has no contacts is left out", element, place.path
-        )
+        file.lose("contactless-shapes", f"a shape of `{place.path}` without contacts is left out", element, place.path)
         return []
     return [made]
 
 
 def _bitmask(element: SourceElement, file: SdfFile) -> int:
-    """Two shapes collide where their bitmasks have a bit in common."""
+    """Two shapes collide if their bitmasks share a bit."""
     found = find_element(element, "surface", "contact", "collide_bitmask")
     text = "65535" if found is None else found.text
     try:
         return int(text, 0) & 0xFFFF
     except ValueError:
-        file.error(f"a bitmask is an integer, not `{text[:60]}`", found or element)
+        file.error(f"a bitmask must be an integer, not `{text[:60]}`", found or element)
         return 0xFFFF
 
 
 def _physical(element: SourceElement, file: SdfFile) -> dict[str, Any]:
-    """Friction and restitution, where they are not the default: 1, 1 and 0."""
+    """Returns friction and restitution that differ from SDF's default: 1, 1 and 0."""
     surface = element.find("surface")
     drake = element.find("drake:proximity_properties")
     mu = file.number(surface, "friction", "ode", "mu", default=1)
@@ -161,7 +159,7 @@ def _physical(element: SourceElement, file: SdfFile) -> dict[str, Any]:
     if surface is not None and find_element(surface, "friction", "ode") is None:
         mu = other = file.number(surface, "friction", "bullet", "friction", default=mu)
     if abs(mu - other) > 1e-9:
-        file.lose("friction-directions", f"`mu2` of {other:g}; the friction is {mu:g} in all directions", element)
+        file.lose("friction-directions", f"`mu2` of {other:g}; friction is {mu:g} in all directions", element)
     static = file.number(drake, "drake:mu_static", default=mu)
     dynamic = min(file.number(drake, "drake:mu_dynamic", default=static), static)
     bounce = file.number(surface, "bounce", "restitution_coefficient", default=0)
@@ -185,7 +183,6 @@ def _visual(element: SourceElement, place: LinkPlace) -> list[Shape]:
 
 
 def _look(element: SourceElement, place: LinkPlace) -> dict[str, Any]:
-    """The visual part of a material."""
     file, material = place.scope.file, element.find("material")
     alpha = 1 - min(max(file.number(element, "transparency", default=0), 0), 1)
     if material is None:
@@ -209,9 +206,9 @@ def _look(element: SourceElement, place: LinkPlace) -> dict[str, Any]:
         uri = text_of(metal, tag) or (text_of(material, "drake:diffuse_map") if tag == "albedo_map" else "")
         found = find_file(uri, file) if uri else ""
         if uri and isinstance(found, str):
-            file.lose("missing-files", f"{found}; it is a texture", element, place.path)
+            file.lose("missing-files", f"a texture: {found}", element, place.path)
         elif not isinstance(found, str) and found.suffix.lower() not in IMAGE_SUFFIXES:
-            file.lose("missing-files", f"the texture {found.name} has a format that is not read", element, place.path)
+            file.lose("missing-files", f"the texture {found.name} has an unsupported format", element, place.path)
         elif not isinstance(found, str):
             look[key] = Asset(found.name, found)
     return look
@@ -226,13 +223,13 @@ def _color(material: SourceElement, tag: str, file: SdfFile) -> list[float] | No
 
 
 def _geometry(element: SourceElement, place: LinkPlace, *, collides: bool) -> Shape | None:
-    """The form of a <visual> or <collision> and its pose; None where there is none, which is told."""
+    """Returns the geometry and pose of a <visual> or <collision>; None if unsupported (a loss)."""
     geometry = element.find("geometry")
     form = None if geometry is None else next((each for each in geometry.children if each.tag in _FORMS), None)
     pose = place.local(element)
     if form is None:
         if geometry is not None and geometry.find("empty") is None:
-            _lose_shape(element, place, collides, "has no form that is read")
+            _lose_shape(element, place, collides, "has no supported geometry")
         return None
     made = _FORMS[form.tag](_Request(form, place, pose, collides))
     if isinstance(made, str):
@@ -250,8 +247,6 @@ def _lose_shape(element: SourceElement, place: LinkPlace, collides: bool, why: s
 
 @dataclass(frozen=True, slots=True)
 class _Request:
-    """A form to read."""
-
     form: SourceElement
     place: LinkPlace
     pose: Pose7
@@ -262,14 +257,13 @@ class _Request:
         return self.place.scope.file
 
     def size(self, tag: str, default: float = 1.0) -> float:
-        """Half of a length, or a radius."""
         return self.file.positive(self.form, tag, default=default)
 
 
 def _box(asked: _Request) -> Shape | str:
     size = asked.file.vector(asked.form, "size", default=(1, 1, 1))
     if min(size) < SMALLEST:
-        return f"has the size {' '.join(f'{each:g}' for each in size)}"
+        return f"has size {' '.join(f'{each:g}' for each in size)}"
     return {"type": "box", "half_size": plain_numbers([each / 2 for each in size])}
 
 
@@ -288,10 +282,10 @@ def _round(kind: str) -> Callable[[_Request], Shape | str]:
 def _plane(asked: _Request) -> Shape | str:
     normal = asked.file.vector(asked.form, "normal", default=(0, 0, 1))
     if math.hypot(*normal) < SMALLEST:
-        return "has a normal of length 0"
+        return "has a zero normal"
     made: Shape = {"type": "plane"} if normal == (0, 0, 1) else {"type": "plane", "normal": plain_numbers(normal)}
     if asked.collides:
-        return "is a plane on a body that moves" if asked.place.moves else made
+        return "is a plane on a moving body" if asked.place.moves else made
     size = asked.file.numbers(asked.form.find("size"), 2) or (1.0, 1.0)
     if min(size) < SMALLEST:
         return "is a plane without a size"
@@ -326,9 +320,9 @@ def _heightmap(asked: _Request) -> Shape | str:
     if isinstance(found, str):
         return f"is a heightmap, and {found}"
     if found.suffix.lower() != ".png":
-        return "is a heightmap that is no PNG"
+        return "is a heightmap, but not a PNG"
     if asked.place.moves:
-        return "is a heightmap on a body that moves"
+        return "is a heightmap on a moving body"
     try:
         check_terrain_file(found, asked.file.context)
     except MeshError as error:
@@ -348,9 +342,9 @@ def _mesh(asked: _Request) -> Shape | str:
         return f"is a mesh, and {found}"
     scale = [*asked.file.vector(asked.form, "scale", default=(1, 1, 1))]
     if found.suffix.lower() not in MESH_SUFFIXES:
-        return f"is a mesh of the format {found.suffix or 'without a suffix'}"
+        return f"is a mesh of unsupported format ({found.suffix or 'no suffix'})"
     if min(map(abs, scale)) < SMALLEST:
-        return "is a mesh of the scale 0"
+        return "is a mesh with scale 0"
     try:
         asset, scale = _asset(found, scale, asked)
     except MeshError as error:
@@ -360,7 +354,7 @@ def _mesh(asked: _Request) -> Shape | str:
 
 
 def _asset(path: Path, scale: list[float], asked: _Request) -> tuple[Asset, list[float]]:
-    """The file of a mesh and its scale: the file itself, or an OBJ of triangles where a scene cannot use it.
+    """Returns a mesh's file and scale: the original, or an OBJ if a scene cannot use the original.
 
     Raises:
         MeshError: it cannot be read.
@@ -375,9 +369,7 @@ def _asset(path: Path, scale: list[float], asked: _Request) -> tuple[Asset, list
     baked = scale if is_mirrored else [1.0, 1.0, 1.0]
     data = mesh_as_obj(mesh, submesh=submesh, scale=baked, center=center)
     if not asked.collides:
-        why = (
-            f"it names `{mesh.missing[0][:80]}`, which is missing" if mesh.missing else f"of its part `{submesh[:80]}`"
-        )
+        why = f"it names `{mesh.missing[0][:80]}`, which is missing" if mesh.missing else f"part `{submesh[:80]}`"
         file.lose("mesh-looks", f"the materials of {path.name}: {why}", asked.form)
     name = f"{path.stem}{'_' + submesh if submesh else ''}.obj"
     return Asset(name, data), [1.0, 1.0, 1.0] if is_mirrored else scale

@@ -1,4 +1,4 @@
-"""URDFs as scenes: an entity names the file, which stays as it is."""
+"""Imports a URDF: an entity refers to the file, which stays unchanged."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from scenecc.source.paths import ResolvedFile
 
 _REPAIRS: Final = {"inertia": "inertias", "limits": "joint-limits", "files": "missing-files", "shapes": "colliders"}
-"""What the scene can repair in a file, and the loss that this is."""
+"""Repair option of the scene → kind of loss."""
 
 _UNREAL_INERTIAS: Final = frozenset({"SC468", "SC475"})
-"""Warnings about masses and inertias that other programs do not read as SAPIEN does."""
+"""Warnings about inertias that other programs read differently from SAPIEN."""
 
 
 def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
-    """A scene with the robot of a URDF; None after an error. What must be repaired is listed as a loss."""
+    """Returns a scene with the robot of a URDF; None after an error. Repairs are listed as losses."""
     found = context.resolve(path)
     if found is None:
         return None
@@ -44,7 +44,7 @@ def import_urdf(path: Path, context: ImportContext) -> ImportedScene | None:
 
 
 def _read(file: ResolvedFile, context: ImportContext) -> tuple[RobotDescription | None, tuple[Loss, ...], list[str]]:
-    """What the file describes, with as few repairs as it needs."""
+    """Reads the file with as few repairs as necessary."""
     described, trial = _attempt(file, frozenset(), context)
     needed: list[str] = []
     if described is None:

@@ -1,4 +1,4 @@
-"""USD stages as scenes. usd-core, which is C++, reads a stranger's file in a process of its own, within limits."""
+"""Imports USD stages. usd-core, a C++ library, reads untrusted files in a separate process with limits."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from scenecc.source.paths import AssetScope
 _SECONDS: Final = 300
 
 _MEMORY: Final = 6 * 2**30
-"""Address space of the process: libraries take 2 GiB, and a stage several times its size [bytes]."""
+"""Address space of the process [bytes]: libraries need 2 GiB, and a stage several times its size."""
 
 _FILE: Final = "\0file"
-"""The key of an asset in what the process sends, which no document has."""
+"""Key of an asset in the process's answer; no document contains it."""
 
 
 def import_usd(path: Path, context: ImportContext) -> ImportedScene | None:
-    """The scene of a stage. None after an error, which is reported in the context's sink."""
+    """Reads a stage; returns None after an error, which is reported in the context's sink."""
     scope = context.scope
     request = {
         "path": str(path),
@@ -38,13 +38,13 @@ def import_usd(path: Path, context: ImportContext) -> ImportedScene | None:
         "allow_outside": scope.allow_outside,
         "limits": asdict(context.limits),
     }
-    # usd-core loads plugins and searches folders that such variables name.
+    # usd-core loads plugins and searches folders that these variables name.
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PXR_", "USD", "TF_", "AR_"))}
     environment = {**kept, "PXR_WORK_THREAD_LIMIT": "1", "OPENBLAS_NUM_THREADS": "1"}
     try:
         done = ask_module("scenecc.importers.usd", request, seconds=_SECONDS, environment=environment)
     except subprocess.TimeoutExpired:
-        context.sink.report("SC430", f"the stage takes longer than {_SECONDS} s to read", Location(str(path)))
+        context.sink.report("SC430", f"reading the stage takes more than {_SECONDS} s", Location(str(path)))
         return None
     if done.returncode > 0:
         *_, reason = ["no reason", *done.stderr.decode(errors="replace").split("\n")[:-1]]
@@ -60,7 +60,7 @@ def import_usd(path: Path, context: ImportContext) -> ImportedScene | None:
 
 
 def _decode(answer: dict[str, Any], path: Path, context: ImportContext) -> ImportedScene | None:
-    """What the process has sent, with its diagnostics reported here."""
+    """Decodes the process's answer, and reports its diagnostics."""
     for code, message, place, hint in answer["diagnostics"]:
         context.sink.report(code, message, Location(*place), hint=hint)
     if answer["document"] is None:
@@ -76,7 +76,7 @@ def _decode(answer: dict[str, Any], path: Path, context: ImportContext) -> Impor
 
 
 def _assets(node: Any) -> Any:
-    """Plain data with its assets."""
+    """Replaces encoded assets in plain data by `Asset`s."""
     if isinstance(node, list):
         return [_assets(each) for each in cast("list[Any]", node)]
     if not isinstance(node, dict):
@@ -95,7 +95,7 @@ def _encode_asset(asset: Any) -> Any:
 
 
 def main() -> None:
-    """Reads the stage that standard input names, and writes its scene to standard output."""
+    """Reads the stage that standard input names, and writes the scene to standard output."""
     from scenecc.importers.usd_scene import read_stage  # noqa: PLC0415 - loads usd-core
 
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
@@ -108,7 +108,7 @@ def main() -> None:
         found = read_stage(Path(request["path"]), ImportContext(sink, scope, Limits(**request["limits"])))
     except MemoryError:
         found = None
-        sink.report("SC430", "the stage takes more memory than a reader may have", Location(request["path"]))
+        sink.report("SC430", "reading the stage takes too much memory", Location(request["path"]))
     answer: dict[str, Any] = {"document": None}
     if found is not None:
         answer = {

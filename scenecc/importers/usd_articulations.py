@@ -1,4 +1,4 @@
-"""Bodies that joints of a USD stage connect, as trees of links; what closes a loop becomes a constraint."""
+"""Builds link trees from bodies connected by USD joints; joints that close loops become constraints."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from scenecc.importers.usd_stage import Prim, UsdStage
 
 _DUMMY_MASS: Final = 1e-3
-"""Mass of a link between two freedoms of one joint, as a part of the link that it carries."""
+"""Mass of a link between two freedoms of one joint, as a share of the next link's mass."""
 
 _OFF_POSITION, _OFF_ANGLE = 1e-4, 1e-3
-"""How far frames of a joint may be from meeting without a loss [m, rad]."""
+"""Largest offset between a joint's frames that is not reported as a loss [m, rad]."""
 
 
 @dataclass(slots=True)
@@ -28,11 +28,11 @@ class JointTree:
     """Bodies that become one articulation.
 
     Attributes:
-        root: path of the root link's body; "" where the root is the world.
+        root: path of the root link's body; "" if the root is the world.
         fixed: whether the root cannot move.
-        joints: of the tree, from the root outwards, each with the parent as its first body.
+        joints: joints from the root outwards, each with the parent as its first body.
         rest: joints that close loops.
-        prim: of the articulation root; None where the file has none.
+        prim: the articulation root; None if the file has none.
     """
 
     root: str
@@ -49,22 +49,22 @@ class JointTree:
 
     @property
     def split_joints(self) -> list[UsdJoint]:
-        """Joints of several freedoms: PhysX keeps only direct neighbours of a tree apart."""
+        """Joints with several freedoms. PhysX disables collisions only between direct neighbours of a tree."""
         return [joint for joint in self.joints if len(joint.freedoms) > 1]
 
 
 def find_trees(
     joints: Iterable[UsdJoint], moving: Iterable[str], roots: Mapping[str, Prim]
 ) -> tuple[list[JointTree], list[UsdJoint]]:
-    """Spans the bodies that joints connect with trees.
+    """Finds spanning trees of the bodies connected by joints.
 
     Args:
-        joints: of the stage.
-        moving: paths of the dynamic bodies, in the order of the stage.
-        roots: body → prim of its articulation root; the first body of a prim is its root where nothing is fixed.
+        joints: joints of the stage.
+        moving: paths of the dynamic bodies, in stage order.
+        roots: body → prim of its articulation root; if nothing is fixed, the prim's first body is the root.
 
     Returns:
-        The trees, and the joints that are in none.
+        The trees, and the joints outside of them.
     """
     order = {path: k for k, path in enumerate(moving)}
     edges: dict[str, list[UsdJoint]] = {}
@@ -91,7 +91,7 @@ def _fits_tree(joint: UsdJoint, roots: Mapping[str, Prim]) -> bool:
         return False
     if any(body in roots for body in joint.bodies):
         return True
-    # Between free bodies PhysX has a ball joint without hinges; only its limits need them.
+    # PhysX constrains free bodies by a ball joint without hinges; only limits need hinges.
     free_ball = len(joint.freedoms) == 3 and all(
         each.turns and each.drive is None and each.limits == (-math.inf, math.inf) for each in joint.freedoms
     )
@@ -99,7 +99,7 @@ def _fits_tree(joint: UsdJoint, roots: Mapping[str, Prim]) -> bool:
 
 
 def _component(start: str, edges: Mapping[str, list[UsdJoint]]) -> set[str]:
-    """Every body that joints connect with one, but not through the world."""
+    """Returns all bodies connected to one by joints, but not through the world."""
     found, todo = {start}, [start]
     while todo:
         for joint in edges[todo.pop()]:
@@ -151,21 +151,20 @@ class ArticulationWriter:
     """Writes trees as entities.
 
     Attributes:
-        keys: of each link, by the path of its body.
+        keys: keys of each link, by the path of its body.
     """
 
     def __init__(self, stage: UsdStage, reader: UsdBodyReader, bodies: Mapping[str, UsdBody]) -> None:
-        """`bodies`: by their paths."""
         self.keys: dict[str, dict[str, Any]] = {}
         self._stage = stage
         self._reader = reader
         self._bodies = bodies
 
     def entity(self, tree: JointTree, names: Mapping[str, str], joint_names: Mapping[int, str]) -> dict[str, Any]:
-        """The entity of a tree.
+        """Returns the entity of a tree.
 
         Args:
-            tree: of bodies.
+            tree: the tree.
             names: path of a body → name of its link.
             joint_names: `id` of a joint → its name.
         """
@@ -207,7 +206,8 @@ class ArticulationWriter:
         name: str,
         settings: dict[str, dict[str, Any]],
     ) -> bool:
-        """Adds a link below its parent, with a link between each two freedoms. Whether it starts beyond a limit.
+        """Adds a link below its parent, with a link between each two freedoms. Returns whether it starts beyond a
+        limit.
 
         `first`: the joint's frame in the parent.
         """
@@ -215,13 +215,15 @@ class ArticulationWriter:
         if distance > _OFF_POSITION or angle > _OFF_ANGLE:
             self._stage.lose(
                 "joint-frames",
-                f"the place of a link: its joint's frames are {distance:.3g} m and {angle:.3g} rad apart",
+                f"the pose of a link: its joint's frames are {distance:.3g} m and {angle:.3g} rad apart",
                 joint.prim,
             )
         freedoms: list[Freedom | None] = list(joint.freedoms) or [None]
         if len(freedoms) > 1:
             self._stage.lose(
-                "ball-joints", f"a joint of {len(freedoms)} freedoms, which becomes as many joints in a row", joint.prim
+                "ball-joints",
+                f"a joint with {len(freedoms)} freedoms; it becomes {len(freedoms)} joints in series",
+                joint.prim,
             )
         beyond = False
         for k, (freedom, position) in enumerate(zip(freedoms, positions or [0.0], strict=True)):
@@ -242,7 +244,7 @@ class ArticulationWriter:
         return beyond
 
     def _set_start(self, freedom: Freedom, position: float, name: str, settings: dict[str, dict[str, Any]]) -> bool:
-        """Sets where a joint starts and its drive. Returns whether it starts beyond a limit."""
+        """Sets a joint's initial position and drive. Returns whether it starts beyond a limit."""
         low, high = freedom.limits
         near = min(max(position, low), high)
         beyond = abs(near - position) > _OFF_ANGLE
@@ -263,7 +265,7 @@ class ArticulationWriter:
         return beyond
 
     def _joint_keys(self, prim: Prim, name: str, freedom: Freedom) -> dict[str, dict[str, Any]]:
-        """Friction, armature and the largest speed, of PhysX's own schema. UsdPhysics knows no friction of joints."""
+        """Returns friction, armature and velocity limit from PhysX's schema. UsdPhysics has no joint friction."""
         keys: dict[str, Any] = {"friction": plain_number(self._stage.authored(prim, "physxJoint:jointFriction") or 0.0)}
         armature = self._stage.authored(prim, "physxJoint:armature")
         frames = self._stage.frames
@@ -275,7 +277,6 @@ class ArticulationWriter:
         return {name: keys}
 
     def _articulation_keys(self, tree: JointTree) -> dict[str, Any]:
-        """What PhysX's own schema says of an articulation."""
         keys: dict[str, Any] = {}
         if tree.prim is None:
             return keys
@@ -292,7 +293,7 @@ class ArticulationWriter:
 
 
 def _dummy(link: dict[str, Any], name: str) -> dict[str, Any]:
-    """A light link between two freedoms of one joint."""
+    """Returns a light link between two freedoms of one joint."""
     inertial = link.get("inertial", {})
     mass = float(inertial.get("mass", link.get("mass", 1.0))) * _DUMMY_MASS
     moment = max(inertial.get("inertia", [mass / _DUMMY_MASS * 0.01])) * _DUMMY_MASS
@@ -300,7 +301,7 @@ def _dummy(link: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 def merge_settings(entity: dict[str, Any]) -> None:
-    """Joins what all joints of an articulation have alike under the pattern `.*`."""
+    """Moves settings that all joints of an articulation share under the pattern `.*`."""
     joints: dict[str, dict[str, Any]] = entity.get("joints", {})
     if len(joints) > 1 or (joints and len(next(iter(joints.values()))) >= 1):
         shared = [(key, value) for key, value in next(iter(joints.values())).items()]

@@ -1,4 +1,4 @@
-"""Bodies of a USD stage: what they weigh, what collides, what is seen."""
+"""USD bodies: mass, collision shapes and visual shapes."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ if TYPE_CHECKING:
     from scenecc.importers.usd_materials import UsdMaterialReader
 
 _BALL_RADIUS: Final = 0.1
-"""Of the ball whose moments a body without any has, as usd-core has it [m]."""
+"""Radius of the sphere that gives a body without inertia its moments, as in usd-core [m]."""
 
 _DENSITY: Final = 1000.0
-"""Of what has none, in USD as in SAPIEN [kg/m³]."""
+"""Default density, in USD as in SAPIEN [kg/m³]."""
 
 
 @dataclass(slots=True)
 class UsdBody:
-    """A body: a prim with a `RigidBodyAPI`, or a group of prims that stand still.
+    """A body: a prim with `RigidBodyAPI`, or a group of static prims.
 
     Attributes:
         prim: its frame.
         pose: of that frame in the world.
         body_type: "dynamic", "kinematic", "static" or "none".
-        colliders: what collides, with what UsdPhysics says of it.
-        visuals: prims that are seen.
-        parsed: what UsdPhysics says of the body; None where it is none.
+        colliders: collider prims, with their UsdPhysics descriptors.
+        visuals: visible prims.
+        parsed: UsdPhysics descriptor of the body; None for a static group.
     """
 
     prim: Prim
@@ -46,11 +46,10 @@ class UsdBody:
 
 
 class UsdBodyReader:
-    """Makes the keys of bodies.
+    """Writes the keys of bodies.
 
     Attributes:
-        masses: of the bodies that are made, as UsdPhysics computes them, by the path of their prim [kg]; None: it
-            cannot.
+        masses: mass of each body as computed by UsdPhysics, by prim path [kg]; None: unknown.
     """
 
     def __init__(self, stage: UsdStage, materials: UsdMaterialReader) -> None:
@@ -60,7 +59,7 @@ class UsdBodyReader:
         self._shapes = UsdShapeReader(stage)
 
     def keys(self, body: UsdBody, *, is_link: bool = False) -> dict[str, Any]:
-        """The keys of a body in a scene file but its pose and type. `is_link`: of an articulation."""
+        """Returns all keys of a body except pose and type. `is_link`: of an articulation."""
         found: dict[str, list[tuple[dict[str, Any], Prim]]] = {"shapes": [], "collisions": [], "visuals": []}
         shapes: list[tuple[Prim, Any, UsdShape]] = []
         seen = {prim.GetPath() for prim in body.visuals}
@@ -100,19 +99,19 @@ class UsdBodyReader:
         approximation = str(self._stage.value(prim, "physics:approximation", "none"))
         made = self._shapes.collider(prim, body.pose, moves=moves, approximation=approximation)
         if moves and str(prim.GetTypeName()) == "Plane":
-            self._stage.lose("colliders", "a plane that moves, which cannot collide", prim)
+            self._stage.lose("colliders", "a moving plane, which cannot collide", prim)
             return []
         return made
 
     def _looks_as_it_collides(self, prim: Prim, shape: UsdShape) -> bool:
-        """Whether a shape shows what its prim shows."""
+        """Whether a collision shape looks like its prim."""
         plain = str(prim.GetTypeName()) != "Mesh" or shape.keys["type"] in {"convex_mesh", "triangle_mesh"}
         if shape.keys["type"] in {"box", "sphere"} and str(prim.GetTypeName()) == "Mesh":
             return False
         return plain and not self._stage.geom.Subset.GetAllGeomSubsets(self._stage.geom.Imageable(prim))
 
     def _visuals(self, prim: Prim, body: UsdBody) -> list[dict[str, Any]]:
-        """The entries of a prim that is seen: several where its faces have several materials."""
+        """Returns the entries of a visible prim, one per material of its faces."""
         if str(prim.GetTypeName()) != "Mesh":
             shape = self._shapes.solid(prim, body.pose)
             if shape is None:
@@ -131,7 +130,7 @@ class UsdBodyReader:
         return entries
 
     def _contact_keys(self, prim: Prim) -> dict[str, Any]:
-        """Offsets of PhysX's own schema, which is not in usd-core; -inf means PhysX's own."""
+        """Returns contact offsets from PhysX's schema, which usd-core lacks; -inf means PhysX's default."""
         keys: dict[str, Any] = {}
         for key, name in (
             ("contact_offset", "physxCollision:contactOffset"),
@@ -145,7 +144,7 @@ class UsdBodyReader:
     def _mass_keys(
         self, body: UsdBody, shapes: list[tuple[Prim, Any, UsdShape]], entries: list[dict[str, Any]]
     ) -> dict[str, Any]:
-        """`mass`, `inertial`, or densities in the entries: the least that gives what UsdPhysics says."""
+        """Returns `mass` or `inertial`, or sets densities in the entries; as few keys as match UsdPhysics."""
         stage = self._stage
         solids: dict[Any, list[SolidMass]] = {}
         for prim, _, shape in shapes:
@@ -168,9 +167,9 @@ class UsdBodyReader:
         return {"inertial": self._inertial(body, solids, computed)}
 
     def _compute_mass(self, body: UsdBody, solids: dict[Any, list[SolidMass]]) -> tuple[float, Any, Any, Any]:
-        """Mass, moments, centre and principal axes, as UsdPhysics computes them, in the stage's units.
+        """Returns mass, moments, centre and principal axes as computed by UsdPhysics, in the stage's units.
 
-        `solids`: what each collider encloses, by its path.
+        `solids`: volumes of each collider, by path.
         """
         metres, api = self._stage.frames.metres, self._stage.physics.RigidBodyAPI
         gf: Any = import_module("pxr.Gf")
@@ -197,16 +196,16 @@ class UsdBodyReader:
         if not mass > 0:
             mass = 1.0
             self._stage.lose(
-                "assumed-masses", "a body without mass and colliders, which weighs 1 kg, as in PhysX", body.prim
+                "assumed-masses", "a body without mass and colliders; it gets 1 kg, as in PhysX", body.prim
             )
         said = self._said(body.prim, "diagonalInertia")
-        if said is not None:  # usd-core takes small moments for none
+        if said is not None:  # usd-core ignores small moments
             moments, axes = said, self._said(body.prim, "principalAxes")
         inertia = [float(each) * frames.kilograms * frames.metres**2 for each in moments]
-        # Without colliders usd-core leaves these as they were in memory.
+        # Without colliders usd-core leaves these uninitialised.
         if said is None and (not solids or not all(each > 0 and math.isfinite(each) for each in inertia)):
             inertia, axes = [0.4 * mass * _BALL_RADIUS**2] * 3, None
-            message = f"a body without moments of inertia, which has those of a ball of {_BALL_RADIUS} m"
+            message = f"a body without inertia; it gets that of a sphere of radius {_BALL_RADIUS} m"
             self._stage.lose("assumed-masses", message, body.prim)
         self._keep_triangle_rule(inertia, body.prim)
         own = self._said(body.prim, "centerOfMass")
@@ -218,7 +217,7 @@ class UsdBodyReader:
         return {"mass": plain_number(mass), **com, "inertia": plain_numbers(inertia)}
 
     def _keep_triangle_rule(self, inertia: list[float], prim: Prim) -> None:
-        """Lowers the largest moment to the sum of the others, which no body can exceed."""
+        """Lowers the largest moment to the sum of the others, its physical maximum."""
         largest = max(range(3), key=inertia.__getitem__)
         others = sum(inertia) - inertia[largest]
         if inertia[largest] > others * (1 + 1e-6):
@@ -227,7 +226,7 @@ class UsdBodyReader:
             inertia[largest] = others
 
     def _said(self, prim: Prim, name: str) -> Any:
-        """A number of a prim's `MassAPI`; None where it says none, which 0, -inf and the like also mean."""
+        """Returns an authored number of a prim's `MassAPI`; None if it is missing, or a placeholder like 0 or -inf."""
         found = self._stage.authored(prim, f"physics:{name}")
         if found is None:
             return None
@@ -240,7 +239,6 @@ class UsdBodyReader:
         return found if found.GetLength() > 0 else None
 
     def _density(self, prim: Prim, parsed: Any, body: Prim) -> float:
-        """The density of a collider [kg/m³]: its own, its body's, its material's."""
         frames = self._stage.frames
         for owner in (prim, body):
             found = self._stage.authored(owner, "physics:density")
@@ -250,7 +248,7 @@ class UsdBodyReader:
         return _DENSITY if not found else found * frames.kilograms / frames.metres**3
 
     def _motion_keys(self, body: UsdBody, *, is_link: bool) -> dict[str, Any]:
-        """Velocities at the start, and what PhysX's own schema says of a body."""
+        """Returns initial velocities and the settings from PhysX's schema."""
         stage, keys = self._stage, dict[str, Any]()
         metres = stage.frames.metres
         if body.parsed is not None and not is_link:
@@ -271,7 +269,7 @@ class UsdBodyReader:
         return keys
 
     def velocity_keys(self, body: UsdBody) -> dict[str, Any]:
-        """Velocities at the start, which USD gives in the frame of the prim's parent."""
+        """Returns initial velocities; USD gives them in the frame of the prim's parent."""
         frames, parsed = self._stage.frames, body.parsed
         above = body.prim.GetParent()
         pose = frames.pose(above) if above and not above.IsPseudoRoot() else None
@@ -286,7 +284,7 @@ class UsdBodyReader:
         return keys
 
     def _locked_axes(self, prim: Prim) -> list[str]:
-        """The axes of PhysX's bits, which count x, y, z from the lowest; turned with the stage's up axis."""
+        """Returns the locked axes. PhysX's bits are x, y, z from the lowest, in the stage's axes."""
         names: list[str] = []
         for attribute, prefix in (("lockedPosAxis", ""), ("lockedRotAxis", "r")):
             bits = int(self._stage.authored(prim, f"physxRigidBody:{attribute}") or 0)
@@ -299,7 +297,7 @@ class UsdBodyReader:
 
 
 _UNLIMITED: Final = 1e30
-"""PhysX's own numbers for no limit are above this."""
+"""PhysX represents "no limit" by numbers above this."""
 
 _BODY_ATTRIBUTES: Final = {
     "linear_damping": ("linearDamping", "1"),
@@ -312,13 +310,13 @@ _BODY_ATTRIBUTES: Final = {
     "solver_position_iterations": ("solverPositionIterationCount", "count"),
     "solver_velocity_iterations": ("solverVelocityIterationCount", "count"),
 }
-"""Key → attribute of PhysX's schema, and the unit in it."""
+"""Key → attribute of PhysX's schema, and its unit."""
 
 _NOT_OF_LINKS: Final = {"sleep_threshold", "solver_position_iterations", "solver_velocity_iterations"}
 
 
 def _join_equal(keys: dict[str, Any]) -> None:
-    """Says once what all shapes of a body say, and what a shape that collides and one that is seen have in common."""
+    """Moves a density shared by all shapes to the body, and merges equal collisions and visuals into shapes."""
     collisions, visuals = keys.get("collisions", []), keys.get("visuals", [])
     plain = [{key: value for key, value in entry.items() if key != "density"} for entry in collisions]
     if plain and plain == visuals and "shapes" not in keys:
@@ -335,7 +333,6 @@ def _join_equal(keys: dict[str, Any]) -> None:
 
 
 def _together(solids: list[SolidMass]) -> SolidMass:
-    """Several solids as one."""
     volume = sum(each.volume for each in solids)
     if not volume:
         return SolidMass(0.0, np.zeros(3), np.zeros((3, 3)))

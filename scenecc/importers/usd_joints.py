@@ -1,4 +1,4 @@
-"""Joints of a USD stage: their frames and freedoms, as joints of a tree of links or as constraints."""
+"""USD joints: frames and degrees of freedom, as joints of a link tree or as constraints."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 _UNITS: Final[dict[str, Vec3]] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 FREEDOMS: Final = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
-"""UsdPhysics's names of what a joint may leave free, in the order in which they follow one another."""
+"""UsdPhysics's degrees of freedom, in order of application."""
 
 _NO_FORCE_LIMIT: Final = 1e38
 
@@ -51,7 +51,7 @@ class JointDrive:
     velocity: float
 
     def keys(self) -> dict[str, Any]:
-        """Stiffness, damping, force limit and mode as a scene file has them."""
+        """Returns stiffness, damping, force limit and mode as keys of a scene file."""
         keys: dict[str, Any] = {}
         for name in ("stiffness", "damping"):
             if getattr(self, name):
@@ -65,12 +65,12 @@ class JointDrive:
 
 @frozen
 class Freedom:
-    """One degree of freedom of a joint.
+    """A degree of freedom of a joint.
 
     Attributes:
         name: one of `FREEDOMS`.
         limits: lowest and highest position [m or rad].
-        drive: None: it has none.
+        drive: None: no drive.
     """
 
     name: str
@@ -84,18 +84,18 @@ class Freedom:
 
     @property
     def axis(self) -> Vec3:
-        """The unit vector along or about which it moves."""
+        """Unit vector of the translation or rotation."""
         return _UNITS[self.name[-1]]
 
     def motion(self, position: float) -> Pose7:
-        """How the child's frame is moved at a position."""
+        """Returns the child frame's displacement at a position."""
         x, y, z = self.axis
         if self.turns:
             return (0.0, 0.0, 0.0, *from_axis_angle(self.axis, position))
         return (x * position, y * position, z * position, *IDENTITY)
 
     def negated(self) -> Freedom:
-        """The same freedom, counted from the other body."""
+        """Returns the same freedom with reversed sign, as counted from the other body."""
         low, high = self.limits
         drive = self.drive
         if drive is not None:
@@ -110,15 +110,15 @@ class UsdJoint:
     """A joint.
 
     Attributes:
-        prim: of the stage.
-        name: of the prim.
+        prim: its prim.
+        name: name of the prim.
         bodies: paths of its two bodies; "" is the world.
-        frames: the joint's frame in each.
-        start: the second frame in the first, where the stage has the bodies.
-        freedoms: what it leaves free.
-        distance: [least, most] of a distance joint [m].
-        collides: whether its bodies collide with one another.
-        excluded: whether the file keeps it out of articulations.
+        frames: the joint's frame in each body.
+        start: the second frame in the first at the stage's poses.
+        freedoms: its degrees of freedom.
+        distance: [min, max] of a distance joint [m].
+        collides: whether its bodies collide with each other.
+        excluded: whether it is excluded from articulations.
     """
 
     prim: Prim
@@ -132,11 +132,11 @@ class UsdJoint:
     excluded: bool
 
     def reversed(self) -> UsdJoint:
-        """The same joint with its bodies exchanged. Where it has one freedom, its positions keep their signs."""
+        """Returns the joint with exchanged bodies. With one freedom, positions keep their sign."""
         first, second = self.frames
         if len(self.freedoms) == 1:
             x, y, z = self.freedoms[0].axis
-            half_turn: Pose7 = (0.0, 0.0, 0.0, 0.0, y, z, x)  # about an axis across the joint's own
+            half_turn: Pose7 = (0.0, 0.0, 0.0, 0.0, y, z, x)  # about an axis perpendicular to the joint's
             first, second, freedoms = compose(first, half_turn), compose(second, half_turn), self.freedoms
             start = compose(compose(invert(half_turn), invert(self.start)), half_turn)
         else:
@@ -150,7 +150,7 @@ class UsdJoint:
         )
 
     def positions(self) -> tuple[list[float], float, float]:
-        """Where each freedom is in the stage, and how far the frames are from meeting there [m, rad]."""
+        """Returns the position of each freedom in the stage, and the remaining offset of the frames [m, rad]."""
         rest, positions = self.start, [0.0] * len(self.freedoms)
         turning = [each.name[-1] for each in self.freedoms if each.turns]
         angles = _angles(rest, turning)
@@ -171,7 +171,7 @@ class UsdJoint:
 
 
 def _angles(pose: Pose7, axes: list[str]) -> dict[str, float]:
-    """The angles of turns about some of x, y and z, one after the other, that make a rotation."""
+    """Decomposes a rotation into successive angles about some of x, y and z."""
     if not axes:
         return {}
     w, x, y, z = pose[3:]
@@ -191,15 +191,15 @@ def _angles(pose: Pose7, axes: list[str]) -> dict[str, float]:
 
 
 class UsdJointReader:
-    """Makes joints of what UsdPhysics says of them."""
+    """Creates joints from UsdPhysics descriptors."""
 
     def __init__(self, stage: UsdStage, body_poses: dict[str, Pose7]) -> None:
-        """`body_poses`: of all bodies that move, by their paths."""
+        """`body_poses`: poses of all moving bodies, by path."""
         self._stage = stage
         self._poses = body_poses
 
     def read(self, parsed: Any, kind: str) -> UsdJoint | None:
-        """A joint; None where it has no effect or cannot be built, which is told.
+        """Returns a joint; None if it has no effect or cannot be built, which is reported as a loss.
 
         Args:
             parsed: a `JointDesc`.
@@ -207,16 +207,16 @@ class UsdJointReader:
         """
         prim = self._stage.prim(parsed.primPath)
         if not parsed.jointEnabled:
-            self._stage.lose("idle-joints", "a joint that is switched off", prim)
+            self._stage.lose("idle-joints", "a disabled joint", prim)
             return None
         ends = [self._end(prim, k, body) for k, body in ((0, parsed.body0), (1, parsed.body1))]
         bodies = (ends[0][0], ends[1][0])
         if bodies[0] == bodies[1]:
-            self._stage.lose("idle-joints", "a joint that connects no two bodies", prim)
+            self._stage.lose("idle-joints", "a joint that does not connect two bodies", prim)
             return None
         freedoms, distance = self._freedoms(parsed, kind)
         if freedoms is None:
-            self._stage.lose("joints", f"a joint of the type `{prim.GetTypeName()}`", prim)
+            self._stage.lose("joints", f"a joint of type `{prim.GetTypeName()}`", prim)
             return None
         if math.isfinite(parsed.breakForce) and parsed.breakForce < _NO_FORCE_LIMIT:
             self._stage.lose("joint-breaks", "the force at which a joint breaks", prim)
@@ -236,7 +236,7 @@ class UsdJointReader:
         )
 
     def _end(self, prim: Prim, k: int, body: Any) -> tuple[str, Pose7]:
-        """Path of a joint's body, "" of the world, and the joint's frame there in the world."""
+        """Returns the path of a joint's body ("" for the world), and the joint's frame on that side in the world."""
         stage = self._stage
         targets = prim.GetRelationship(f"physics:body{k}").GetTargets()
         owner = stage.prim(targets[0]) if targets else None
@@ -271,7 +271,7 @@ class UsdJointReader:
         return tuple(each for each in found if each is not None), None
 
     def _spherical(self, parsed: Any) -> tuple[Freedom, ...]:
-        """Three turns. UsdPhysics limits the two across the axis, each to both sides."""
+        """Returns three rotations. UsdPhysics limits those perpendicular to the axis symmetrically."""
         axis = str(parsed.axis)[-1]
         across = [each for each in "XYZ" if each != axis]
         cones = dict(zip(across, (parsed.limit.lower, parsed.limit.upper), strict=True)) if parsed.limit.enabled else {}
@@ -283,12 +283,12 @@ class UsdJointReader:
         return tuple(found)
 
     def _freedom(self, name: str, limit: Any, drive: Any) -> Freedom | None:
-        """One freedom; None where it is locked: a lower limit above the upper one."""
+        """Returns a freedom; None if it is locked (lower limit above the upper one)."""
         low, high = (-math.inf, math.inf) if limit is None else (float(limit.lower), float(limit.upper))
         if low > high:
             return None
         each = math.radians(1) if name.startswith("rot") else self._stage.frames.metres
-        # usd-core gives single precision's largest number where there is no limit.
+        # usd-core represents "no limit" by the largest float32.
         limits = (
             low * each if low > -_NO_FORCE_LIMIT else -math.inf,
             high * each if high < _NO_FORCE_LIMIT else math.inf,
@@ -301,7 +301,7 @@ class UsdJointReader:
         frames = self._stage.frames
         turns = name.startswith("rot")
         each = math.radians(1) if turns else frames.metres
-        # The unit of a force or torque; an acceleration has none but that of the position.
+        # Unit of a force or torque; an acceleration only has the unit of the position.
         force = frames.kilograms * frames.metres * (frames.metres if turns else 1.0)
         gain = 1.0 if drive.acceleration else force
         strength = gain / each if turns else gain / frames.metres
@@ -324,13 +324,13 @@ class UsdJointReader:
 
 
 def _freedom_name(dof: Any) -> str:
-    """`JointDOF.RotX` as UsdPhysics's attributes have it."""
+    """Converts `JointDOF.RotX` to the name in UsdPhysics attributes."""
     name = str(dof).rpartition(".")[2]
     return name[0].lower() + name[1:]
 
 
 def usd_tree_joint(in_parent: Pose7, in_child: Pose7, freedom: Freedom | None, name: str) -> dict[str, Any]:
-    """The keys of a link's joint. `freedom`: None: it is fixed."""
+    """Returns the keys of a link's joint. `freedom` None: a fixed joint."""
     if freedom is None:
         return {"type": "fixed", **joint_frames(in_parent, in_child, None)}
     kind = "revolute" if freedom.turns else "prismatic"
@@ -340,7 +340,7 @@ def usd_tree_joint(in_parent: Pose7, in_child: Pose7, freedom: Freedom | None, n
 
 
 def constraint_keys(joint: UsdJoint, stage: UsdStage) -> dict[str, Any]:
-    """Type, limits and drives of a constraint between the two frames of a joint, and these frames."""
+    """Returns type, frames, limits and drives of a constraint."""
     turn = along_x(joint.freedoms[0].axis) if len(joint.freedoms) == 1 else IDENTITY_POSE
     keys: dict[str, Any] = {}
     for key, frame in zip(("pose_in_parent", "pose_in_child"), joint.frames, strict=True):
@@ -360,7 +360,7 @@ def constraint_keys(joint: UsdJoint, stage: UsdStage) -> dict[str, Any]:
 
 
 _AXES: Final = (("x", "transX"), ("y", "transY"), ("z", "transZ"), ("twist", "rotX"))
-"""Axes of a `drive` that can be limited, and what they are in UsdPhysics."""
+"""Axes of a `drive` that can have limits → their UsdPhysics names."""
 
 
 def _drive_keys(free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage) -> dict[str, Any]:
@@ -368,7 +368,7 @@ def _drive_keys(free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage) -> d
     drives: dict[str, Any] = {}
     for axis, name in _AXES:
         low, high = free[name].limits if name in free else (0.0, 0.0)
-        if axis == "twist":  # PhysX knows the twist from -π to π
+        if axis == "twist":  # PhysX limits the twist to (-π, π)
             low, high = (each if abs(each) < math.pi - 1e-6 else math.copysign(math.inf, each) for each in (low, high))
         if math.isfinite(low) or math.isfinite(high):
             limits[axis] = plain_numbers((low, high))
@@ -383,19 +383,19 @@ def _drive_keys(free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage) -> d
 
 
 def _add_swing(drives: dict[str, Any], free: dict[str, Freedom], joint: UsdJoint, stage: UsdStage) -> None:
-    """Adds the drive about y and z, which also holds what is locked there: PhysX has no limits of these in SAPIEN."""
+    """Adds the drive about y and z. It also holds locked axes, since SAPIEN offers no swing limits."""
     swings = [free[name] for name in ("rotY", "rotZ") if name in free]
     if not swings:
         drives["swing"] = dict(HOLD)
         return
     if len(swings) == 1:
-        stage.lose("swing-limits", "a lock about one of the axes across a joint's x, which turns freely", joint.prim)
+        stage.lose("swing-limits", "a lock about y or z of a joint, which turns freely", joint.prim)
         return
     if any(math.isfinite(limit) for each in swings for limit in each.limits):
-        stage.lose("swing-limits", "limits across the axis of a joint, which turns freely", joint.prim)
+        stage.lose("swing-limits", "swing limits of a joint, which turns freely", joint.prim)
     first, second = (None if each.drive is None else each.drive.keys() for each in swings)
     if first != second:
-        stage.lose("swing-limits", "drives that differ about the two axes across a joint's x", joint.prim)
+        stage.lose("swing-limits", "different drives about y and z of a joint", joint.prim)
     elif first is not None and drives.get("twist") == first:
         del drives["twist"]
         drives["slerp"] = first
@@ -404,7 +404,7 @@ def _add_swing(drives: dict[str, Any], free: dict[str, Freedom], joint: UsdJoint
 
 
 def _targets(free: dict[str, Freedom]) -> dict[str, Any]:
-    """`target` and `velocity_target` of the drives along the axes and about x."""
+    """Returns `target` and `velocity_target` of the drives along the axes and about x."""
     drives = {name: each.drive for name, each in free.items() if each.drive is not None}
     place = [drives[name].target if name in drives else 0.0 for name in FREEDOMS[:3]]
     speed = [drives[name].velocity if name in drives else 0.0 for name in FREEDOMS[:3]]
@@ -415,7 +415,7 @@ def _targets(free: dict[str, Freedom]) -> dict[str, Any]:
     if any(speed):
         velocity["linear"] = plain_numbers(speed)
     if twist is not None and twist.velocity:
-        velocity["angular"] = [-plain_number(twist.velocity), 0.0, 0.0]  # PhysX turns it against the sign
+        velocity["angular"] = [-plain_number(twist.velocity), 0.0, 0.0]  # PhysX has the opposite sign
     if velocity:
         keys["velocity_target"] = velocity
     return keys

@@ -28,7 +28,7 @@ _PREVIEW: Final = {
     "metallic": "metallic",
     "normal": "normal",
 }
-"""Inputs of `UsdPreviewSurface` to keys of a material."""
+"""Inputs of `UsdPreviewSurface` → keys of a material."""
 
 _OMNI_PBR: Final = {
     "diffuse_color_constant": "base_color",
@@ -36,14 +36,14 @@ _OMNI_PBR: Final = {
     "metallic_constant": "metallic",
     "diffuse_texture": "base_color_texture",
 }
-"""Inputs of Omniverse's `OmniPBR`, the MDL material that most stages have."""
+"""Inputs of Omniverse's `OmniPBR`, the most common MDL material → keys of a material."""
 
 _GREY: Final = (0.18, 0.18, 0.18)
-"""`diffuseColor` of a preview surface that says none."""
+"""Default `diffuseColor` of a preview surface."""
 
 
 class UsdMaterialReader:
-    """The materials of a stage, each made once.
+    """Materials of a stage, each converted once.
 
     Attributes:
         named: the section `materials` of the scene file.
@@ -59,30 +59,30 @@ class UsdMaterialReader:
         self._visual: dict[str, dict[str, Any]] = {}
 
     def set_both(self, entry: dict[str, Any], prim: Prim, parsed: Any) -> None:
-        """Sets material and colour of a shape that collides and is seen. `parsed`: what UsdPhysics says of it."""
+        """Sets material and colour of a shape that collides and is visible. `parsed`: its UsdPhysics descriptor."""
         looks = self._visual_path(prim)
         self._set(entry, self._physical_path(parsed), looks)
         if not looks:
             self._set_color(entry, prim)
 
     def set_physical(self, entry: dict[str, Any], parsed: Any) -> None:
-        """Sets the material of a shape that only collides."""
+        """Sets the material of a collision shape."""
         self._set(entry, self._physical_path(parsed), "")
 
     def set_visual(self, entry: dict[str, Any], prim: Prim) -> None:
-        """Sets material or colour of a shape that is only seen. `prim`: the geometry, or a subset of its faces."""
+        """Sets material or colour of a visual shape. `prim`: the geometry, or a subset of its faces."""
         looks = self._visual_path(prim)
         self._set(entry, "", looks)
         if not looks:
             self._set_color(entry, prim if prim.IsA(self._stage.geom.Gprim) else prim.GetParent())
 
     def density(self, parsed: Any) -> float:
-        """The density of a collider's material, in the stage's units; 0: it has none."""
+        """Returns the density of a collider's material, in the stage's units; 0 if it has none."""
         path = self._physical_path(parsed)
         return float(self._stage.value(self._stage.prim(path), "physics:density", 0.0)) if path else 0.0
 
     def parts(self, prim: Prim, mesh: UsdMesh) -> Iterator[tuple[Prim, UsdMesh, str]]:
-        """The parts of a mesh by material: what the material is bound to, the triangles, and a suffix for the file."""
+        """Yields the parts of a mesh by material: the prim with the binding, the triangles, and a file name suffix."""
         rest = np.ones(len(mesh.faces), bool)
         for subset in self._stage.shade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
             indices = np.asarray(subset.GetIndicesAttr().Get(self._stage.time), np.int64)
@@ -110,7 +110,7 @@ class UsdMaterialReader:
             entry["material"] = name
 
     def _name(self, wish: str, content: dict[str, Any]) -> str:
-        """The name of a material: that of an equal one, or a new one."""
+        """Returns the name of an equal material, or of a new one."""
         for name, other in self.named.items():
             if other == content:
                 return name
@@ -125,7 +125,7 @@ class UsdMaterialReader:
         if len(set(found)) > 1:
             stage.lose(
                 "material-looks",
-                "materials of parts of a collider: the first is that of the whole",
+                "several materials in one collider: the first is used for the whole",
                 stage.prim(parsed.primPath),
             )
         return found[0] if found else ""
@@ -140,7 +140,7 @@ class UsdMaterialReader:
             if dynamic > static:
                 stage.lose(
                     "frictions",
-                    f"a static friction of {static:g} below the dynamic one, which is raised to {dynamic:g}",
+                    f"a static friction of {static:g} below dynamic friction; it is raised to {dynamic:g}",
                     prim,
                 )
                 static = dynamic
@@ -153,7 +153,7 @@ class UsdMaterialReader:
         return self._physical[path]
 
     def _visual_path(self, prim: Prim) -> str:
-        """The material that a prim is seen with; "" where it has none with a surface."""
+        """Returns the path of a prim's visual material; "" if it has none with a surface."""
         material, _ = self._stage.shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         if not material:
             return ""
@@ -185,7 +185,7 @@ class UsdMaterialReader:
                 look[key] = _number(value)
         self._stage.lose(
             "material-looks",
-            "a material that is no UsdPreviewSurface: only what is like one is read",
+            "a material other than UsdPreviewSurface: only equivalent inputs are read",
             material.GetPrim(),
         )
         return look
@@ -209,7 +209,7 @@ class UsdMaterialReader:
             look.pop("metallic")
         ior, _ = self._input(surface, "ior")
         if ior is not None and ior >= 0:
-            # UsdPreviewSurface derives the reflectance at normal incidence from `ior`, SAPIEN from `specular`.
+            # UsdPreviewSurface derives reflectance at normal incidence from `ior`, SAPIEN from `specular`.
             specular = ((ior - 1) / (ior + 1)) ** 2 / 0.08
             if abs(specular - 0.5) > 1e-4:
                 look["specular"] = plain_number(min(specular, 1.0))
@@ -222,7 +222,7 @@ class UsdMaterialReader:
         return look
 
     def _input(self, shader: Any, name: str) -> tuple[Any, Any]:
-        """The value of an input that the file says, and the texture that it is connected to."""
+        """Returns the authored value of an input, and the texture connected to it."""
         found = shader.GetInput(name)
         if not found:
             return None, None
@@ -234,7 +234,7 @@ class UsdMaterialReader:
         return None, None
 
     def _texture(self, key: str, texture: Any) -> dict[str, Any]:
-        """A texture as the keys of a material; nothing where its file is missing, which is told."""
+        """Returns a texture as keys of a material; empty if its file is missing, which is reported as a loss."""
         file = texture.GetInput("file")
         asset = file.Get(self._stage.time) if file else None
         if asset is None or not asset.path:
@@ -255,7 +255,7 @@ class UsdMaterialReader:
         return {f"{key}_texture": row if len(row) > 1 else found}
 
     def file(self, attribute: Any, asset: Any) -> Asset | None:
-        """The file that an attribute names, sought from the layer that says so."""
+        """Returns the file that an attribute names, relative to the layer that sets it."""
         stage = self._stage
         layer = attribute.GetPropertyStack(stage.time)[0].layer
         found = stage.layers.resolve(asset.path, Path(layer.realPath).resolve())
@@ -270,14 +270,14 @@ class UsdMaterialReader:
         return None
 
     def _set_color(self, entry: dict[str, Any], prim: Prim) -> None:
-        """Sets the colour of `displayColor` and `displayOpacity`, as far as these are one for the prim."""
+        """Sets the colour from `displayColor` and `displayOpacity`, averaged over the prim."""
         geom = self._stage.geom.Gprim(prim)
         colors = geom.GetDisplayColorAttr().Get(self._stage.time)
         if colors is None or not len(colors):
             return
         rows = np.asarray(colors, np.float64)
         if len(np.unique(rows, axis=0)) > 1:
-            self._stage.lose("material-looks", "colours of single points or faces, of which the mean is taken", prim)
+            self._stage.lose("material-looks", "colours per point or face; the mean is used", prim)
         color = plain_numbers(np.clip(rows.mean(axis=0), 0, 1).tolist())
         opacities = geom.GetDisplayOpacityAttr().Get(self._stage.time)
         if opacities is not None and len(opacities) and float(opacities[0]) < 1:

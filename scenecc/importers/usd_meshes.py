@@ -1,4 +1,4 @@
-"""Meshes of a USD stage as OBJ files, and the solids that a scene file can only say as meshes."""
+"""Converts USD meshes, and solids without a scene equivalent, to OBJ files."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Prim = Any
-"""An object of usd-core, which is loaded lazily and has no type hints."""
+"""An object of usd-core, which is imported lazily and has no type hints."""
 
 _CAP_STEPS: Final = 8
-"""Steps from the pole to the equator of a round cap."""
+"""Steps from pole to equator of a round cap."""
 
 
 @frozen
 class UsdMesh:
-    """Triangles with indices of their own for normals and texture coordinates.
+    """A triangle mesh with separate indices for normals and texture coordinates.
 
     Attributes:
         points: (P, 3), in the prim's unit.
         faces: (F, 3), counterclockwise from outside.
-        normals, uvs: (N, 3) and (U, 2), from an image's bottom left; None: there are none.
+        normals, uvs: (N, 3) and (U, 2), from an image's bottom left; None: not in the file.
         normal_faces, uv_faces: (F, 3), indices into them.
-        sources: (F,), the face of the prim that a triangle is of.
+        sources: (F,), index of each triangle's face in the prim.
     """
 
     points: NDArray[np.float64]
@@ -45,7 +45,7 @@ class UsdMesh:
     uv_faces: NDArray[np.int64] | None = None
 
     def part(self, faces: NDArray[np.bool_]) -> UsdMesh:
-        """Some of the triangles, with all points. `faces`: (F,), which."""
+        """Returns some of the triangles, with all points. `faces`: (F,) mask."""
         return UsdMesh(
             self.points,
             self.faces[faces],
@@ -57,7 +57,7 @@ class UsdMesh:
         )
 
     def moved(self, matrix: NDArray[np.float64]) -> UsdMesh:
-        """The mesh after a (3, 3) matrix, which may mirror."""
+        """Returns the mesh transformed by a (3, 3) matrix, which may mirror."""
         flip = slice(None, None, -1) if np.linalg.det(matrix) < 0 else slice(None)
         normals = self.normals
         if normals is not None:
@@ -74,7 +74,7 @@ class UsdMesh:
         )
 
     def to_obj(self) -> bytes:
-        """The OBJ file. Points, normals and coordinates that no triangle uses are left out."""
+        """Returns an OBJ file, without unused points, normals and coordinates."""
         uvs = None if self.uvs is None or self.uv_faces is None else _select_used(self.uvs, self.uv_faces)
         normals = (
             None if self.normals is None or self.normal_faces is None else _select_used(self.normals, self.normal_faces)
@@ -83,21 +83,21 @@ class UsdMesh:
 
 
 def _select_used(values: NDArray[Any], indices: NDArray[np.int64]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """The values that are used, each once, in their order, without negative zeros."""
+    """Returns the used values, in order and without negative zeros, and their new indices."""
     used, inverse = np.unique(indices, return_inverse=True)
     return values[used].astype(np.float32) + np.float32(0), inverse.reshape(indices.shape)
 
 
 @dataclass(frozen=True, slots=True)
 class UsdMeshReader:
-    """Reads meshes of a stage. `geom`, `time`: a module and a time of usd-core."""
+    """Reads meshes of a stage. `geom`, `time`: module and time of usd-core."""
 
     geom: Any
     time: Any
     _made: dict[Any, UsdMesh] = field(default_factory=dict[Any, UsdMesh])
 
     def read(self, prim: Prim) -> UsdMesh:
-        """The triangles of a `Mesh` prim, in its own frame and unit.
+        """Returns the triangles of a `Mesh` prim, in its own frame and unit.
 
         Raises:
             MeshError: indices or counts do not fit the points.
@@ -115,9 +115,9 @@ class UsdMeshReader:
         if not len(points) or not len(counts):
             raise MeshError("it has no faces")
         if counts.min() < 0 or counts.sum() != len(indices):
-            raise MeshError("`faceVertexCounts` do not fit `faceVertexIndices`")
+            raise MeshError("`faceVertexCounts` does not match `faceVertexIndices`")
         if indices.min() < 0 or indices.max() >= len(points):
-            raise MeshError("`faceVertexIndices` name points that do not exist")
+            raise MeshError("`faceVertexIndices` has an index beyond the points")
         if not np.isfinite(points).all():
             raise MeshError("`points` are not finite")
         holes = _array(mesh.GetHoleIndicesAttr().Get(self.time), np.int64)
@@ -132,7 +132,7 @@ class UsdMeshReader:
     def _corner_values(
         self, mesh: Any, name: str, width: int, faces: tuple[NDArray[np.int64], ...], points: int
     ) -> tuple[NDArray[np.float64] | None, NDArray[np.int64] | None]:
-        """Values of a primvar and their (F, 3) indices; None, None where it is missing or does not fit."""
+        """Returns values of a primvar and their (F, 3) indices; None, None if it is missing or does not fit."""
         indices, corners, sources = faces
         primvar = self.geom.PrimvarsAPI(mesh).GetPrimvar(name)
         if primvar and primvar.HasValue():
@@ -161,7 +161,7 @@ def _array(values: Any, kind: Any) -> NDArray[Any]:
 def _triangulate(
     counts: NDArray[np.int64], holes: NDArray[np.int64], *, flipped: bool
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Fans of triangles: (F, 3) positions in the list of corners, and (F,) the face that each is of."""
+    """Splits faces into triangle fans: (F, 3) indices of corners, and (F,) the face of each triangle."""
     starts = np.cumsum(counts) - counts
     fans = np.maximum(counts - 2, 0)
     fans[holes[(holes >= 0) & (holes < len(fans))]] = 0
@@ -173,13 +173,13 @@ def _triangulate(
 
 
 def solid_mesh(kind: str, axis: str, sizes: tuple[float, ...]) -> UsdMesh:
-    """The surface of a solid that a scene file cannot say: scaled unevenly, sheared or tapered.
+    """Returns the surface of a solid that no primitive can represent: scaled unevenly, sheared or tapered.
 
     Args:
-        kind: "sphere" (radius), "box" (half size); or "tapered", "capsule" (radius below, radius above, half height),
+        kind: "sphere" (radius), "box" (half size); or "tapered", "capsule" (lower radius, upper radius, half height),
             along `axis`.
         axis: "X", "Y" or "Z".
-        sizes: of the solid.
+        sizes: sizes of the solid.
     """
     if kind == "box":
         surface = box()
@@ -199,7 +199,7 @@ def solid_mesh(kind: str, axis: str, sizes: tuple[float, ...]) -> UsdMesh:
 
 
 def _profile(kind: str, sizes: tuple[float, ...]) -> tuple[tuple[float, float], ...]:
-    """The outline (along, radius) of a solid of revolution, outside along +x."""
+    """Returns the outline (along, radius) of a solid of revolution about x."""
     if kind == "tapered":
         below, above, half = sizes
         outline = [(-half, 0.0), (-half, below), (half, above), (half, 0.0)]

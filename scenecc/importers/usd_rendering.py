@@ -1,4 +1,4 @@
-"""Lights and cameras of a USD stage."""
+"""Converts lights and cameras of a USD stage."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from scenecc.importers.usd_stage import Prim, UsdStage
 
 _NITS: Final = 1000.0
-"""What a brightness of 1 stands for: USD's lights are in nits, SAPIEN's in no unit."""
+"""Nits per unit of brightness: USD's lights are in nits, SAPIEN's have no unit."""
 
 _WIDTH: Final = 640
 
 
 class RenderingReader:
-    """Makes the sections `environment`, `lights` and `cameras`."""
+    """Writes the sections `environment`, `lights` and `cameras`."""
 
     def __init__(
         self,
@@ -32,14 +32,14 @@ class RenderingReader:
         owner: Callable[[Prim], UsdBody | None],
         where: Mapping[str, str],
     ) -> None:
-        """`owner`: the body that a prim moves with; `where`: names of bodies in the scene, by path."""
+        """`owner`: returns the body of a prim; `where`: names of bodies in the scene, by path."""
         self._stage = stage
         self._materials = materials
         self._owner = owner
         self._where = where
 
     def sections(self, name: Callable[[Prim], str]) -> dict[str, dict[str, Any]]:
-        """The three sections. `name`: gives a camera its name."""
+        """Returns the three sections. `name`: returns the name of a camera."""
         environment: dict[str, Any] = {}
         lights: dict[str, Any] = {}
         cameras: dict[str, Any] = {}
@@ -61,7 +61,6 @@ class RenderingReader:
         return image.ComputeVisibility(self._stage.time) != self._stage.geom.Tokens.invisible
 
     def _color(self, prim: Prim, factor: float = 1.0) -> list[float]:
-        """Colour times brightness."""
         value = self._stage.value
         brightness = value(prim, "inputs:intensity", 1.0) * 2.0 ** value(prim, "inputs:exposure", 0.0) * factor / _NITS
         return plain_numbers(max(each * brightness, 0.0) for each in value(prim, "inputs:color", (1.0, 1.0, 1.0)))
@@ -74,7 +73,7 @@ class RenderingReader:
         if prim.IsA(lux.DistantLight):
             kind, color = "directional", self._color(prim)
         elif prim.IsA(lux.SphereLight):
-            # Of a ball one sees a disk: its radiance times the area of that is its intensity.
+            # A sphere is seen as a disk: its intensity is its radiance times the area of that disk.
             area = math.pi * (stage.value(prim, "inputs:radius", 0.5) * stage.frames.metres) ** 2
             kind, color = "point", self._color(prim, 1.0 if stage.value(prim, "inputs:normalize") else area)
         else:

@@ -1,4 +1,4 @@
-"""The document of a USD stage: its bodies, joints, materials, lights and cameras, and what no reader reads."""
+"""Converts a USD stage: bodies, joints, materials, lights, cameras, and a list of unsupported content."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def read_stage(path: Path, context: ImportContext) -> ImportedScene | None:
-    """The scene of a stage, read in this process. None after an error, which is reported in the context's sink."""
+    """Reads a stage in this process; returns None after an error, which is reported in the context's sink."""
     layers = UsdLayers(context)
     try:
         opened = layers.open(path)
@@ -41,7 +41,7 @@ def read_stage(path: Path, context: ImportContext) -> ImportedScene | None:
 def _read_opened(stage: UsdStage, path: Path, context: ImportContext) -> ImportedScene | None:
     for unit, size in (("metersPerUnit", stage.frames.metres), ("kilogramsPerUnit", stage.frames.kilograms)):
         if not _MIN_UNIT <= size <= 1 / _MIN_UNIT:
-            context.sink.report("SC430", f"`{unit}` is {size:g}, which is no unit", Location(str(path)))
+            context.sink.report("SC430", f"`{unit}` is {size:g}, which is out of range", Location(str(path)))
     if stage.frames.up_axis not in UP_ROTATIONS:
         context.sink.report("SC430", f"`upAxis` is `{cut(stage.frames.up_axis)}`: not X, Y or Z", Location(str(path)))
     for prim in stage.prims():
@@ -56,7 +56,7 @@ _MIN_UNIT: Final = 1e-9
 
 
 class UsdSceneReader:
-    """Makes the document of a stage."""
+    """Converts a stage to a scene document."""
 
     def __init__(self, stage: UsdStage, context: ImportContext) -> None:
         self._stage = stage
@@ -69,7 +69,7 @@ class UsdSceneReader:
         self._keys: dict[str, dict[str, Any]] = {}
 
     def read(self) -> ImportedScene:
-        """The document and what it does not hold."""
+        """Returns the document with its losses."""
         groups = self._collect()
         moving = {path: body for path, body in self._bodies.items() if body.body_type == "dynamic"}
         joints = self._joints()
@@ -99,7 +99,6 @@ class UsdSceneReader:
         return ImportedScene(document, tuple(self._stage.losses), where, self._reference())
 
     def _reference(self) -> dict[str, ReferencePose]:
-        """Where UsdPhysics has the bodies, and what it says that they weigh."""
         found: dict[str, ReferencePose] = {}
         for path, body in self._bodies.items():
             if path in self._where:
@@ -115,7 +114,7 @@ class UsdSceneReader:
         for other in scenes[1:]:
             self._stage.lose("physics-scenes", "a second physics scene", self._stage.prim(other.primPath))
         found, frames = scenes[0], self._stage.frames
-        # A direction of 0 and a negative magnitude mean gravity as on Earth, which usd-core has filled in.
+        # usd-core replaces a zero direction or a negative magnitude by Earth's gravity.
         down = frames.direction(found.gravityDirection)
         gravity = plain_numbers([each * found.gravityMagnitude * frames.metres for each in down], 1e-9)
         keys: dict[str, Any] = {} if gravity == [0.0, 0.0, -9.81] else {"gravity": gravity}
@@ -123,7 +122,7 @@ class UsdSceneReader:
         return {"timestep": plain_number(1 / rate), **keys} if rate else keys
 
     def _collect(self) -> dict[str, UsdBody]:
-        """Finds all bodies by the path of their prim: those of UsdPhysics, and groups of prims that stand still."""
+        """Collects all bodies by prim path: those of UsdPhysics, and groups of static prims."""
         stage = self._stage
         for parsed in self._parsed.get("RigidBody", []):
             if parsed.rigidBodyEnabled:
@@ -142,7 +141,7 @@ class UsdSceneReader:
             if path not in shapes and not seen:
                 continue
             if str(prim.GetTypeName()) not in SOLID_TYPES and path not in shapes:
-                stage.lose("visuals", f"a prim of the type `{prim.GetTypeName()}`", prim)
+                stage.lose("visuals", f"a prim of type `{prim.GetTypeName()}`", prim)
                 continue
             owner = self._owner(prim)
             body = groups.setdefault(str(owner.prim.GetPath()), owner)
@@ -161,7 +160,7 @@ class UsdSceneReader:
         return image.ComputePurpose() in {self._stage.geom.Tokens.default_, self._stage.geom.Tokens.render}
 
     def _owner(self, prim: Prim) -> UsdBody:
-        """The body that a prim is part of: the next one above it, or else what stands still with it."""
+        """Returns the body that a prim belongs to: the nearest ancestor body, else a static group."""
         found = self._body_of(prim)
         if found is not None:
             return found
@@ -172,7 +171,7 @@ class UsdSceneReader:
         return UsdBody(frame, self._stage.frames.pose(frame), "none")
 
     def _body_of(self, prim: Prim) -> UsdBody | None:
-        """The body that UsdPhysics moves a prim with."""
+        """Returns the nearest UsdPhysics body at or above a prim."""
         above = prim
         while above and not above.IsPseudoRoot():
             found = self._bodies.get(str(above.GetPath()))
@@ -189,7 +188,6 @@ class UsdSceneReader:
         return sorted((joint for joint in found if joint is not None), key=lambda joint: order[joint.prim.GetPath()])
 
     def _roots(self) -> dict[str, Prim]:
-        """Body → prim of its articulation root."""
         found: dict[str, Prim] = {}
         for parsed in self._parsed.get("Articulation", []):
             prim = self._stage.prim(parsed.primPath)
@@ -219,7 +217,7 @@ class UsdSceneReader:
         self._where[path] = name
         placed = pose_key(body.pose)
         if not shapes:
-            # A body without shapes is an articulation of one link.
+            # A body without shapes becomes an articulation of one link.
             self._where[path] = f"{name}/{name}"
             speeds = {key: keys.pop(key) for key in ("linear_velocity", "angular_velocity") if key in keys}
             self._keys[path] = {"name": name, **keys}
@@ -244,7 +242,7 @@ class UsdSceneReader:
         return {name: entity}
 
     def _tree_wish(self, tree: JointTree) -> str:
-        """The name of an articulation: of the innermost prim that holds all its bodies."""
+        """Returns a name for an articulation: that of the innermost prim that contains all its bodies."""
         if (
             tree.prim is not None
             and str(tree.prim.GetPath()) not in self._bodies
@@ -273,11 +271,11 @@ class UsdSceneReader:
                 joint = joint.reversed()
                 child = self._bodies.get(joint.bodies[1])
             if child is None or child.body_type != "dynamic":
-                self._stage.lose("idle-joints", "a joint that connects nothing that moves", joint.prim)
+                self._stage.lose("idle-joints", "a joint without a moving body", joint.prim)
                 continue
             keys = constraint_keys(joint, self._stage)
             if keys["type"] == "drive" and not {"limits", "drive"} & keys.keys():
-                self._stage.lose("idle-joints", "a joint that leaves everything free", joint.prim)
+                self._stage.lose("idle-joints", "a joint without any constraint", joint.prim)
                 continue
             parent = self._where[joint.bodies[0]] if joint.bodies[0] else "world"
             kind = keys.pop("type")
@@ -290,20 +288,20 @@ class UsdSceneReader:
         return found
 
     def _find_free_name(self, names: Names, wish: str, prim: Prim) -> str:
-        """A free name. One that the language does not take as it is is told."""
+        """Returns a free name, and reports a name that a scene cannot have."""
         if plain_name(wish) != wish:
-            self._stage.lose("names", f"`{cut(wish)}` is called `{plain_name(wish)}`", prim)
+            self._stage.lose("names", f"`{cut(wish)}` is renamed to `{plain_name(wish)}`", prim)
         return names.new(wish)
 
     def _wish(self, prim: Prim) -> str:
-        """The name of a prim, as people see it."""
+        """Returns a prim's display name, else its name."""
         return str(prim.GetDisplayName() or prim.GetName())
 
 
 def _parse(stage: UsdStage) -> dict[str, Any]:
-    """What UsdPhysics says of a stage: lists by "Scene", "RigidBody", "Shape", "Joint" (with its type) and others."""
+    """Returns the UsdPhysics descriptors by "Scene", "RigidBody", "Shape", "Joint" (with its type) and others."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # the new name is not in the oldest usd-core that we take
+        warnings.simplefilter("ignore", DeprecationWarning)  # the new name is missing in the oldest usd-core supported
         rows: dict[Any, Any] = stage.physics.LoadUsdPhysicsFromRange(stage.stage, ["/"])
     found: dict[str, Any] = {}
     for kind, (_, parsed) in rows.items():
@@ -319,14 +317,14 @@ def _parse(stage: UsdStage) -> dict[str, Any]:
 
 
 _VENDOR: Final = re.compile(r"(physx|newton|mjc|mjcf|state|isaac|omniphysics)[A-Za-z]*:")
-"""Namespaces of schemas for simulation that usd-core does not have."""
+"""Namespaces of simulation schemas that usd-core does not have."""
 
 _SOFT: Final = re.compile(r"Deformable|Particle|Cloth|Vehicle|Tendon|SurfaceVelocity|ForceAPI|MimicJoint|Gear")
-"""Schemas that make a stage move in other ways than by bodies and joints."""
+"""Schemas for dynamics other than rigid bodies and joints."""
 
 
 def report_unread(stage: UsdStage) -> None:
-    """Tells of prims, schemas, animations and attributes that the scene does not hold."""
+    """Reports unsupported prims, schemas, animations and attributes."""
     attributes: dict[str, list[Prim]] = {}
     for prim in stage.prims():
         info = prim.GetPrimTypeInfo()
@@ -338,9 +336,9 @@ def report_unread(stage: UsdStage) -> None:
         elif prim.IsA(stage.geom.PointInstancer):
             stage.lose("point-instancers", "a `PointInstancer`", prim)
         elif name and prim.GetPrimDefinition() is not None and info.GetSchemaType().isUnknown:
-            stage.lose("unknown-prims", f"a prim of the type `{name}`, which usd-core does not know", prim)
+            stage.lose("unknown-prims", f"a prim of type `{name}`, which is unknown to usd-core", prim)
         if prim.IsA(stage.geom.Xformable) and stage.geom.Xformable(prim).TransformMightBeTimeVarying():
-            stage.lose("animations", "a motion over time, of which the first pose is taken", prim)
+            stage.lose("animations", "an animated transform; the first pose is used", prim)
         for each in prim.GetAuthoredAttributes():
             label = str(each.GetName())
             if _VENDOR.match(label) and not READ_OF_PHYSX.fullmatch(label):
@@ -355,7 +353,7 @@ READ_OF_PHYSX: Final = re.compile(
     r"|physxCollision:(contact|rest)Offset|physxJoint:(jointFriction|armature|maxJointVelocity)"
     r"|physxArticulation:(enabledSelfCollisions|solver\w+IterationCount)|physxScene:timeStepsPerSecond"
 )
-"""Attributes of PhysX's schema that the readers take. Each is a number or a switch."""
+"""Supported attributes of PhysX's schema. Each is a number or a boolean."""
 
 _OF_LOOKS: Final = {
     **dict.fromkeys(("diffuseColor", "emissiveColor", "diffuse_color_constant"), "GfVec3"),
@@ -363,7 +361,7 @@ _OF_LOOKS: Final = {
     **dict.fromkeys(("reflection_roughness_constant", "metallic_constant"), "number"),
     **dict.fromkeys(("file", "diffuse_texture"), "SdfAssetPath"),
 }
-"""Inputs of shaders, which no schema of a prim declares."""
+"""Shader inputs, which no prim schema declares."""
 
 _NUMBER: Final = re.compile(r"\b(bool|u?int(64)?|unsigned \w+|(pxr_half::)?half|float|double)\b")
 _PRECISION: Final = re.compile(r"(?<=\d)[fdhi]\b|(?<=Quat)[fdh]\b")
@@ -371,7 +369,7 @@ _TEXT: Final = re.compile(r"\b(TfToken|string)\b")
 
 
 def check_attribute_types(stage: UsdStage, sink: Sink) -> None:
-    """Reports attributes (SC430) that are numbers where text is read, colours where numbers are read, and the like."""
+    """Reports attributes of the wrong type (SC430), such as numbers where text is expected."""
     for prim in stage.prims():
         is_shader = prim.IsA(stage.shade.Shader)
         definition = prim.GetPrimDefinition()
@@ -386,12 +384,12 @@ def check_attribute_types(stage: UsdStage, sink: Sink) -> None:
                 wanted = _OF_LOOKS.get(name.removeprefix("inputs:")) if is_shader else None
             found = {_type_family(each.typeName.type) for each in attribute.GetPropertyStack(stage.time)}
             if wanted is not None and (wrong := found - {wanted}):
-                message = f"`{name}` of {prim.GetPath()} is of the type `{wrong.pop()}`, not `{wanted}`"
+                message = f"`{name}` of {prim.GetPath()} has type `{wrong.pop()}`, not `{wanted}`"
                 sink.report("SC430", message, Location(str(stage.path)))
 
 
 def _type_family(kind: Any) -> str:
-    """A type of usd-core without the precision of its numbers."""
+    """Returns the name of a usd-core type without its numeric precision."""
     return _TEXT.sub("text", _PRECISION.sub("", _NUMBER.sub("number", str(kind.typeName))))
 
 
@@ -401,12 +399,12 @@ Pair = frozenset[str]
 
 
 class CollisionFilters:
-    """The pairs of bodies that are kept apart.
+    """Collects the pairs of bodies that do not collide.
 
     Args:
-        stage: of the bodies.
-        bodies: by the paths of their prims.
-        groups: what UsdPhysics says of collision groups.
+        stage: the stage.
+        bodies: by prim path.
+        groups: UsdPhysics descriptors of collision groups.
     """
 
     def __init__(self, stage: UsdStage, bodies: Mapping[str, UsdBody], groups: Iterable[Any]) -> None:
@@ -416,13 +414,13 @@ class CollisionFilters:
         self._pairs: set[Pair] = set()
 
     def add_joints(self, joints: Iterable[UsdJoint]) -> None:
-        """Adds the pairs that joints connect without letting them collide."""
+        """Adds the pairs connected by joints without collision."""
         for joint in joints:
             if not joint.collides and all(body in self._bodies for body in joint.bodies):
                 self._pairs.add(frozenset(joint.bodies))
 
     def add_filtered(self, parsed: Iterable[Any]) -> None:
-        """Adds the pairs of `FilteredPairsAPI`s. `parsed`: bodies, shapes and articulations of UsdPhysics."""
+        """Adds the pairs of `FilteredPairsAPI`. `parsed`: descriptors of bodies, shapes and articulations."""
         for each in parsed:
             others = [other for path in each.filteredCollisions for other in self._list_bodies(str(path))]
             if not others:
@@ -434,16 +432,18 @@ class CollisionFilters:
                 if body not in self._find_filtered(each)
             ):
                 prim = self._stage.prim(each.primPath)
-                self._stage.lose("collision-filters", "a filter between single colliders, which holds for bodies", prim)
+                self._stage.lose(
+                    "collision-filters", "a filter between single colliders, applied to whole bodies", prim
+                )
             self._pairs |= {frozenset((a, b)) for a in own for b in others if a != b}
 
     def _find_filtered(self, parsed: Any) -> set[str]:
-        """Bodies that a filter names as a whole."""
+        """Returns the bodies that a filter names as a whole."""
         paths = [str(path) for path in (parsed.primPath, *parsed.filteredCollisions)]
         return {body for path in paths for body in self._list_bodies(path) if f"{body}/".startswith(f"{path}/")}
 
     def _list_bodies(self, path: str) -> list[str]:
-        """The bodies at a path and below it; of a collider, its body."""
+        """Returns the bodies at or below a path; for a collider, its body."""
         found = [body for body in self._bodies if f"{body}/".startswith(f"{path}/")]
         if found:
             return found
@@ -454,7 +454,7 @@ class CollisionFilters:
         ]
 
     def add_groups(self) -> None:
-        """Adds the pairs of collision groups. Pairs of which only some colliders are kept apart are told."""
+        """Adds the pairs of collision groups. Reports pairs with only some filtered colliders."""
         apart = {
             frozenset((name, str(other))) for name, group in self._groups.items() for other in self._list_ignored(group)
         }
@@ -470,22 +470,22 @@ class CollisionFilters:
                 found = {any(frozenset((a, b)) in apart for a in x for b in y) for x in first for y in second}
                 if found == {True, False}:
                     prim = self._stage.prim(ones[0])
-                    self._stage.lose("collision-filters", "groups that hold for some colliders of a body", prim)
+                    self._stage.lose("collision-filters", "groups of only some colliders of a body", prim)
                 elif found == {True}:
                     self._pairs |= {frozenset((a, b)) for a in ones for b in others if a != b}
 
     def _list_ignored(self, group: Any) -> list[str]:
         named = [str(path) for path in group.filteredGroups]
-        # Of what UsdPhysics has parsed this one flag may be uninitialised memory.
+        # UsdPhysics may leave this flag uninitialised in its descriptor.
         inverted = self._stage.value(self._stage.prim(group.primPath), "physics:invertFilteredGroups", default=False)
         return [path for path in self._groups if path not in named] if inverted else named
 
     def section(self, keys: Mapping[str, dict[str, Any]], names: Mapping[str, str]) -> dict[str, Any]:
-        """The section `collision_groups`, whose names are set in the keys of the bodies.
+        """Returns the section `collision_groups`, and sets group names in the keys of the bodies.
 
         Args:
-            keys: of each body that the scene has, by path.
-            names: of the bodies.
+            keys: keys of each body in the scene, by path.
+            names: names of the bodies, by path.
         """
         neighbours: dict[str, set[str]] = {}
         for pair in self._pairs:
@@ -497,7 +497,7 @@ class CollisionFilters:
         classes = _twins(order, neighbours)
         if len(set(classes.values())) > _MAX_GROUPS:
             for pair in self._pairs:
-                self._stage.lose("collision-filters", "a pair that is kept apart", self._stage.prim(min(pair)))
+                self._stage.lose("collision-filters", "a filtered pair", self._stage.prim(min(pair)))
             return {}
         found: dict[str, Any] = {}
         group_names: dict[str, str] = {}
@@ -515,7 +515,7 @@ class CollisionFilters:
 
 
 def _twins(order: list[str], neighbours: Mapping[str, set[str]]) -> dict[str, str]:
-    """Body → the first body that is kept apart from the same others: either from one another too, or not."""
+    """Returns body → first body with the same filtered partners, either including one another or not."""
     found: dict[str, str] = {}
     near: dict[frozenset[str], list[str]] = {}
     far: dict[frozenset[str], list[str]] = {}

@@ -1,4 +1,4 @@
-"""Geometry prims of a USD stage as shapes of a scene: what collides and what is seen."""
+"""Converts USD geometry prims to collision and visual shapes."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SOLID_TYPES: Final = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Capsule_1", "Cylinder_1", "Plane", "Mesh")
-"""Prims with a surface that a scene can hold."""
+"""Prims with a surface that a scene can represent."""
 
 _SIZES: Final = ("size", "radius", "radiusBottom", "width", "length")
-"""Those that must be above 0; a capsule may have no height, a tapered cylinder no radius at its top."""
+"""Sizes that must be above 0. A capsule may have height 0, a tapered cylinder top radius 0."""
 
 _NO_VOLUME: Final = 1e-30
-"""A scale whose product is below this makes a solid flat."""
+"""Below this determinant a scale makes a solid flat."""
 
 _EVEN: Final = 1e-4
-"""Relative difference of two scales that count as one."""
+"""Relative difference up to which two scales count as equal."""
 
 _AXES: Final = {"X": 0, "Y": 1, "Z": 2}
 
 
 @frozen
 class SolidMass:
-    """Volume [m³], centre [m] and moments about it [m⁵, for a density of 1] of a shape, in the frame of its body."""
+    """Volume [m³], centre [m] and moments about it [m⁵, at density 1] of a shape, in the body's frame."""
 
     volume: float
     centre: NDArray[np.float64]
@@ -48,10 +48,10 @@ class UsdShape:
     """A prim as a shape.
 
     Attributes:
-        keys: `type` and sizes, as a scene file has them.
-        pose: in the frame of the body.
-        mass: None: it has no volume.
-        exact: whether the engine's own volume is that of `mass`.
+        keys: `type` and sizes, as in a scene file.
+        pose: in the body's frame.
+        mass: None: no volume.
+        exact: whether the engine computes the same volume as `mass`.
     """
 
     keys: dict[str, Any]
@@ -60,28 +60,28 @@ class UsdShape:
     exact: bool = True
 
     def entry(self) -> dict[str, Any]:
-        """The entry of a scene file, without a material."""
+        """Returns the entry for a scene file, without a material."""
         return {**self.keys, **pose_key(self.pose)}
 
 
 class UsdShapeReader:
-    """Makes shapes of prims.
+    """Converts prims to shapes.
 
     Args:
-        stage: that they are in.
+        stage: the stage.
     """
 
     def __init__(self, stage: UsdStage) -> None:
         self._stage = stage
 
     def collider(self, prim: Prim, body: Pose7, *, moves: bool, approximation: str) -> list[UsdShape]:
-        """The shapes that a collider is; none where it cannot be built, which is told.
+        """Returns the shapes of a collider; empty if it cannot be built, which is reported as a loss.
 
         Args:
-            prim: with a `CollisionAPI`.
+            prim: a prim with `CollisionAPI`.
             body: pose of its body in the world.
             moves: whether the body is dynamic.
-            approximation: of a mesh, as UsdPhysics calls it.
+            approximation: UsdPhysics's approximation of a mesh.
         """
         kind = str(prim.GetTypeName())
         if kind == "Mesh":
@@ -93,7 +93,7 @@ class UsdShapeReader:
         return [] if found is None else [found]
 
     def read_mesh(self, prim: Prim) -> UsdMesh | None:
-        """The triangles of a mesh; None where its data is none, which is told."""
+        """Returns the triangles of a mesh; None if its data is invalid, which is reported as a loss."""
         try:
             return self._stage.meshes.read(prim)
         except MeshError as fault:
@@ -101,7 +101,7 @@ class UsdShapeReader:
             return None
 
     def mesh_shape(self, prim: Prim, mesh: UsdMesh, body: Pose7, kind: str, suffix: str = "") -> UsdShape:
-        """A mesh as a shape that names a file. `kind`: the shape's type; `suffix`: of the file's name."""
+        """Returns a mesh as a shape with a file. `kind`: shape type; `suffix`: of the file's name."""
         pose, scale, mesh = self._place(mesh, prim, body)
         keys: dict[str, Any] = {"type": kind, "file": self._asset(prim, mesh, suffix)}
         if any(abs(each - 1) > 1e-7 for each in scale):
@@ -110,7 +110,7 @@ class UsdShapeReader:
         return UsdShape(keys, pose, None)
 
     def _place(self, mesh: UsdMesh, prim: Prim, body: Pose7) -> tuple[Pose7, tuple[float, float, float], UsdMesh]:
-        """Pose and scale of a mesh in its body. What shears or mirrors is in the points then."""
+        """Returns pose and scale of a mesh in its body. Shear and mirroring are applied to the points."""
         pose, stretch = self._local(prim, body)
         scale = scale_of(stretch)
         if scale is not None and min(scale) > 0:
@@ -122,17 +122,17 @@ class UsdShapeReader:
         return Asset(f"{name}{suffix}.obj", mesh.to_obj())
 
     def _local(self, prim: Prim, body: Pose7) -> tuple[Pose7, NDArray[np.float64]]:
-        """Pose of a prim in its body and its `stretch`; see `split_matrix`."""
+        """Returns the pose of a prim in its body and its `stretch`, see `split_matrix`."""
         return split_matrix(np.linalg.inv(pose_matrix(body)) @ self._stage.frames.world(prim))
 
     def solid(self, prim: Prim, body: Pose7) -> UsdShape | None:
-        """A prim that is no mesh. None where nothing can be built of it, which is told."""
+        """Returns the shape of a prim that is not a mesh; None if it cannot be built, which is reported as a loss."""
         kind = str(prim.GetTypeName())
         pose, stretch = self._local(prim, body)
         value = self._stage.value
         sizes = [value(prim, name) for name in _SIZES if prim.HasAttribute(name)]
         if abs(np.linalg.det(stretch)) < _NO_VOLUME or not all(0 < each < math.inf for each in sizes):
-            self._stage.lose("colliders", "a solid whose size or scale is not above 0", prim)
+            self._stage.lose("colliders", "a solid with a size or scale that is not above 0", prim)
             kind = ""
         match kind:
             case "Plane":
@@ -190,7 +190,7 @@ class UsdShapeReader:
         return UsdShape(keys, pose, mass, exact=kind == "capsule")
 
     def _plane(self, prim: Prim, pose: Pose7, scale: tuple[float, float, float]) -> UsdShape:
-        """A plane's free side is along its axis. Its visible size is along the plane's own y and z."""
+        """Returns a plane. Its normal is its axis; its visible size is along the plane's y and z."""
         axis = str(self._stage.value(prim, "axis"))
         normal = [float(name == axis) for name in "XYZ"]
         width, length = self._stage.value(prim, "width") / 2, self._stage.value(prim, "length") / 2
@@ -198,20 +198,19 @@ class UsdShapeReader:
         if axis != "Z":
             keys["normal"] = normal
         metres = abs(scale[0])
-        # `half_size` runs along the plane's own y and z, which are x turned by the shortest rotation to its normal.
+        # `half_size` is along the plane's y and z: the axes after the shortest rotation of x to the normal.
         sides = (width, length) if axis == "Y" else (length, width)
         keys["half_size"] = plain_numbers(each * metres for each in sides)
         return UsdShape(keys, pose, None)
 
     def _points(self, prim: Prim, body: Pose7) -> list[UsdShape]:
-        """A sphere for each point."""
         pose, stretch = self._local(prim, body)
         geom = self._stage.geom.Points(prim)
         points = np.asarray(geom.GetPointsAttr().Get(self._stage.time), np.float64).reshape(-1, 3)
         widths = np.asarray(geom.GetWidthsAttr().Get(self._stage.time), np.float64)
         scale = scale_of(stretch)
         if scale is None or not _is_even(scale) or len(widths) not in {1, len(points)}:
-            self._stage.lose("colliders", "spheres of points that are scaled unevenly or have no width", prim)
+            self._stage.lose("colliders", "points with uneven scale or without width", prim)
             return []
         found: list[UsdShape] = []
         for point, width in zip(points, np.broadcast_to(widths, len(points)), strict=True):
@@ -224,11 +223,11 @@ class UsdShapeReader:
     def _as_mesh(
         self, prim: Prim, kind: str, sizes: tuple[float, ...], pose: Pose7, stretch: NDArray[np.float64]
     ) -> UsdShape:
-        """A solid whose scale no shape can say, as the hull of its points."""
+        """Returns a solid with a scale that no primitive can have, as a convex mesh."""
         axis = "X" if kind in {"box", "sphere"} else str(self._stage.value(prim, "axis"))
         mesh = solid_mesh(kind, axis, sizes).moved(stretch)
         self._stage.lose(
-            "hulls", f"a {prim.GetTypeName()} scaled unevenly or tapered, which becomes a convex mesh", prim
+            "hulls", f"a {prim.GetTypeName()} that is scaled unevenly or tapered; it becomes a convex mesh", prim
         )
         keys = {"type": "convex_mesh", "file": self._asset(prim, mesh)}
         return UsdShape(keys, pose, mesh_mass(mesh, pose, np.eye(3)), exact=kind == "box")
@@ -241,7 +240,7 @@ class UsdShapeReader:
         if approximation in {"boundingCube", "boundingSphere"}:
             return self._bounds(prim, mesh, body, approximation)
         if approximation == "meshSimplification":
-            self._stage.lose("mesh-simplification", "the simplification of a collider, which is the whole mesh", prim)
+            self._stage.lose("mesh-simplification", "the simplification of a collider; the whole mesh is used", prim)
         if approximation == "convexDecomposition":
             shape = self.mesh_shape(prim, mesh, body, "convex_parts")
             shape.keys["decomposition"] = "coacd"
@@ -250,7 +249,7 @@ class UsdShapeReader:
             shape.keys["sdf"] = True
         elif approximation == "convexHull" or moves:
             if approximation != "convexHull":
-                self._stage.lose("hulls", "a triangle mesh on a body that moves, which collides as its hull", prim)
+                self._stage.lose("hulls", "a triangle mesh on a moving body; it collides as its hull", prim)
             shape = self.mesh_shape(prim, mesh, body, "convex_mesh")
         else:
             return self.mesh_shape(prim, mesh, body, "triangle_mesh")
@@ -260,7 +259,7 @@ class UsdShapeReader:
         return UsdShape(shape.keys, shape.pose, mass, exact=approximation != "sdf")
 
     def _bounds(self, prim: Prim, mesh: UsdMesh, body: Pose7, approximation: str) -> UsdShape:
-        """The box of a mesh in its own frame, or the sphere around that box."""
+        """Returns the bounding box of a mesh in its own frame, or the bounding sphere."""
         pose, stretch = self._local(prim, body)
         points = mesh.points[np.unique(mesh.faces)] @ stretch.T
         low, high = points.min(axis=0), points.max(axis=0)
@@ -275,13 +274,12 @@ class UsdShapeReader:
 
 
 def _is_even(scale: tuple[float, ...]) -> bool:
-    """Whether all scales are of one size, whatever their signs."""
     sizes = [abs(each) for each in scale]
     return max(sizes) - min(sizes) <= _EVEN * max(sizes)
 
 
 def _round_mass(kind: str, radius: float, half: float, axis: str, pose: Pose7) -> SolidMass:
-    """Of a capsule, cylinder or cone along an axis; `half` of the height, of a capsule without its caps."""
+    """Returns the mass of a capsule, cylinder or cone along an axis. `half`: half height, without a capsule's caps."""
     disk = math.pi * radius * radius
     if kind == "cone":
         volume, along, across, shift = 2 / 3 * disk * half, 0.3 * radius**2, 0.15 * (radius**2 + half**2), -half / 2
@@ -296,7 +294,7 @@ def _round_mass(kind: str, radius: float, half: float, axis: str, pose: Pose7) -
     k = _AXES[axis]
     moments = [across] * 3
     moments[k] = along
-    # Of a diagonal tensor of the second moments, as `_solid_mass` takes it.
+    # Second moments, as `_solid_mass` expects them.
     total = sum(moments) / 2
     seconds = tuple(total - each for each in moments)
     centre = [0.0, 0.0, 0.0]
@@ -305,7 +303,7 @@ def _round_mass(kind: str, radius: float, half: float, axis: str, pose: Pose7) -
 
 
 def _solid_mass(pose: Pose7, volume: float, seconds: tuple[float, ...]) -> SolidMass:
-    """Of a solid around the origin of a pose. `seconds`: means of x², y² and z² over it."""
+    """Returns the mass of a solid centred on a pose. `seconds`: means of x², y² and z²."""
     rotation = pose_matrix(pose)[:3, :3]
     moments = volume * (sum(seconds) - np.array(seconds))
     return SolidMass(volume, np.array(pose[:3]), rotation @ np.diag(moments) @ rotation.T)
@@ -316,7 +314,7 @@ def _ball_mass(pose: Pose7, radius: float) -> SolidMass:
 
 
 def mesh_mass(mesh: UsdMesh, pose: Pose7, stretch: NDArray[np.float64], *, hull: bool = False) -> SolidMass | None:
-    """Of what a mesh encloses after a `stretch` and a pose; of its hull where that is meant. None: nothing."""
+    """Returns the mass of the volume in a mesh, or in its hull, after a `stretch` and a pose; None if there is none."""
     from importlib import import_module  # noqa: PLC0415
 
     used, faces = np.unique(mesh.faces, return_inverse=True)

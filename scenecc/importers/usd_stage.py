@@ -1,4 +1,4 @@
-"""A composed USD stage as the readers of its parts take it: prims, values, frames in metres, and what is lost."""
+"""A composed USD stage for the readers: prims, values, frames in metres, and the list of losses."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ _MAGIC: Final = (b"PXR-USDC", b"#usda 1.")
 _MAX_LAYERS: Final = 1000
 
 _PARSE_ERROR: Final = re.compile(r":(\d+):(\d+): ([^\n]*)")
-"""Line, column and message of what usd-core says about a text that it cannot read."""
+"""Line, column and message in usd-core's parse errors."""
 
 _OPENED_LIMIT: Final = 4
-"""Layers take at most this many times the size of one asset together."""
+"""Maximum size of all layers together, as a multiple of the limit for one asset."""
 
 
 class UsdLayers:
-    """The layers of a stage, each checked before usd-core opens it.
+    """Opens the layers of a stage, after checking each one.
 
     Attributes:
-        uris: the checked layers, by their resolved path, as `ResolvedFile` has them.
-        error: what usd-core raises where it cannot read something, which may be long after a file was opened.
+        uris: URI of each checked layer, by resolved path, as in `ResolvedFile`.
+        error: exception that usd-core raises for unreadable content, possibly long after opening a file.
     """
 
     def __init__(self, context: ImportContext) -> None:
@@ -49,7 +49,7 @@ class UsdLayers:
         self.error: type[Exception] = import_module("pxr.Tf").ErrorException
 
     def open(self, path: Path) -> Prim | None:
-        """The composed stage of a file. None after an error, which is reported."""
+        """Returns the composed stage of a file; None after an error, which is reported."""
         if not self._check(path):
             return None
         usd: Any = import_module("pxr.Usd")
@@ -63,20 +63,20 @@ class UsdLayers:
             message = cut(" ".join(str(faults[0]).split()))
             self._context.sink.report("SC430", f"the stage does not compose: {message}", Location(str(path)))
             return None
-        # What the layers say was followed above; here it is held against what usd-core has opened.
+        # The layers' references were followed above; this checks that usd-core opened nothing else.
         for layer in stage.GetUsedLayers():
             if not layer.anonymous and Path(layer.realPath).resolve() not in self.uris:
-                message = f"the stage opens `{shorten_uri(layer.identifier)}`, which none of its layers names"
+                message = f"the stage opens `{shorten_uri(layer.identifier)}`, which no layer refers to"
                 self._context.sink.report("SC430", message, Location(str(path)))
                 return None
         return stage
 
     def resolve(self, name: str, owner: Path) -> ResolvedFile | Refusal:
-        """The file that a layer names, if it may be read. `owner`: the resolved path of the layer."""
+        """Returns the file that a layer refers to, if it may be read. `owner`: resolved path of the layer."""
         return resolve_asset_reference(name, owner=owner, owner_uri=self.uris[owner], scope=self._context.scope)
 
     def _check(self, path: Path) -> bool:
-        """Whether a layer and all that it names, at any depth and in any variant, may be read."""
+        """Returns whether a layer and all files that it refers to, in any variant, may be read."""
         todo: list[tuple[Path, str]] = [(path.resolve(), path.name)]
         ok = True
         while todo:
@@ -109,12 +109,12 @@ class UsdLayers:
             return None
         self._bytes += size
         if head not in _MAGIC:
-            sink.report("SC430", "the file is not what its name says: it is neither text nor crate of USD", place)
+            sink.report("SC430", "the content does not match the suffix: neither USD text nor USD crate", place)
         elif size > limit or self._bytes > _OPENED_LIMIT * limit:
             message = f"the file has {size} bytes; the limit `asset_bytes` is {limit}"
             sink.report("SC430", message, place, hint="raise the limit with --limit asset_bytes=N")
         elif len(self.uris) > _MAX_LAYERS:
-            sink.report("SC430", f"the stage has over {_MAX_LAYERS} layers", place)
+            sink.report("SC430", f"the stage has more than {_MAX_LAYERS} layers", place)
         else:
             try:
                 layer = self._sdf.Layer.FindOrOpen(str(file))
@@ -127,11 +127,11 @@ class UsdLayers:
         return None
 
     def report_unreadable(self, file: Path, error: Exception) -> None:
-        """Reports what usd-core raised when it read a file."""
+        """Reports an exception that usd-core raised while reading a file."""
         try:
             text = str(error)
         except UnicodeDecodeError:  # usd-core quotes bytes of the file
-            text = "it holds text that is not UTF-8"
+            text = "it contains text that is not UTF-8"
         found = _PARSE_ERROR.search(text)
         words = (int(found[1]), int(found[2]), found[3]) if found else (None, None, text.rpartition(" : ")[2])
         place, message = Location(str(file), *words[:2]), cut(words[2].strip("' \n"))
@@ -139,7 +139,7 @@ class UsdLayers:
 
 
 def _line_of(file: Path, name: str) -> int | None:
-    """The first line of a layer in text form that names an asset."""
+    """Returns the first line of a text layer that names an asset."""
     text = file.read_bytes()
     at = text.find(f"@{name}@".encode()) if text.startswith(b"#usda") else -1
     return None if at < 0 else text.count(b"\n", 0, at) + 1
@@ -152,18 +152,18 @@ UP_ROTATIONS: Final = {
 }
 
 SHEAR_TOLERANCE: Final = 1e-5
-"""How far from a rotation and a scale a matrix may be, as a part of its largest scale."""
+"""Largest deviation of a matrix from a rotation and a scale, relative to its largest scale."""
 
 
 def split_matrix(matrix: NDArray[np.float64]) -> tuple[Pose7, NDArray[np.float64]]:
-    """The rigid part of an affine matrix and what stands before it.
+    """Splits an affine matrix into a rigid part and a stretch.
 
     Args:
-        matrix: (4, 4), which stands before a column.
+        matrix: (4, 4), for column vectors.
 
     Returns:
         The pose, and a symmetric (3, 3) `stretch` with matrix[:3, :3] = rotation · stretch. The stretch is diagonal
-        where nothing is sheared, and negative where the matrix mirrors.
+            without shear, and negative if the matrix mirrors.
     """
     left, _, right = np.linalg.svd(matrix[:3, :3])
     rotation = left @ right
@@ -174,7 +174,7 @@ def split_matrix(matrix: NDArray[np.float64]) -> tuple[Pose7, NDArray[np.float64
 
 
 def scale_of(stretch: NDArray[np.float64]) -> Vec3 | None:
-    """The scale along x, y and z of a `stretch`; None where it shears."""
+    """Returns the scale along x, y and z of a `stretch`; None if it shears."""
     scale = np.diag(stretch)
     if np.abs(stretch - np.diag(scale)).max() > SHEAR_TOLERANCE * np.abs(scale).max():
         return None
@@ -186,13 +186,13 @@ class UsdFrames:
     """Frames of a stage.
 
     Attributes:
-        metres: length of the stage's unit [m].
-        kilograms: of its unit of mass [kg].
-        up_axis: as the stage has it: a key of `UP_ROTATIONS`, or what cannot be read.
+        metres: the stage's unit of length [m].
+        kilograms: the stage's unit of mass [kg].
+        up_axis: as authored: a key of `UP_ROTATIONS`, or an invalid value.
     """
 
     def __init__(self, stage: Prim, geom: Any, physics: Any, time: Any) -> None:
-        """`geom`, `physics`: modules of usd-core. `time`: whose transforms count."""
+        """`geom`, `physics`: modules of usd-core. `time`: time of the transforms."""
         self.metres = float(geom.GetStageMetersPerUnit(stage))
         self.kilograms = float(physics.GetStageKilogramsPerUnit(stage))
         self.up_axis = str(geom.GetStageUpAxis(stage))
@@ -201,7 +201,7 @@ class UsdFrames:
         self._worlds: dict[Any, NDArray[np.float64]] = {}
 
     def world(self, prim: Prim) -> NDArray[np.float64]:
-        """(4, 4) from a prim's frame, in the stage's unit, to the world [m]."""
+        """Returns the (4, 4) matrix from a prim's frame, in the stage's unit, to the world [m]."""
         path = prim.GetPath()
         found = self._worlds.get(path)
         if found is None:
@@ -210,29 +210,29 @@ class UsdFrames:
         return found
 
     def base(self) -> NDArray[np.float64]:
-        """(4, 4) from the stage's own frame to the world."""
+        """Returns the (4, 4) matrix from the stage's frame to the world."""
         matrix = np.eye(4)
         matrix[:3, :3] = self._turn * self.metres
         return matrix
 
     def pose(self, prim: Prim) -> Pose7:
-        """Where a prim's frame is in the world, without its scale."""
+        """Returns the world pose of a prim's frame, without its scale."""
         return split_matrix(self.world(prim))[0]
 
     def direction(self, vector: Iterable[float]) -> Vec3:
-        """A direction of the stage in the world, without its unit."""
+        """Rotates a direction from the stage to the world, without scaling."""
         x, y, z = (self._turn @ np.array(list(vector), np.float64)).tolist()
         return x, y, z
 
     def turned(self, pose: Pose7 | None, vector: Iterable[float]) -> Vec3:
-        """A vector of a prim's frame in the world, without its unit and scale. `pose`: the frame's; None: the stage."""
+        """Rotates a vector from a prim's frame to the world, without scaling. `pose`: of the frame; None: the stage."""
         if pose is None:
             return self.direction(vector)
         x, y, z = vector
         return rotate(pose[3:], (x, y, z))
 
     def frame_in(self, prim: Prim | None, position: Iterable[float], rotation: Any) -> Pose7:
-        """A frame that is given in a prim's own frame, in the world.
+        """Returns the world pose of a frame given relative to a prim.
 
         Args:
             prim: None: the stage.
@@ -246,7 +246,7 @@ class UsdFrames:
 
 
 def quat_of(rotation: Any) -> Quat:
-    """A quaternion of usd-core as [w, x, y, z], of unit length."""
+    """Returns a usd-core quaternion as a unit [w, x, y, z]."""
     numbers = np.array([rotation.GetReal(), *rotation.GetImaginary()], np.float64)
     length = float(np.linalg.norm(numbers))
     w, x, y, z = (numbers / length).tolist() if length > 0 else IDENTITY
@@ -257,14 +257,14 @@ class UsdStage:
     """A stage.
 
     Attributes:
-        stage: of usd-core.
+        stage: the usd-core stage.
         path: its file.
         layers: its checked layers.
         usd, geom, physics, shade, lux: modules of usd-core.
-        time: whose values count: the first, where values change over time.
-        frames: of its prims.
+        time: time at which values are read: the earliest.
+        frames: frames of its prims.
         meshes: reads its meshes.
-        losses: what the scene does not hold.
+        losses: content that the scene does not have.
     """
 
     def __init__(self, stage: Prim, path: Path, layers: UsdLayers) -> None:
@@ -282,21 +282,21 @@ class UsdStage:
         self.losses: list[Loss] = []
 
     def prims(self) -> Iterator[Prim]:
-        """Every prim that is active, loaded and defined, those of instances too, parents first."""
+        """Iterates over all active, loaded and defined prims, including those of instances, parents first."""
         return iter(self.usd.PrimRange.Stage(self.stage, self.usd.TraverseInstanceProxies()))
 
     def prim(self, path: Any) -> Prim:
-        """The prim at a path; invalid where there is none."""
+        """Returns the prim at a path; invalid if there is none."""
         return self.stage.GetPrimAtPath(path)
 
     def value(self, prim: Prim, name: str, default: Any = None) -> Any:
-        """The value of an attribute; `default` where it has none."""
+        """Returns the value of an attribute; `default` if it has none."""
         attribute = prim.GetAttribute(name)
         found = attribute.Get(self.time) if attribute else None
         return default if found is None else found
 
     def authored(self, prim: Prim, name: str) -> Any:
-        """The value of an attribute that the file says; None where it is the schema's own."""
+        """Returns an authored value; None if the attribute has only the schema's default."""
         attribute = prim.GetAttribute(name)
         return attribute.Get(self.time) if attribute and attribute.HasAuthoredValue() else None
 

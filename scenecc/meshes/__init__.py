@@ -1,6 +1,6 @@
-"""Shapes of a plan's bodies as triangles, with poses, colours, images and names, without an engine.
+"""Shapes of a plan's bodies as triangle meshes with poses, materials, images and names. Independent of the engine.
 
-Triangles, normals and texture coordinates of primitives are SAPIEN's own; mesh files are read by trimesh.
+Primitives have exactly SAPIEN's triangles, normals and texture coordinates; mesh files are read by trimesh.
 """
 
 from scenecc.assets.errors import AssetError

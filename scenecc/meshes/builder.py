@@ -1,4 +1,4 @@
-"""Builds the meshes of a plan's bodies, of measured scenes and of a grid of scenes."""
+"""Builds meshes of a plan's bodies, of measured scenes and of a grid of scenes."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _COLLISION_MATERIALS: Final = {kind: SurfaceMaterial(base_color=color) for kind,
 
 
 class MeshBuilder:
-    """Builds meshes of the bodies of a plan. Equal surfaces and materials are shared, and files are read once."""
+    """Builds meshes of a plan's bodies. Equal surfaces and materials are shared, and files are read once."""
 
     def __init__(self, plan: ScenePlan, on_left_out: Callable[[AssetError, Origin | None], None]) -> None:
-        """`on_left_out` is called once for each image that is left out, with the first shape that has it."""
+        """`on_left_out`: called once for each image that is left out, with the first shape that uses it."""
         self._plan = plan
         self._now: Origin | None = None
         self._looks = MaterialCache(plan, lambda problem: on_left_out(problem, self._now))
@@ -48,10 +48,10 @@ class MeshBuilder:
         self._flat: dict[Surface, Surface] = {}
 
     def visuals(self, body: BodyStructure, row: int) -> tuple[MeshShape, ...]:
-        """The visual shapes of a body in a row of its entity; none if its visibility is 0.
+        """Returns the visual shapes of a body in a row of its entity; empty if its visibility is 0.
 
         Raises:
-            AssetError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
+            AssetError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape with the error.
         """
         visibility = 1.0 if body.visibility is None else float(body.visibility.row(row))
         if visibility == 0:
@@ -60,12 +60,12 @@ class MeshBuilder:
         return tuple(self._visual(shape, row, visibility, flat=flat) for shape in body.visuals)
 
     def collisions(self, body: MeasuredBody) -> tuple[MeshShape, ...]:
-        """The collision shapes of a body, with cooked meshes."""
+        """Returns the collision shapes of a body, with cooked meshes."""
         return tuple(self.collision(shape, body) for shape in body.shapes)
 
     @property
     def at(self) -> Origin | None:
-        """The shape that was built last."""
+        """Origin of the shape that was built last."""
         return self._now
 
     def _visual(self, shape: VisualShape, row: int, visibility: float, *, flat: bool) -> MeshShape:
@@ -85,7 +85,6 @@ class MeshBuilder:
     def _parts(
         self, geometry: VisualGeometry, row: int, own: SurfaceMaterial | None
     ) -> tuple[tuple[MeshPart, ...], Vec3]:
-        """Surfaces and materials of a geometry, and its scale."""
         if isinstance(geometry, Mesh):
             parts = self._files.parts(self._plan.files[int(geometry.file.row(row))])
             if own is not None:
@@ -109,7 +108,7 @@ class MeshBuilder:
         return self._flat.setdefault(surface, replace(surface, normals=None)) if flat else surface
 
     def collision(self, shape: MeasuredShape, body: MeasuredBody) -> MeshShape:
-        """One collision shape of a body."""
+        """Returns a collision shape of a body."""
         endless = shape.kind == "plane"
         if shape.mesh is not None:
             surface, scale = self._cook_surface(shape.mesh), (1.0, 1.0, 1.0)
@@ -136,8 +135,8 @@ class BodyMeshes:
     """A body and its shapes.
 
     Attributes:
-        place: (4, 4) in its scene.
-        corners: (·, 3) of the bounding boxes of all surfaces other than planes, in its scene [m].
+        place: (4, 4) pose in its scene.
+        corners: (·, 3) corners of the bounding boxes of all surfaces except planes, in its scene [m].
     """
 
     body: MeasuredBody
@@ -147,7 +146,7 @@ class BodyMeshes:
 
     @staticmethod
     def of(body: MeasuredBody, shapes: tuple[MeshShape, ...]) -> BodyMeshes:
-        """A body at its measured pose."""
+        """Creates a body at its measured pose."""
         place = pose_matrix(body.pose)
         corners = [
             _box_corners(part.surface, place, shape)
@@ -160,7 +159,7 @@ class BodyMeshes:
 
 @dataclass(frozen=True, slots=True)
 class EntityMeshes:
-    """An entity and its bodies, in the order of the plan."""
+    """An entity and its bodies, in plan order."""
 
     measured: MeasuredEntity
     bodies: tuple[BodyMeshes, ...]
@@ -176,7 +175,7 @@ class SceneMeshes:
 
 @dataclass(frozen=True, slots=True)
 class GridCell:
-    """The cell of each scene: (2,) lowest and highest x and y relative to the scene's origin [m]."""
+    """The cell of each scene in a grid: (2,) lowest and highest x and y relative to the scene's origin [m]."""
 
     low: NDArray[np.float64]
     high: NDArray[np.float64]
@@ -187,7 +186,7 @@ class GridCell:
         return float((self.high - self.low).min()) / 2
 
     def origins(self, count: int) -> NDArray[np.float64]:
-        """(count, 3) origins of so many scenes, row by row [m]: x to the right and y up, viewed from above."""
+        """Returns (count, 3) origins of scenes, row by row [m]: x to the right and y up, viewed from above."""
         columns = math.ceil(math.sqrt(count))
         row, column = np.divmod(np.arange(count), columns)
         x, y = self.high - self.low
@@ -200,7 +199,7 @@ def build_scene_meshes(
     """Builds the visual or the collision meshes of a scene.
 
     Raises:
-        AssetError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
+        AssetError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape with the error.
     """
     entities: list[EntityMeshes] = []
     for entity in scene.entities:
@@ -213,7 +212,7 @@ def build_scene_meshes(
 
 
 def grid_cell(scenes: tuple[SceneMeshes, ...]) -> GridCell:
-    """A cell that contains each of the scenes, planes left out."""
+    """Returns a cell that contains each of the scenes, without planes."""
     every = scene_corners(scenes)[:, :2]
     if not len(every):
         return GridCell(np.full(2, -1.0), np.full(2, 1.0))
@@ -223,7 +222,7 @@ def grid_cell(scenes: tuple[SceneMeshes, ...]) -> GridCell:
 
 
 def plane_half_size(scene: SceneMeshes, place: NDArray[np.float64]) -> float:
-    """Half the side of an infinite plane that extends below the whole scene [m]. `place`: of the plane, (4, 4)."""
+    """Returns half the side for drawing an infinite plane under a scene [m]. `place`: (4, 4) pose of the plane."""
     corners = scene_corners([scene])
     if not len(corners):
         return _MIN_HALF_SIZE
@@ -232,19 +231,19 @@ def plane_half_size(scene: SceneMeshes, place: NDArray[np.float64]) -> float:
 
 
 def clip_plane(shape: MeshShape, half: float) -> MeshShape:
-    """A plane with sides of at most 2 · `half` [m]."""
+    """Limits the sides of a plane to 2 · `half` [m]."""
     x, y, z = shape.scale
     return replace(shape, scale=(x, half, half) if shape.endless else (x, min(y, half), min(z, half)))
 
 
 def clip_to_scene(shape: MeshShape, body: BodyMeshes, scene: SceneMeshes, half: float | None) -> MeshShape:
-    """The shape; a plane is clipped to the room that its scene has.
+    """Limits a plane to its scene's cell; returns other shapes unchanged.
 
     Args:
-        shape: of the body.
-        body: in the scene.
-        scene: that has the body.
-        half: half the side of the scene's cell [m]; None: it has no cell, and only infinite planes are clipped.
+        shape: shape of the body.
+        body: body in the scene.
+        scene: the scene.
+        half: half the side of the scene's cell [m]; None: no cell, so only infinite planes are clipped.
     """
     if shape.kind != "plane" or (half is None and not shape.endless):
         return shape
@@ -252,13 +251,13 @@ def clip_to_scene(shape: MeshShape, body: BodyMeshes, scene: SceneMeshes, half: 
 
 
 def scene_corners(scenes: Iterable[SceneMeshes]) -> NDArray[np.float64]:
-    """(·, 3) corners of all bodies of scenes, each in its own scene [m]. Planes have none."""
+    """Returns (·, 3) corners of all bodies, each in its own scene [m]. Planes have none."""
     corners = [body.corners for scene in scenes for entity in scene.entities for body in entity.bodies]
     return np.concatenate([np.zeros((0, 3)), *corners])
 
 
 def _box_corners(surface: Surface, body: NDArray[np.float64], shape: MeshShape) -> NDArray[np.float64]:
-    """(8, 3) of the box around a surface along its own axes."""
+    """Returns (8, 3) corners of a surface's bounding box along its own axes."""
     ends = np.array([surface.vertices.min(axis=0), surface.vertices.max(axis=0)], np.float64)
     place = body @ pose_matrix(shape.pose)
     return (np.array(list(product(*ends.T))) * shape.scale) @ place[:3, :3].T + place[:3, 3]
@@ -271,7 +270,7 @@ class BakedMesh:
     Attributes:
         vertices: (V, 3) float64 [m].
         faces: (F, 3) int64, counterclockwise from the front.
-        normals: (V, 3) float64 of unit length; None: every triangle is flat.
+        normals: (V, 3) float64 unit vectors; None: flat shading.
         uvs: (V, 2) float64 from the image's top left corner; None: (0, 0) everywhere.
     """
 
@@ -282,7 +281,7 @@ class BakedMesh:
     look: SurfaceMaterial
 
     def to_obj(self) -> bytes:
-        """The OBJ file, with texture coordinates if there is an image of the base colour."""
+        """Returns an OBJ file, with texture coordinates if there is a base colour image."""
         if self.uvs is None or self.look.base_color_image is None:
             return encode_obj(self.vertices, self.faces)
         from_bottom = np.column_stack([self.uvs[:, 0], 1 - self.uvs[:, 1]])
@@ -290,7 +289,7 @@ class BakedMesh:
 
 
 def bake_scale(shape: MeshShape) -> tuple[BakedMesh, ...]:
-    """The parts of a shape with its scale applied, but not its pose."""
+    """Returns the parts of a shape with its scale applied, but not its pose."""
     scale = np.array(shape.scale)
     inside_out = (np.prod(scale) < 0) != shape.turned
     found: list[BakedMesh] = []
@@ -299,7 +298,7 @@ def bake_scale(shape: MeshShape) -> tuple[BakedMesh, ...]:
         faces = surface.faces[:, ::-1] if inside_out else surface.faces
         normals = None
         if surface.normals is not None:
-            normals = surface.normals / scale  # as normals go: by the inverse, transposed
+            normals = surface.normals / scale  # normals transform by the inverse transpose
             normals /= np.linalg.norm(normals, axis=1, keepdims=True)
             normals *= -1 if shape.turned else 1
         uvs = None if surface.uvs is None else surface.uvs.astype(np.float64)

@@ -1,7 +1,7 @@
-"""Mesh files as surfaces, read by trimesh, with materials as in SAPIEN.
+"""Reads mesh files with trimesh, with materials as in SAPIEN.
 
-Where a file has no normals, its triangles are flat. So they are in SAPIEN, but for a GLB or PLY whose triangles share
-vertices: there each vertex has the normal of any one of them.
+A file without normals is flat shaded, as in SAPIEN. Exception: for a GLB or PLY with shared vertices, SAPIEN gives each
+vertex the normal of one of its triangles.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 _WHITE: Final = (1.0, 1.0, 1.0, 1.0)
 _GRAY: Final = (0.6, 0.6, 0.6, 1.0)
 _DEFAULT_COLORS: Final = {".obj": _GRAY, ".dae": _GRAY}
-"""Base colour that SAPIEN's readers give a file without a material; white for other formats."""
+"""Base colour of a file without a material, as in SAPIEN's readers; white for other formats."""
 
 _METALLIC: Final = {".glb": 1.0, ".gltf": 1.0}
-"""Metallic of such a file: glTF's default; 0 for other formats."""
+"""Metallic of a file without a material: glTF's default; 0 for other formats."""
 
 _MTL_MAPS: Final = {
     "norm": "normal_image",
@@ -40,22 +40,22 @@ _MTL_MAPS: Final = {
     "map_pr": "roughness_image",
     "map_pm": "metallic_image",
 }
-"""Images of an OBJ material that SAPIEN loads, besides the colour image."""
+"""Maps of an OBJ material that SAPIEN loads, besides the colour."""
 
 _LUMINANCE: Final = (0.2125, 0.7154, 0.0721)
 _SPECULAR: Final = 0.5
-"""Specular of all materials of mesh files in SAPIEN."""
+"""Specular value of all materials from mesh files in SAPIEN."""
 
 
 class MeshFiles:
-    """Mesh files; files with the same content are read once."""
+    """Cache of mesh files; files with the same content are read once."""
 
     def __init__(self) -> None:
         self._paths: dict[Path, tuple[MeshPart, ...]] = {}
         self._contents: dict[tuple[object, ...], tuple[MeshPart, ...]] = {}
 
     def parts(self, file: AssetFile) -> tuple[MeshPart, ...]:
-        """The surfaces of a file in its own frame [m], and their looks.
+        """Returns the surfaces of a file in its own frame [m], with materials.
 
         Raises:
             AssetError: it cannot be read, or a package is missing.
@@ -73,31 +73,28 @@ class MeshFiles:
 
 
 class _MeshResolver:
-    """The files that a mesh names and that were checked, as trimesh asks for them: it reads a mesh in ways of its own.
-
-    It takes this for a resolver.
-    """
+    """Resolver for trimesh that only returns files that were checked."""
 
     def __init__(self, file: AssetFile) -> None:
         self._by_name = {one.uri: one for one in file.names}
         self._by_words = {" ".join(one.uri.split()): one for one in file.names}
 
     def get(self, name: str) -> bytes:
-        """The content of a file. Raises OSError where the mesh was not found to name it."""
+        """Returns the content of a file. Raises OSError if it is not among the checked files."""
         one = self._by_name.get(name) or self.image(name.split())
         if one is None or one.path is None:
-            raise FileNotFoundError(f"the mesh names no file {name!r} that was checked")
+            raise FileNotFoundError(f"the mesh refers to {name!r}, which was not checked")
         return _read_file(one.path, one.sha256)
 
     __getitem__ = get
 
     def image(self, words: Iterable[str]) -> NamedFile | None:
-        """The image of a line of an MTL, by the words after `map_…`; None where the mesh was not found to name it."""
+        """Returns the image of an MTL line, from the words after `map_…`; None if it is not among the checked files."""
         return self._by_words.get(image_of_words(" ".join(words)))
 
 
 def _read_file(path: Path, digest: str | None) -> bytes:
-    """The content of a file. Raises AssetError where it is not what it was when it was checked."""
+    """Returns the content of a file. Raises AssetError if it changed since it was checked."""
     try:
         return read_checked(path, digest)
     except ChangedError as error:
@@ -115,13 +112,13 @@ def _read_mesh(data: bytes, file: AssetFile) -> tuple[MeshPart, ...]:
 
 
 def _load_meshes(data: bytes, file: AssetFile) -> list[tuple[Any, bool]]:
-    """Each mesh of a file in the file's frame [m], and whether the file has normals of its vertices."""
+    """Returns each mesh of a file in the file's frame [m], and whether the file has vertex normals."""
     path, suffix = file.path, file.path.suffix.lower()
-    trimesh: Any = import_module("trimesh")  # which says half of its types
+    trimesh: Any = import_module("trimesh")  # only partly typed
 
     try:
         scene = trimesh.load_scene(BytesIO(data), suffix[1:], resolver=_MeshResolver(file), process=False)
-    except Exception as error:  # trimesh's readers raise whatever comes
+    except Exception as error:  # trimesh's readers raise anything
         raise AssetError("SC747", f"'{path}' cannot be read: {error}", "export the mesh again") from error
     found: list[tuple[Any, bool]] = []
     for node in scene.graph.nodes_geometry:
@@ -130,12 +127,12 @@ def _load_meshes(data: bytes, file: AssetFile) -> list[tuple[Any, bool]]:
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
             found.append(_place_mesh(mesh, np.asarray(place)))
     if not found:
-        raise AssetError("SC747", f"'{path}' shows no triangles", "export the mesh again")
+        raise AssetError("SC747", f"'{path}' has no triangles", "export the mesh again")
     return found
 
 
 def _place_mesh(mesh: Any, place: Any) -> tuple[Any, bool]:
-    # trimesh computes smooth normals on request; what a file itself has lies in this cache.
+    # trimesh computes smooth normals on request; normals from the file are in this cache.
     smooth = "vertex_normals" in vars(mesh)["_cache"]
     moved = mesh.copy(include_cache=True)
     moved.apply_transform(place)
@@ -151,13 +148,13 @@ def _convert_part(moved: Any, look: SurfaceMaterial, *, smooth: bool) -> MeshPar
 
 
 def _collada_unit(mesh: Any) -> float:
-    """The length of a COLLADA's unit [m], as SAPIEN heeds it; other files are in metres."""
+    """Returns COLLADA's unit of length [m], as applied by SAPIEN; other files are in metres."""
     number, times, _ = str(mesh.metadata.get("units", "")).partition(" * meters")
     return float(number) if times else 1.0
 
 
 def _convert_material(visual: Any, path: Path, named: _MeshResolver, images: ImageCache) -> SurfaceMaterial:
-    """The material of a mesh. Vertex colours are ignored, as in SAPIEN."""
+    """Converts the material of a mesh. Vertex colours are ignored, as in SAPIEN."""
     material = getattr(visual, "material", None)
     if material is None:
         suffix = path.suffix.lower()
@@ -190,7 +187,7 @@ def _convert_pbr(material: Any, path: Path) -> SurfaceMaterial:
 
 
 def _convert_simple(material: Any, path: Path, named: _MeshResolver, images: ImageCache) -> SurfaceMaterial:
-    """A material of an OBJ, whose roughness SAPIEN's reader makes of `Ns` and `Ks`.
+    """Converts an OBJ material. SAPIEN's reader derives roughness from `Ns` and `Ks`.
 
     Raises:
         AssetError: one of its images cannot be read.
@@ -211,7 +208,7 @@ def _convert_simple(material: Any, path: Path, named: _MeshResolver, images: Ima
 
 
 def _mtl_images(given: dict[str, Any], files: _MeshResolver, images: ImageCache) -> dict[str, Any]:
-    """Images of a material that trimesh leaves as words."""
+    """Returns the images of a material that trimesh leaves as text."""
     named = {field: files.image(given[key]) for key, field in _MTL_MAPS.items() if given.get(key)}
     try:
         return {
@@ -220,7 +217,7 @@ def _mtl_images(given: dict[str, Any], files: _MeshResolver, images: ImageCache)
             if one is not None and one.path is not None
         }
     except AssetError as problem:
-        code = "SC747" if problem.code == "SC748" else problem.code  # it has no substitute, as in a scene's texture
+        code = "SC747" if problem.code == "SC748" else problem.code  # a mesh's image cannot be left out
         raise AssetError(code, problem.message, problem.hint) from problem
 
 

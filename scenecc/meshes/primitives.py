@@ -1,4 +1,4 @@
-"""Primitives as SAPIEN's renderer draws them: the same vertices in the same order, normals and texture coordinates."""
+"""Primitives as in SAPIEN's renderer: the same vertices in the same order, normals and texture coordinates."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from scenecc.geometry.rotations import Vec3
 
 _AROUND: Final = 32
-"""Corners of a circle."""
+"""Vertices of a circle."""
 
 _CAP: Final = 8
-"""Rings of a half ball, that at its pole left out."""
+"""Rings of a hemisphere, without the pole."""
 
 _THIRD, _TWO_THIRDS = 1 / 3, 2 / 3
 
 _BOX_SIDES: Final = (
-    # four corners, the normal, left, bottom, right and top in the image: a cross of six squares
+    # Four corners, the normal, and left, bottom, right and top in the image: a cross of six squares.
     (((-1, 1, 1), (-1, -1, 1), (1, -1, 1), (1, 1, 1)), (0, 0, 1), (0.25, _THIRD, 0.5, _TWO_THIRDS)),
     (((1, 1, -1), (1, -1, -1), (-1, -1, -1), (-1, 1, -1)), (0, 0, -1), (0.75, _THIRD, 1, _TWO_THIRDS)),
     (((1, 1, 1), (1, -1, 1), (1, -1, -1), (1, 1, -1)), (1, 0, 0), (0.5, _THIRD, 0.75, _TWO_THIRDS)),
@@ -38,7 +38,7 @@ _QUAD: Final = ((0, 1, 2), (0, 2, 3))
 
 
 def make_surface(vertices: ArrayLike, faces: ArrayLike, normals: ArrayLike | None, uvs: ArrayLike | None) -> Surface:
-    """A surface of anything like arrays, which are copied."""
+    """Returns a surface with copies of array-like data."""
     return Surface(
         _make_read_only(np.array(vertices, np.float32)),
         _make_read_only(np.array(faces, np.int64)),
@@ -53,10 +53,10 @@ def _make_read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def scaled_surface(kind: str, sizes: tuple[float, ...]) -> tuple[Surface, Vec3]:
-    """A primitive of a plan, and its scale.
+    """Returns a primitive of a plan, and its scale.
 
     Args:
-        kind: as the language calls it; of a plane, what is seen of it.
+        kind: shape type; for a plane, its visual shape.
         sizes: see `plan.geometry.Primitive`.
     """
     if kind in REVOLVED_SOLIDS:
@@ -80,7 +80,7 @@ def scaled_surface(kind: str, sizes: tuple[float, ...]) -> tuple[Surface, Vec3]:
 
 @cache
 def box() -> Surface:
-    """A box with half sizes of 1."""
+    """Returns a box with half sizes 1."""
     vertices = np.concatenate([corners for corners, _, _ in _BOX_SIDES])
     normals = np.repeat([normal for _, normal, _ in _BOX_SIDES], 4, axis=0)
     uvs = [
@@ -94,14 +94,14 @@ def box() -> Surface:
 
 @cache
 def plane() -> Surface:
-    """A quad that faces its own +x, with half sizes of 1 along y and z."""
+    """Returns a quad that faces +x, with half sizes 1 along y and z."""
     corners = [(0, 1, 1), (0, -1, 1), (0, -1, -1), (0, 1, -1)]
     return make_surface(corners, _QUAD, [(1, 0, 0)] * 4, [(0, 1), (0, 0), (1, 0), (1, 1)])
 
 
 @cache
 def tiled_plane(repeat: tuple[float, float]) -> Surface:
-    """A quad that faces its own +z, with half sizes of 1 along x and y and its image repeated: ManiSkill's."""
+    """Returns a quad that faces +z, with half sizes 1 along x and y and a repeated image, as in ManiSkill."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float64)
     vertices = np.column_stack([corners, np.zeros(4)])
     return make_surface(vertices, _QUAD, [(0, 0, 1)] * 4, 0.5 + corners / 2 * repeat)
@@ -109,13 +109,13 @@ def tiled_plane(repeat: tuple[float, float]) -> Surface:
 
 @cache
 def sphere() -> Surface:
-    """A ball of radius 1, its poles on x."""
+    """Returns a sphere of radius 1 with poles on x."""
     directions, uvs, faces = _ball(0.5)
     return make_surface(directions, faces, directions, uvs)
 
 
 def capsule(radius: float, half_length: float) -> Surface:
-    """A capsule along x [m]; `half_length` is without the caps."""
+    """Returns a capsule along x [m]; `half_length` excludes the caps."""
     directions, uvs, faces = _ball(0.25)
     shift = np.zeros_like(directions)
     half = len(directions) // 2
@@ -125,7 +125,7 @@ def capsule(radius: float, half_length: float) -> Surface:
 
 @cache
 def cylinder() -> Surface:
-    """A cylinder of radius 1 and half length 1 along x, which shows its image's corner alone, as SAPIEN's does."""
+    """Returns a cylinder of radius 1 and half length 1 along x. Texture coordinates are all (0, 0), as in SAPIEN."""
     angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
     circle = np.column_stack([np.zeros(_AROUND), np.cos(angle), np.sin(angle)])
     x = np.array([1.0, 0, 0])
@@ -143,10 +143,10 @@ def cylinder() -> Surface:
 
 
 def _ball(cap: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Directions, texture coordinates and triangles of a ball.
+    """Returns directions, texture coordinates and triangles of a sphere.
 
     Args:
-        cap: how much of the image's height a half of it takes. Below a half there is a belt between the halves, and
+        cap: share of the image's height for each hemisphere. Below 0.5 there is a belt between the hemispheres, and
             their edges are two rings; otherwise they share one.
     """
     rings = np.arange(1, 2 * _CAP) if cap == 0.5 else np.array([*range(1, _CAP + 1), *range(_CAP, 2 * _CAP)])
@@ -187,6 +187,6 @@ def _ball_faces(rings: int) -> NDArray[np.int64]:
 def _between(
     a: NDArray[np.int64], b: NDArray[np.int64], c: NDArray[np.int64], d: NDArray[np.int64], *, first: str = "near"
 ) -> NDArray[np.int64]:
-    """Two triangles for each square of the ring a, b above the ring c, d, cut along one diagonal or the other."""
+    """Returns two triangles for each square between ring a, b and the ring c, d below, split along a diagonal."""
     cut = ((a, c, d), (a, d, b)) if first == "far" else ((a, c, b), (b, c, d))
     return np.stack([np.stack(one, axis=1) for one in cut], axis=1).reshape(-1, 3)

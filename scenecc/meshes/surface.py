@@ -36,12 +36,12 @@ _WHITE: Final[Vec4] = (1.0, 1.0, 1.0, 1.0)
 
 @frozen
 class Surface:
-    """Triangles of one material. Its arrays are read-only; surfaces compare by identity.
+    """Triangles of one material. Arrays are read-only; surfaces compare by identity.
 
     Attributes:
         vertices: (V, 3) float32 [m].
         faces: (F, 3) int64, counterclockwise from outside.
-        normals: (V, 3) float32 of unit length; None: every triangle is flat.
+        normals: (V, 3) float32 unit vectors; None: flat shading.
         uvs: (V, 2) float32 from the image's top left corner, as in SAPIEN and glTF; None: (0, 0) everywhere.
     """
 
@@ -59,13 +59,14 @@ class Image:
     """An image, and how it is sampled.
 
     Attributes:
-        digest: of `data`; images with the same are the same.
-        data: a PNG or a JPEG. suffix: ".png" or ".jpg".
-        pixels: Pillow's.
-        name: of its file, for people.
-        channel: the one that counts where one number is read.
-        srgb: whether its 8-bit values are sRGB: SAPIEN goes by this also where an image stands for a number.
-        filter_mode, address_mode: as in `scenecc.plan.Texture`, SAPIEN's defaults filled in.
+        digest: hash of `data`; equal images have equal digests.
+        data: a PNG or JPEG.
+        suffix: ".png" or ".jpg".
+        pixels: Pillow image.
+        name: file name for display.
+        channel: channel that is read if the image replaces a number.
+        srgb: whether 8-bit values are sRGB; SAPIEN applies this to images of numbers too.
+        filter_mode, address_mode: as in `scenecc.plan.Texture`, with SAPIEN's defaults.
     """
 
     digest: str
@@ -81,13 +82,13 @@ class Image:
 
 @frozen
 class SurfaceMaterial:
-    """The values of SAPIEN's `RenderMaterial`, defaults filled in. An image replaces the number.
+    """Values of SAPIEN's `RenderMaterial`, with defaults. An image replaces a number.
 
     Attributes:
         base_color: linear RGBA in 0..1.
-        visibility: of the body that has it.
-        emission: linear RGB, its strength multiplied in; an image is multiplied with it.
-        specular: SAPIEN's, which reflects 0.08 times as much.
+        visibility: visibility of the body.
+        emission: linear RGB times strength; an image is multiplied by it.
+        specular: SAPIEN's value; the reflectance is 0.08 times it.
     """
 
     base_color: Vec4 = (1.0, 1.0, 1.0, 1.0)
@@ -108,7 +109,7 @@ class SurfaceMaterial:
 
     @property
     def tint(self) -> Vec4:
-        """Displayed base colour, linear RGBA; with an image, the factor of its colour."""
+        """Displayed base colour, linear RGBA; with an image, its factor."""
         red, green, blue, alpha = self.base_color if self.base_color_image is None else _WHITE
         return red, green, blue, alpha * self.visibility
 
@@ -123,16 +124,16 @@ class MeshPart:
 
 @frozen
 class MeshShape:
-    """One shape of a body.
+    """A shape of a body.
 
     Attributes:
-        name: the plan's own; "" where it has none.
-        kind: its type in the language.
-        parts: its surfaces, before they are scaled.
+        name: name in the plan; "" if it has none.
+        kind: shape type.
+        parts: surfaces, before scaling.
         pose: in the body's frame.
         scale: along the shape's own axes; a mirrored shape still faces outwards.
         turned: whether its triangles face the other side.
-        endless: whether it is an infinite plane, whose surface is 2 m × 2 m.
+        endless: whether it is an infinite plane, with a surface of 2 m × 2 m.
         origin: in the document.
     """
 
@@ -149,22 +150,22 @@ class MeshShape:
 _READABLE_SUFFIXES: Final = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tga"})
 
 _PORTABLE_SUFFIXES: Final[dict[str, Suffix]] = {".png": ".png", ".jpg": ".jpg", ".jpeg": ".jpg"}
-"""Files that other programs read as they are, and their suffix there. Others become PNG."""
+"""Formats that other programs read directly → their suffix. Others are converted to PNG."""
 
 
 class ImageCache:
-    """Image files of a plan, each read once."""
+    """Cache of a plan's image files; each is read once."""
 
     def __init__(self) -> None:
         self._read: dict[Path, tuple[bytes, Suffix, Pixels]] = {}
 
     def file(self, path: Path, digest: str | None, sampling: dict[str, Any]) -> Image:
-        """An image of a file.
+        """Returns the image of a file.
 
         Args:
-            path: of the file.
-            digest: SHA-256 of what was checked of it.
-            sampling: what of filter mode, address mode and sRGB is given.
+            path: path of the file.
+            digest: SHA-256 of the checked content.
+            sampling: filter mode, address mode and sRGB, as far as given.
 
         Raises:
             AssetError: it cannot be read.
@@ -177,7 +178,7 @@ class ImageCache:
 
 
 def convert_image(pixels: Pixels | None, name: str, channel: Channel = "r", *, srgb: bool) -> Image | None:
-    """An image of a mesh file, as read by trimesh."""
+    """Converts an image of a mesh file, as read by trimesh."""
     if pixels is None:
         return None
     data = encode_png(pixels)
@@ -185,7 +186,7 @@ def convert_image(pixels: Pixels | None, name: str, channel: Channel = "r", *, s
 
 
 def convert_color_space(image: Image, *, srgb: bool) -> Image:
-    """The image converted to sRGB or to linear values; itself if it has them already."""
+    """Converts an image to sRGB or linear values; returns it unchanged if it already has them."""
     if image.srgb == srgb:
         return image
     value = np.arange(256) / 255
@@ -201,7 +202,7 @@ def convert_color_space(image: Image, *, srgb: bool) -> Image:
 
 
 def encode_png(pixels: Pixels) -> bytes:
-    """An image as the bytes of a PNG."""
+    """Returns an image as PNG."""
     data = BytesIO()
     pixels.save(data, format="PNG")
     return data.getvalue()
@@ -210,7 +211,7 @@ def encode_png(pixels: Pixels) -> bytes:
 def _open_image(path: Path, digest: str | None) -> tuple[bytes, Suffix, Pixels]:
     suffix = path.suffix.lower()
     if suffix not in _READABLE_SUFFIXES:
-        raise AssetError("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
+        raise AssetError("SC748", f"images of type `{suffix}` are left out", "save it as PNG or JPEG")
     pillow: Any = import_module("PIL.Image")
     try:
         data = read_checked(path, digest)
@@ -232,10 +233,9 @@ def _digest(data: bytes) -> str:
 
 
 class MaterialCache:
-    """The visual materials of a plan; equal ones are created once."""
+    """Cache of a plan's visual materials; equal ones are created once."""
 
     def __init__(self, plan: ScenePlan, on_left_out: Callable[[AssetError], None]) -> None:
-        """`on_left_out` is called once for each image that is left out."""
         self._plan = plan
         self._on_left_out = on_left_out
         self._images = ImageCache()
@@ -243,7 +243,7 @@ class MaterialCache:
         self._left_out: set[str] = set()
 
     def look(self, material: Value, row: int) -> SurfaceMaterial:
-        """The material in one row of the shape that has it."""
+        """Returns the material in one row of its shape."""
         index = int(material.row(row))
         made = self._plan.visual_materials[index]
         key = (index, *(value.row(row).tobytes() for value in made.values()))
@@ -265,7 +265,7 @@ class MaterialCache:
 
 
 def _material_numbers(given: dict[str, float | list[float]]) -> dict[str, Any]:
-    """The plan's numbers as those of a `SurfaceMaterial`: colours as tuples, emission multiplied by its strength."""
+    """Converts the plan's numbers for `SurfaceMaterial`: colours as tuples, emission times its strength."""
     found: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
     if "emission" in found:
         red, green, blue, strength = found["emission"]

@@ -1,1 +1,1 @@
-"""Descriptions of robots: URDF with SRDF, and MJCF, read into one tree of links and joints. No engine, no language."""
+"""Reads URDF with SRDF, and MJCF, into descriptions of links and joints. Independent of engine and scene language."""

@@ -1,7 +1,7 @@
 """Robots as described by a URDF or MJCF file.
 
-Numbers are those for the engine: for a URDF those that SAPIEN's own loader would pass, to the bit, for an MJCF those
-of the model that MuJoCo compiles. The file's scale is applied. Poses are seven numbers, p [m] then q (wxyz).
+Numbers are those for the engine: for a URDF exactly those that SAPIEN's loader would pass, for an MJCF those of
+MuJoCo's compiled model. The file's scale is applied. Poses are seven numbers: p [m], then q (wxyz).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SapienJointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"
 
 @frozen
 class SolidGeometry:
-    """A primitive. `kind`: one of `plan.geometry.SOLIDS`; `sizes`: its sizes [m]."""
+    """A primitive. `kind`: one of `plan.geometry.SOLIDS`; `sizes` in m."""
 
     kind: str
     sizes: tuple[float, ...]
@@ -30,7 +30,7 @@ class SolidGeometry:
 
 @frozen
 class PlaneGeometry:
-    """A plane with normal x. `half_size`: of its visual shape, along its y and z [m]."""
+    """A plane with normal x. `half_size`: of its visual shape, along y and z [m]."""
 
     half_size: tuple[float, float] | None = None
 
@@ -40,13 +40,13 @@ class MeshGeometry:
     """A mesh.
 
     Attributes:
-        uri: as a scene would name it: `pkg://…` or `asset://…` where the robot's file is named so, else the path
-            relative to the top scene's folder, else an absolute path.
-        path: where it is, among the places where it may be.
-        scale: of its vertices, nonzero; a negative one mirrors them.
-        parts: whether each connected part is a collision shape, rather than the convex hull; None: an option.
-        optional_names: whether files that it names may be missing, and are then left out.
-        data: what it holds, where no file of the robot does: `robots.numeric_meshes` makes such a mesh.
+        uri: URI for a scene: `pkg://…` or `asset://…` if the robot's file has that scheme, else a path relative to the
+            top scene's folder, else an absolute path.
+        path: path on this machine.
+        scale: factors of the vertices, nonzero; negative factors mirror.
+        parts: whether each connected part is a collision shape, instead of the convex hull; None: an option decides.
+        optional_names: whether files that the mesh names may be missing.
+        data: content of a mesh that has no file of its own, see `numeric_mesh`.
     """
 
     uri: str
@@ -59,7 +59,7 @@ class MeshGeometry:
 
 @frozen
 class HeightfieldGeometry:
-    """Terrain. `size` and `heights`: as those of `plan.geometry.Heightfield`, the same in every scene."""
+    """Terrain. `size` and `heights` are as in `plan.geometry.Heightfield`, the same in every scene."""
 
     size: Vec3
     heights: tuple[tuple[float, ...], ...]
@@ -73,9 +73,8 @@ class DescribedMaterial:
     """A visual material. None: SAPIEN's default.
 
     Attributes:
-        base_color: four numbers, linear as SAPIEN takes them.
-        texture, texture_uri: file of the base colour, and the uri by which a scene would name it.
-        emission, specular, roughness, metallic: likewise.
+        base_color: linear RGBA, as in SAPIEN.
+        texture, texture_uri: path and URI of the base colour texture.
     """
 
     base_color: tuple[float, float, float, float] | None = None
@@ -109,7 +108,7 @@ class DescribedCollision:
 
 @frozen
 class DescribedVisual:
-    """A visual shape. `look`: None: a mesh has its own materials, other shapes a default one."""
+    """A visual shape. `look` None: a mesh keeps its own materials, other shapes get the default."""
 
     geometry: Geometry
     pose: Pose7
@@ -120,9 +119,9 @@ class DescribedVisual:
 
 @frozen
 class DescribedInertial:
-    """Mass [kg], centre of mass with the principal axes, principal moments [kg·m²].
+    """Mass [kg], centre of mass with principal axes, principal moments [kg·m²].
 
-    `inertia` None: it and the centre of mass are those of the link's colliding shapes, scaled to the mass.
+    `inertia` None: inertia and centre of mass come from the link's collision shapes, scaled to the mass.
     """
 
     mass: float
@@ -132,7 +131,7 @@ class DescribedInertial:
 
 
 def ball_moment(mass: float) -> float:
-    """Moment of inertia of a ball of water, 2/5 · m · r² [kg·m²], for a mass [kg] without shapes."""
+    """Returns the moment of inertia of a sphere of water, 2/5 · m · r² [kg·m²], for a mass [kg] without shapes."""
     radius = (3 * mass / (4 * math.pi * _WATER_DENSITY)) ** (1 / 3)
     return 0.4 * mass * radius**2
 
@@ -143,7 +142,7 @@ _WATER_DENSITY = 1000.0
 
 @frozen
 class DescribedMimic:
-    """Position is multiplier · source's + offset."""
+    """A mimic: position = multiplier · position of source + offset."""
 
     source: str
     multiplier: float
@@ -153,9 +152,9 @@ class DescribedMimic:
 
 @frozen
 class DescribedDrive:
-    """A drive: stiffness and damping per metre or radian, force limit [N, N·m] (None: none), target [m, rad].
+    """A drive: stiffness and damping per metre or radian, force limit [N, N·m] (None: unlimited), target [m, rad].
 
-    `target` None: the initial position of the joint.
+    `target` None: the joint's initial position.
     """
 
     stiffness: float
@@ -169,10 +168,10 @@ class DescribedJoint:
     """A joint between a link and its parent.
 
     Attributes:
-        type: in SAPIEN's words. A `continuous` joint is a `revolute` one with infinite limits.
+        type: SAPIEN joint type. URDF's `continuous` is `revolute` with infinite limits.
         limits: lowest and highest position [m, rad], possibly infinite; None for a fixed joint.
         friction, armature: None: not in the file.
-        damping: 0 if it is not in the file.
+        damping: 0 if not in the file.
         effort, velocity: limits of the actuator, above 0; None: not in the file.
         qpos: initial position [m, rad], within the limits; None: not in the file.
         drive: None: the joint has only its damping.
@@ -199,11 +198,11 @@ class DescribedLink:
     """A link.
 
     Attributes:
-        parent: number of its parent, a link before it; None: it is the root.
-        joint: to the parent; None for the root.
-        ignore_bits: bits of the third collision integer that its shapes have, so that links with a bit in common
-            ignore one another.
-        disable_gravity: whether gravity does not pull it.
+        parent: index of its parent, a link before it; None for the root.
+        joint: joint to the parent; None for the root.
+        ignore_bits: ignore bits (SAPIEN's third collision integer) of its shapes; links that share a bit do not
+            collide.
+        disable_gravity: whether gravity is off.
     """
 
     name: str
@@ -219,14 +218,14 @@ class DescribedLink:
 
 @frozen
 class DescribedRobot:
-    """A tree of links, or one body.
+    """A tree of links, or a single body.
 
     Attributes:
-        links: in the order in which SAPIEN's loader builds them, the root first.
-        body_type: of a single body; None: it is an articulation.
-        fixed: whether the root is fixed to the world; None: not in the file, so the scene decides.
-        pose: of the root in the frame of the whole.
-        ignored: the SRDF pair of each bit of `DescribedLink.ignore_bits`.
+        links: in SAPIEN's build order, the root first.
+        body_type: of a single body; None: an articulation.
+        fixed: whether the root is fixed to the world; None: the scene decides.
+        pose: pose of the root in the file's frame.
+        ignored: SRDF pair of each bit of `DescribedLink.ignore_bits`.
     """
 
     links: tuple[DescribedLink, ...]
@@ -238,12 +237,12 @@ class DescribedRobot:
 
 
 LinkName = tuple[str, str]
-"""The name of the root of a robot or body, and that of one of its links."""
+"""Names of a robot's or body's root and of one of its links."""
 
 
 @frozen
 class DescribedConstraint:
-    """What keeps a frame of one link at a frame of another: the whole pose, or the origin alone."""
+    """A constraint between frames of two links: the whole pose (weld) or only the origin (connection)."""
 
     name: str
     type: Literal["weld", "connection"]
@@ -256,7 +255,7 @@ class DescribedConstraint:
 
 @frozen
 class DescribedFile:
-    """A file that a description refers to, its uri as in a scene, and where it is named."""
+    """A file that a description refers to, its URI for a scene, and where it is named."""
 
     uri: str
     path: Path
@@ -265,13 +264,13 @@ class DescribedFile:
 
 @frozen
 class RobotDescription:
-    """Everything that a file describes.
+    """The content of a robot file.
 
     Attributes:
         robots: in build order; not empty.
         files: every file that it refers to (meshes, textures, included files, an SRDF), each once.
         constraints: between its links.
-        read_by: the program that read the file, and its version; None: scenecc itself.
+        read_by: program and version that read the file; None: scenecc.
     """
 
     robots: tuple[DescribedRobot, ...]

@@ -1,8 +1,7 @@
-"""Reading of a robot's file and of the files it names: the report of errors, the memory budget and the search for
-files.
+"""Reports, memory budget and file search for reading a robot's file.
 
-Errors are reported at the lines of the robot's file, with the place in the scene that names it. Meshes, textures,
-SRDF and included files are found as other assets are, inside the folders that the scene may read.
+Errors are reported at the lines of the robot's file, with the place in the scene that names it. Meshes, textures, SRDF
+and included files must be inside the folders that the scene may read.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ OTHER_FORMAT_HINTS = {
     "mujoco": "give an MJCF with `mjcf:`",
     "sdf": "make a scene of an SDF with `scenecc import`",
 }
-"""Root element of a file of another format → hint with what reads it."""
+"""Root element of another format → hint how to read it."""
 
 MAX_READ_MEMORY = 2**30
 """Maximum estimated memory for reading all robot files of a scene [bytes]."""
@@ -43,8 +42,8 @@ _TEXT_BYTE_COST, _ELEMENT_COST, _FILE_COST = 3, 1024, 4096
 
 @dataclass(slots=True)
 class ReadBudget:
-    """Budget for reading the robot files of one scene; a file counts each time that it is read. A small scene may
-    use one large file at many scales, and many small files that include it.
+    """Memory budget for reading the robot files of one scene. A file counts each time it is read: a small scene may use
+    a large file at many scales, or through many includes.
 
     Attributes:
         left: remaining estimated memory [bytes].
@@ -53,21 +52,21 @@ class ReadBudget:
     left: int = field(default_factory=lambda: MAX_READ_MEMORY)
 
     def take(self, data: bytes) -> bool:
-        """Counts a text that was read, and returns whether the budget sufficed."""
+        """Counts a text; returns whether the budget sufficed."""
         self.left -= _FILE_COST + _TEXT_BYTE_COST * len(data) + _ELEMENT_COST * data.count(b"<")
         return self.left >= 0
 
 
 @dataclass(slots=True)
 class FileReport:
-    """Reports of one robot's file.
+    """Reports findings of one robot file.
 
     Attributes:
-        sink: takes the diagnostics.
-        origin: the node of the scene that names the file, if any.
-        reported_kinds: (code, kind) of findings that are reported once only.
+        sink: receives the diagnostics.
+        origin: the scene node that names the file, if any.
+        reported_kinds: (code, kind) of findings that are reported once.
         errors: number of errors so far.
-        budget: of all robot files of the scene; None: the file is read alone.
+        budget: shared by all robot files of the scene; None: no budget.
     """
 
     sink: Sink
@@ -77,11 +76,11 @@ class FileReport:
     budget: ReadBudget | None = None
 
     def place(self, location: Location, *path: str | int) -> Origin | Location:
-        """A place in the file, with the scene that led to it. `path`: of the described item."""
+        """Returns a place in the file, with the scene that led to it. `path`: of the described item."""
         return location if self.origin is None else self.origin.into(location, *path)
 
     def top(self, file: str) -> Location:
-        """The place of a file as a whole."""
+        """Returns the location of the file as a whole."""
         return Location(file)
 
     def report(
@@ -93,35 +92,35 @@ class FileReport:
         hint: str | None = None,
         related: Iterable[RelatedPlace] = (),
     ) -> None:
-        """Reports a finding. `path`: of the item that it concerns (`"links", "base"`)."""
+        """Reports a finding. `path`: of the item (`"links", "base"`)."""
         self.errors += CODES[code].severity == "error"
         self.sink.report(code, message, self.place(location, *path), hint=hint, related=related)
 
     def near(self, word: str, names: Iterable[str]) -> str | None:
-        """A hint with a similar name; None if there is none, or after many errors, since the comparison takes time."""
+        """Returns a hint with a similar name; None if there is none, or after many errors, as the search takes time."""
         found = nearest(word, tuple(islice(names, _MAX_CANDIDATES))) if self.errors < _MAX_SUGGESTIONS else None
         return None if found is None else f"did you mean `{found}`?"
 
     def guess(self, kind: str, word: str, names: Iterable[str]) -> str | None:
-        """A similar name, if no such name of this kind (SC454) is reported yet and few kinds are."""
+        """Returns a similar name, unless this kind of SC454 was reported already or too many kinds were."""
         is_wanted = ("SC454", kind) not in self.reported_kinds and len(self.reported_kinds) < _MAX_SUGGESTIONS
         return nearest(word, tuple(islice(names, _MAX_CANDIDATES))) if is_wanted else None
 
     def report_once(self, code: str, kind: str, message: str, location: Location, hint: str | None = None) -> None:
-        """Reports a finding, but only the first one of its kind."""
+        """Reports only the first finding of its kind."""
         if (code, kind) not in self.reported_kinds:
             self.reported_kinds.add((code, kind))
             self.report(code, message, location, hint=hint)
 
 
 def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) -> bytes | None:
-    """The content of a file; None after an error (SC450, SC452): it cannot be read, or is too large.
+    """Returns the content of a file; None after an error (SC450: unreadable, SC452: too large).
 
     Args:
-        path: of the file.
-        file: its name as shown to people.
-        findings: where it is reported.
-        limit: its largest size [bytes].
+        path: path of the file.
+        file: displayed file name.
+        findings: receives the errors.
+        limit: maximum size [bytes].
     """
     try:
         data = read_at_most(path, limit)
@@ -134,9 +133,9 @@ def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) ->
     if findings.budget is not None and not findings.budget.take(data):
         findings.report(
             "SC452",
-            f"the robots' files of the scene take more than {MAX_READ_MEMORY} bytes of memory",
+            f"the scene's robot files need more than {MAX_READ_MEMORY} bytes of memory",
             findings.top(file),
-            hint="use fewer files, or each at fewer scales, for it is read again for each",
+            hint="use fewer files or fewer scales; a file is read again for each scale",
         )
         return None
     return data
@@ -150,23 +149,23 @@ _MAX_PARENT_FOLDERS = 40
 _FILE_NOT_FOUND = "SC401"
 
 _NO_FILE = (_FILE_NOT_FOUND, "SC403")
-"""Codes of references to no file: it is missing, or has a scheme that is not read."""
+"""Codes of references to no file: missing, or an unknown scheme."""
 
 MAX_MISSING = 1000
-"""Maximum number of missing files that are looked for: each takes milliseconds, in all folders of a package."""
+"""Maximum number of missing files to search for: each search takes milliseconds, in all folders of a package."""
 
 
 @dataclass(frozen=True, slots=True)
 class RobotFiles:
-    """Finds and records the files that one robot file names.
+    """Finds and records the files that a robot file names.
 
     Attributes:
         owner: the robot's file.
-        scope: what may be read.
-        package: finds what follows `package://` in the folder that the scene gives for it; None: it gives none.
-        repairs: whether the scene says `repair: [files]`, so that files that are not needed may be missing.
-        found: every file that was found, by uri.
-        missing: why each reference was not found.
+        scope: folders that may be read.
+        package: resolves a `package://` path in the folder that the scene gives; None: the scene gives none.
+        repairs: whether the scene sets `repair: [files]`, so that dispensable files may be missing.
+        found: files found, by URI.
+        missing: error of each reference that was not found.
     """
 
     owner: ResolvedFile
@@ -184,20 +183,20 @@ class RobotFiles:
         *,
         repaired: str | None = None,
     ) -> DescribedFile | None:
-        """The file of a reference; None after an error, with a code of `scenecc.source.paths`, or a repair (SC488).
+        """Returns the file of a reference; None after an error (codes of `scenecc.source.paths`) or a repair (SC488).
 
-        A relative path is one from the robot's own folder. `package://PACKAGE/PATH` is `PACKAGE/PATH` in the folder
-        that the scene gives, else in the robot's own, else in the nearest above it that has it: so does SAPIEN, which
-        goes on up to the root of the file system, and here the scene's folders end it.
+        A relative path starts in the robot's folder. `package://PACKAGE/PATH` is searched for as `PACKAGE/PATH` in the
+        scene's `package_dir`, then in the robot's folder, then in its parents. SAPIEN searches up to the root of the
+        file system; here the search ends at the folders that the scene may read.
 
         Args:
-            reference: as it is written.
-            location: where it is.
-            findings: takes the error or the note.
-            repaired: what `repair: [files]` makes of a missing file, in words; None: nothing.
+            reference: as written.
+            location: where it is written.
+            findings: receives the error or note.
+            repaired: text for what `repair: [files]` does about a missing file; None: nothing.
         """
         if len(self.missing) >= MAX_MISSING and reference not in self.missing:
-            message = f"more than {MAX_MISSING} files that it names are missing, and the others are not looked for"
+            message = f"more than {MAX_MISSING} of its files are missing; the rest are not checked"
             findings.report_once("SC452", "missing files", message, location)
             return None
         found = self.missing.get(reference) or self._search(reference)
@@ -221,24 +220,24 @@ class RobotFiles:
         return resolve_asset_reference(reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
 
     def find_sibling(self, name: str) -> ResolvedFile | None:
-        """A file in the folder of the robot's file; None if there is none that may be read."""
+        """Returns a file in the robot's folder; None if there is none that may be read."""
         found = resolve_asset_reference(name, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
         return None if isinstance(found, Refusal) else ResolvedFile(found.path, self._uri(found))
 
     def add(self, file: ResolvedFile, location: Location) -> DescribedFile:
-        """Records a file that was found."""
+        """Records a file."""
         uri = self._uri(file)
         self.scope.memory.note(ResolvedFile(file.path, uri), self.owner.uri)
         return self.found.setdefault(uri, DescribedFile(uri, file.path, location))
 
     def _find_in_packages(self, written: str) -> ResolvedFile | Refusal:
-        # `package:///PACKAGE/PATH` is written too, and read by pinocchio among others.
+        # `package:///PACKAGE/PATH` occurs too; pinocchio, for one, accepts it.
         inner = written.lstrip("/")
         found = self._find_in_folders(inner) if inner else None
         if isinstance(found, ResolvedFile) or (found is not None and written == inner):
             return found
         shown = shorten_uri(_PACKAGE_SCHEME + written)
-        return Refusal("SC403", f"`{shown}` names no file", "write package://PACKAGE/PATH")
+        return Refusal("SC403", f"`{shown}` does not name a file", "write package://PACKAGE/PATH")
 
     def _find_in_folders(self, inner: str) -> ResolvedFile | Refusal:
         given = None if self.package is None else self.package(inner)
@@ -259,7 +258,6 @@ class RobotFiles:
         return first or Refusal(_FILE_NOT_FOUND, f"there is no file `{shorten_uri(_PACKAGE_SCHEME + inner)}`")
 
     def _searched_places(self, reference: str) -> str:
-        """Where a reference was searched, in words."""
         folder = self.owner.path.parent
         if not reference.startswith(_PACKAGE_SCHEME):
             return f"it in {folder}"
@@ -268,12 +266,12 @@ class RobotFiles:
         return f"`{path}` in {given}{folder} and the folders above it that may be read"
 
     def _uri(self, found: ResolvedFile) -> str:
-        """A uri as a scene would name the file: by the scheme by which it names the robot's own file, if by one."""
+        """Returns the file's URI for a scene, with the scheme of the robot's own URI if it has one."""
         scheme, separator, inner = self.owner.uri.partition("://")
         if not separator or "://" in found.uri:
             return found.uri
         above = Path(inner).parents
-        # The last of the parents is `.`, which of a package is its name's own parent.
+        # The last parent is `.`, which is the parent of a package's name.
         for level, folder in enumerate(self.owner.path.parents[: len(above) - (scheme == "pkg")]):
             if found.path.is_relative_to(folder):
                 return f"{scheme}://{(above[level] / found.path.relative_to(folder)).as_posix()}"

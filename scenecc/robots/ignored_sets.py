@@ -1,28 +1,28 @@
-"""Links that never collide, as sets of which all pairs ignore one another: a bit of SAPIEN's third integer for each."""
+"""Sets of links that never collide with one another. Each set takes one bit of SAPIEN's third collision integer."""
 
 from __future__ import annotations
 
 from itertools import combinations
 
 MAX_SETS = 32
-"""Bits of the third integer."""
+"""Number of bits in the third collision integer."""
 
 Pairs = set[tuple[int, int]]
-"""Numbers of two links, the lower first."""
+"""Pairs of link indices, the lower first."""
 
 
 def ordered(first: int, second: int) -> tuple[int, int]:
-    """A pair of links as `Pairs` has it."""
+    """Returns a pair of links in the order of `Pairs`."""
     return min(first, second), max(first, second)
 
 
 def cover_pairs(wanted: Pairs, free: Pairs, count: int) -> list[list[int]]:
-    """Sets of links that cover pairs, found greedily.
+    """Covers pairs with sets of links, greedily.
 
     Args:
-        wanted: pairs that must be in a set.
-        free: all pairs that may be, those among them.
-        count: how many links there are.
+        wanted: pairs that must share a set.
+        free: all pairs that may share a set, including `wanted`.
+        count: number of links.
     """
     sets: list[list[int]] = []
     while wanted:

@@ -1,4 +1,4 @@
-"""The files of an MJCF: the report of what is not built of them, and the search for files and includes."""
+"""Finds the files of an MJCF, resolves its includes, and reports what is not built."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class MjcfReport:
-    """Collects findings, so that each kind of what is not built is reported once.
+    """Collects findings and reports each kind of unbuilt element once.
 
     Attributes:
         findings: of the file itself.
-        included: the findings of each included file, by its displayed name.
-        losses: kind, message and place of everything that is not built from the file.
+        included: findings of each included file, by its displayed name.
+        losses: kind, message and location of everything that is not built.
     """
 
     findings: FileReport
@@ -42,28 +42,28 @@ class MjcfReport:
         self.of(location).report(code, message, location, hint=hint)
 
     def of(self, location: Location) -> FileReport:
-        """The findings of the file of a location."""
+        """Returns the report of the file that contains a location."""
         return self.included.get(location.file or "", self.findings)
 
     def left_out(self, kind: str, message: str, location: Location, hint: str | None = None) -> None:
-        """Warns of something that is not built, once per kind."""
+        """Warns about something that is not built, once per kind."""
         self.losses.append((kind, message, location))
         self.of(location).report_once("SC484", kind, message, location, hint)
 
     def elsewhere(self, kind: str, message: str, location: Location) -> None:
-        """Notes what a scene says in another place, once per kind."""
+        """Notes something that is set elsewhere in a scene, once per kind."""
         self.losses.append((kind, message, location))
         self.of(location).report_once("SC490", kind, message, location)
 
 
 @dataclass(slots=True)
 class MjcfFiles:
-    """Finds the files that an MJCF names. All are named from the folder of the MJCF itself, in included files too.
+    """Finds the files that an MJCF names. Paths are relative to the main MJCF, also in included files.
 
     Attributes:
-        named: finds and remembers them.
-        limits: how much is read.
-        report: where faults go.
+        named: finds and records files.
+        limits: limits of size and depth.
+        report: receives the errors.
     """
 
     named: RobotFiles
@@ -73,22 +73,22 @@ class MjcfFiles:
     _size: int = 0
 
     def find(self, written: str, place: Location) -> DescribedFile | None:
-        """A file by its path; None, reported at `place`, where it may not be used."""
+        """Returns a file by its path; None after an error at `place`."""
         return self.named.find(written, place, self.report.of(place))
 
     def read_model(self) -> SourceElement | None:
-        """As `read`; None also after an error, SC453: the root is no `<mujoco>`."""
+        """Like `read`, but the root must be `<mujoco>` (SC453)."""
         root = self.read()
         if root is None or self.report.failed:
             return None
         if root.tag != "mujoco":
-            message = f"an MJCF is a <mujoco>, and this is a <{cut(root.tag)}>"
+            message = f"the root of an MJCF is <mujoco>, not <{cut(root.tag)}>"
             self.report.error("SC453", message, root.location, OTHER_FORMAT_HINTS.get(root.tag))
             return None
         return root
 
     def read(self) -> SourceElement | None:
-        """The root of the MJCF's tree, with everything that it includes in place of each `include`."""
+        """Returns the root of the MJCF's tree, with each `include` replaced by the file's content."""
         owner = self.named.owner
         return self._read(owner.path, owner.uri, self.report.findings, 1, 1)
 
@@ -107,12 +107,12 @@ class MjcfFiles:
         return root
 
     def _expand(self, root: SourceElement, chain: int, depth: int) -> None:
-        """Replaces each `include` by its content. `depth`: of the root among all elements."""
+        """Replaces each `include` by the file's content. `depth`: of the root in the whole tree."""
         pending = [(root, depth)]
         while pending:
             parent, level = pending.pop()
             if level > XmlBounds().depth:
-                what = f"the file is too large: more than {XmlBounds().depth} elements stand inside one another"
+                what = f"the file is too large: it is nested more than {XmlBounds().depth} elements deep"
                 self.report.error("SC452", what, parent.location)
                 return
             own = list(parent.children)
@@ -124,20 +124,20 @@ class MjcfFiles:
                 parent.children[:] = children
 
     def _content(self, include: SourceElement, chain: int, depth: int) -> list[SourceElement]:
-        """The elements of an included file. `depth`: of the element that holds the `include`."""
+        """Returns the elements of an included file. `depth`: of the element that contains the `include`."""
         name = include.attributes.get("file")
         if name is None:
-            self.report.error("SC481", "`<include>` names no `file`", include.location)
+            self.report.error("SC481", "`<include>` has no `file`", include.location)
             return []
         place = include.at("file")
         file = self.find(name, place)
         if file is None:
             return []
         if file.path in self._included:
-            self.report.error("SC486", f"`{cut(name)}` is included twice", place, "MJCF takes each file once")
+            self.report.error("SC486", f"`{cut(name)}` is included twice", place, "MJCF allows each file once")
             return []
         if chain >= self.limits.depth:
-            self.report.error("SC452", f"more than {self.limits.depth} files include one another", place)
+            self.report.error("SC452", f"includes are nested more than {self.limits.depth} files deep", place)
             return []
         root = self._read(file.path, file.uri, self._findings(file, place), chain + 1, depth)
         return [] if root is None else root.children
@@ -150,7 +150,7 @@ class MjcfFiles:
         return made
 
     def attach(self, file: DescribedFile, place: Location) -> tuple[MjcfFiles, SourceElement | None]:
-        """What another MJCF names, which this one attaches at `place`, and the root of its tree."""
+        """Returns the files and the root of an MJCF that this one attaches at `place`."""
         owner = ResolvedFile(file.path, file.uri)
         files = MjcfFiles(RobotFiles(owner, self.named.scope, found=self.named.found), self.limits, self.report)
         return files, files._read(file.path, file.uri, self._findings(file, place), 1, 1)

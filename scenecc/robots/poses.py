@@ -1,4 +1,4 @@
-"""Poses of robots' files, in the arithmetic of SAPIEN's loader, which decides their last bits."""
+"""Poses with the arithmetic of SAPIEN's loader, equal to the last bit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Float32Tuple = tuple[np.float32, ...]
 
 
 def pose_of_matrix(matrix: NDArray[np.float64]) -> Pose7:
-    """What `sapien.Pose(matrix)` is.
+    """Returns `sapien.Pose(matrix)`.
 
     Args:
         matrix: (4, 4), a rotation and a translation.
@@ -34,7 +34,7 @@ def pose_of_matrix(matrix: NDArray[np.float64]) -> Pose7:
 
 @lru_cache(maxsize=1024)
 def axis_pose(axis: Vec3, p: Vec3 = (0.0, 0.0, 0.0)) -> Pose7:
-    """A frame at `p` whose x is an axis of length 1; y and z are those that SAPIEN's loader chooses."""
+    """Returns a frame at `p` whose x is a unit axis; y and z are chosen as in SAPIEN's loader."""
     y: NDArray[np.float64] = np.cross(axis, (0.0, 0.0, 1.0) if abs(axis[0]) > 0.9 else (1.0, 0.0, 0.0))
     y /= np.linalg.norm(y)
     matrix: NDArray[np.float64] = np.eye(4)
@@ -44,7 +44,7 @@ def axis_pose(axis: Vec3, p: Vec3 = (0.0, 0.0, 0.0)) -> Pose7:
 
 
 def compose_poses(first: Pose7, second: Pose7) -> Pose7:
-    """What `first * second` is: `second`, in the frame of `first`."""
+    """Returns `first * second`: `second` in the frame of `first`."""
     with np.errstate(all="ignore"):
         p, q = _floats(first[:3]), _floats(first[3:])
         turned = _rotate(q, _floats(second[:3]))
@@ -53,7 +53,7 @@ def compose_poses(first: Pose7, second: Pose7) -> Pose7:
 
 
 def pose_numbers(p: Vec3, q: tuple[float, float, float, float]) -> Pose7:
-    """What `sapien.Pose(p, q)` is: single precision, the quaternion as it is given."""
+    """Returns `sapien.Pose(p, q)`: single precision, without normalization."""
     return _numbers(_floats((*p, *q)))
 
 
@@ -91,7 +91,7 @@ def _quaternion_of_matrix(m: Any) -> Float32Tuple:
 
 def _normalize(q: Float32Tuple) -> Float32Tuple:
     w, x, y, z = q
-    # The order in which Eigen adds four squares that lie in one register as x, y, z, w.
+    # Eigen's order for adding four squares in a register that holds x, y, z, w.
     squared = (x * x + z * z) + (y * y + w * w)
     if not squared > 0:
         return q

@@ -1,12 +1,12 @@
-"""Reads a URDF into a `RobotDescription`, in the numbers that SAPIEN's `URDFLoader` gives its builders, to the bit.
+"""Reads a URDF into a `RobotDescription` with exactly the numbers that SAPIEN's `URDFLoader` passes to its builders.
 
-What the loader takes as it is and what is left to others:
+Differences from the loader:
 
-- Its `scale` and `collision_is_visual` act here. `load_multiple_collisions_from_file`, the decomposition, materials,
-  densities and patch radii are of what is built from a description, and `fix_root_link` is the scene's to say.
-- `package_dir` is searched first (SAPIEN's loader takes it, but searches elsewhere only).
-- `effort`, `velocity` and `friction`, which the loader drops, are in the description; so is `mimic`, by URDF's meaning.
-- A link below a floating joint is a robot of its own; the loader does this for single links only.
+- `scale` and `collision_is_visual` are applied here. `load_multiple_collisions_from_file`, decomposition, materials,
+  densities and patch radii are applied when the description is built. `fix_root_link` is set in the scene.
+- `package_dir` is searched first. SAPIEN's loader accepts it but does not search it.
+- `effort`, `velocity` and `friction`, which the loader drops, are kept. So is `mimic`, with URDF's meaning.
+- A link below a floating joint is a separate robot. The loader does this for single links only.
 """
 
 from __future__ import annotations
@@ -54,14 +54,14 @@ if TYPE_CHECKING:
 
 @frozen
 class _ElementSchema:
-    """What an element may hold.
+    """Attributes and children that an element may have.
 
     Attributes:
-        attributes: names.
-        left: names of attributes of other programs, which are ignored.
+        attributes: known attributes.
+        left: attributes of other programs, which are ignored.
         single: children that may occur once; only the first is read.
         many: children that may be repeated.
-        skipped: children that are irrelevant to rigid body simulation, and are not checked.
+        skipped: children that do not affect rigid bodies and are not checked.
     """
 
     attributes: tuple[str, ...] = ()
@@ -107,7 +107,7 @@ _ELEMENT_SCHEMAS: dict[str, _ElementSchema] = {
 
 
 def check_urdf_schema(robot: SourceElement, findings: FileReport) -> None:
-    """Warns of every kind of element and attribute that a URDF does not have (SC454), and of sensors (SC470)."""
+    """Warns about unknown elements and attributes (SC454) and about cameras (SC470)."""
     stack = [robot]
     while stack:
         element = stack.pop()
@@ -119,7 +119,7 @@ def check_urdf_schema(robot: SourceElement, findings: FileReport) -> None:
         for child in element.children:
             if child.tag in kind.single or child.tag in kind.many:
                 if child.tag in found and child.tag in kind.single:
-                    what = f"a second <{child.tag}> in <{element.tag}> is not read"
+                    what = f"a second <{child.tag}> in <{element.tag}> is ignored"
                     findings.report_once("SC454", f"second {element.tag}/{child.tag}", what, child.location)
                     continue
                 found.add(child.tag)
@@ -133,13 +133,13 @@ def check_urdf_schema(robot: SourceElement, findings: FileReport) -> None:
                 findings.report_once(
                     "SC454",
                     f"{element.tag}/{child.tag}",
-                    f"<{cut(child.tag)}> in <{element.tag}> is not known and not read",
+                    f"<{cut(child.tag)}> in <{element.tag}> is unknown and ignored",
                     child.location,
                     hint,
                 )
 
 
-_XACRO_HINT = "the file is a xacro: make it a URDF by `xacro robot.urdf.xacro > robot.urdf`"
+_XACRO_HINT = "this is a xacro file: convert it with `xacro robot.urdf.xacro > robot.urdf`"
 
 
 def _report_unknown(element: SourceElement, name: str, kind: _ElementSchema, findings: FileReport) -> None:
@@ -147,14 +147,14 @@ def _report_unknown(element: SourceElement, name: str, kind: _ElementSchema, fin
     findings.report_once(
         "SC454",
         f"{element.tag}@{name}",
-        f"`{cut(name)}` of <{element.tag}> is not known and not read",
+        f"`{cut(name)}` of <{element.tag}> is unknown and ignored",
         element.at(name),
         near and f"did you mean `{near}`?",
     )
 
 
 def _check_sensor(element: SourceElement, findings: FileReport) -> None:
-    """Warns of a camera, of which SAPIEN's loader makes one, at the top or for Gazebo."""
+    """Warns about a camera, at the top level or for Gazebo, that SAPIEN's loader would build."""
     sensors = [element] if element.tag == "sensor" else list(element.all("sensor"))
     for sensor in sensors:
         if sensor.find("camera") is not None:
@@ -173,7 +173,7 @@ MAX_IGNORED_PAIRS = 31
 
 @frozen
 class IgnoredPair:
-    """Two links that do not collide, by name."""
+    """Names of two links that do not collide."""
 
     first: str
     second: str
@@ -183,23 +183,23 @@ class IgnoredPair:
 def read_srdf(
     path: Path, file: str, links: Iterable[str], findings: FileReport, repair: frozenset[str] = frozenset()
 ) -> tuple[IgnoredPair, ...]:
-    """The pairs that SAPIEN's loader uses: those with the reason `Default`.
+    """Returns the pairs that SAPIEN's loader uses: those with the reason `Default`.
 
-    Pairs with the reasons `Adjacent` and `Never` are skipped, since they make no difference; any other reason is SC474.
+    Pairs with the reasons `Adjacent` and `Never` are skipped, since they have no effect. Any other reason is SC474.
 
     Args:
-        path: of the SRDF.
-        file: its name as shown to people.
-        links: names of the robot's links; a pair of another is SC471.
-        findings: where faults are reported.
-        repair: with "files", a pair of another link is left out.
+        path: path of the SRDF.
+        file: displayed file name.
+        links: names of the robot's links; a pair with any other name is SC471.
+        findings: receives the errors.
+        repair: with "files", pairs with unknown links are left out.
     """
     data = read_robot_bytes(path, file, findings, XmlBounds().size)
     root = None if data is None else parse_xml(data, file, findings)
     if root is None:
         return ()
     if root.tag != "robot":
-        findings.report("SC453", f"an SRDF is a <robot>, and this is a <{cut(root.tag)}>", root.location)
+        findings.report("SC453", f"the root of an SRDF is <robot>, not <{cut(root.tag)}>", root.location)
         return ()
     known = dict.fromkeys(links)
     pairs: list[IgnoredPair] = []
@@ -215,14 +215,14 @@ def read_srdf(
         elif (pair := _read_pair(element, known, findings)) is not None:
             pairs.append(pair)
     if unknown:
-        message = f"pairs of links that the robot does not have: {len(unknown)}, which are left out"
+        message = f"{len(unknown)} pairs with links that the robot does not have are left out"
         findings.report("SC488", message, unknown[0].location)
     if others:
         findings.report(
             "SC474",
-            f"pairs not to collide with another reason than `Default`: {len(others)}, and SAPIEN ignores them",
+            f"{len(others)} disabled pairs have a reason other than `Default`, so SAPIEN ignores them",
             others[0].location,
-            hint='write reason="Default" where a pair is not to collide',
+            hint='write reason="Default" for pairs that must not collide',
         )
     return tuple(pairs)
 
@@ -239,18 +239,18 @@ def _read_pair(element: SourceElement, links: Mapping[str, None], findings: File
         if name is not None and name not in links:
             is_good = False
             near = findings.near(name, links)
-            hint = f"{near}; or" if near else "mend it, or"
+            hint = f"{near}; or" if near else "fix it, or"
             findings.report(
                 "SC471",
                 f"the robot has no link `{cut(name)}`",
                 element.at(attribute),
-                hint=f"{hint} let the scene say `repair: [files]`: the pair is then left out",
+                hint=f"{hint} set `repair: [files]` in the scene: the pair is then left out",
             )
     first, second = names
     if first is None or second is None or not is_good:
         return None
     if first == second:
-        findings.report("SC471", f"the link `{cut(first)}` is paired with itself", element.at("link2"))
+        findings.report("SC471", f"link `{cut(first)}` is paired with itself", element.at("link2"))
         return None
     return IgnoredPair(first, second, element.location)
 
@@ -258,15 +258,15 @@ def _read_pair(element: SourceElement, links: Mapping[str, None], findings: File
 def assign_ignore_bits(
     links: Sequence[str], parents: Sequence[int | None], pairs: Iterable[IgnoredPair], findings: FileReport
 ) -> tuple[list[int], tuple[Location, ...]]:
-    """The bits of each link of one robot, and for each bit its pair.
+    """Returns the ignore bits of each link of one robot, and the pair of each bit.
 
-    Each pair takes the next bit, except parent and child, which never collide.
+    Each pair gets one bit, except parent and child, which never collide.
 
     Args:
-        links: names, in build order.
-        parents: number of each one's parent.
-        pairs: of the whole file; one of another robot's links is not looked at.
-        findings: takes SC473, for more pairs than there are bits.
+        links: link names in build order.
+        parents: index of each link's parent.
+        pairs: pairs of the whole file; pairs with links of other robots are skipped.
+        findings: receives SC473 if there are more pairs than bits.
     """
     numbers = {name: index for index, name in enumerate(links)}
     bits = [0] * len(links)
@@ -278,9 +278,9 @@ def assign_ignore_bits(
         if len(found) == MAX_IGNORED_PAIRS:
             findings.report(
                 "SC473",
-                f"more than {MAX_IGNORED_PAIRS} pairs of links are not to collide, and there is a bit for so many",
+                f"more than {MAX_IGNORED_PAIRS} pairs of links must not collide, but there are no more bits",
                 pair.location,
-                hint="leave out pairs that never meet, or say `disable_self_collisions: true`",
+                hint="remove pairs that never touch, or set `disable_self_collisions: true`",
             )
             break
         bits[first] |= 1 << len(found)
@@ -290,7 +290,7 @@ def assign_ignore_bits(
 
 
 MAX_SHAPES = 4096
-"""How many links and joints a file has, in all its robots."""
+"""Maximum number of links, and of joints, in a file."""
 
 _URDF_SUFFIX = ".urdf"
 
@@ -310,23 +310,23 @@ def read_urdf(
     name: str | None = None,
     budget: ReadBudget | None = None,
 ) -> RobotDescription | None:
-    """The robots of a URDF; None where the file is wrong, all that is wrong having been reported.
+    """Reads the robots of a URDF; returns None after errors, which are reported.
 
     Args:
-        file: the URDF, as `scenecc.source.paths.resolve_path` finds it.
-        scope: what may be read; meshes, textures and the SRDF are looked for inside.
-        sink: takes what is wrong, at the file's own lines: codes SC401 to SC407 for files that it names, SC450 to
-            SC479 for the rest.
-        origin: the node of the scene that names the file, reported with each finding.
-        scale: of all lengths, with masses and inertias of the same densities; finite and above 0.
-        collision_is_visual: whether collision shapes are visual shapes as well.
-        srdf: pairs of links that do not collide; "sibling": from the file of the same name next to it, if any.
-        srdf_origin: the node of the scene that names the SRDF; None: that of the URDF led to it.
-        package: finds what follows `package://` in the folder that the scene gives; None: it gives none.
-        repair: of "inertia", "limits", "files" and "shapes", what is repaired rather than refused; each repair is told
-            (SC488).
-        name: the file's name as shown to people; None: its uri.
-        budget: of all files of the scene; None: it is read alone.
+        file: the URDF, as resolved by `scenecc.source.paths.resolve_path`.
+        scope: folders that may be read; meshes, textures and the SRDF must be inside.
+        sink: receives errors at the file's own lines: SC401 to SC407 for files that it names, SC450 to SC479 for the
+            rest.
+        origin: the scene node that names the file, reported with each finding.
+        scale: factor of all lengths, finite and above 0; masses and inertias are scaled at constant density.
+        collision_is_visual: whether collision shapes are also visual shapes.
+        srdf: file with the pairs of links that do not collide; "sibling": the SRDF of the same name beside the URDF, if
+            any.
+        srdf_origin: the scene node that names the SRDF; default: `origin`.
+        package: resolves a `package://` path in the folder that the scene gives; None: the scene gives none.
+        repair: "inertia", "limits", "files" and "shapes": faults to repair (SC488) rather than refuse.
+        name: displayed file name; default: its URI.
+        budget: shared by all files of the scene; None: no budget.
     """
     name = file.uri if name is None else name
     findings = FileReport(sink, origin, budget=budget)
@@ -335,7 +335,7 @@ def read_urdf(
     if root is None:
         return None
     if root.tag != "robot":
-        message = f"a URDF is a <robot>, and this is a <{cut(root.tag)}>"
+        message = f"the root of a URDF is <robot>, not <{cut(root.tag)}>"
         findings.report("SC453", message, root.location, hint=OTHER_FORMAT_HINTS.get(root.tag))
         return None
     files = RobotFiles(file, scope, package, repairs="files" in repair)
@@ -344,7 +344,7 @@ def read_urdf(
 
 
 class _UrdfReader:
-    """One reading. `pairing`: takes what is wrong with the SRDF."""
+    """Reads one URDF. `pairing` receives the errors of the SRDF."""
 
     def __init__(
         self,
@@ -367,11 +367,10 @@ class _UrdfReader:
         self._looks = UrdfMaterials(root, files, findings)
 
     def read(self, srdf: ResolvedFile | Literal["sibling"] | None) -> RobotDescription | None:
-        """The whole, where nothing of it is wrong."""
         findings = self._findings
         for tag in ("link", "joint"):
             if (count := sum(1 for _ in self._root.all(tag))) > MAX_SHAPES:
-                message = f"the file is too large: it has {count} {tag}s, and {MAX_SHAPES} are read"
+                message = f"the file is too large: it has {count} {tag}s, and the limit is {MAX_SHAPES}"
                 findings.report("SC452", message, self._root.location)
         if findings.errors:
             return None
@@ -384,9 +383,9 @@ class _UrdfReader:
         ]
         if not links and not findings.errors:
             findings.report("SC455", "<robot> has no <link>", self._root.location)
-        # Otherwise links of a wrong joint would be reported to have no parent.
+        # Otherwise links below a faulty joint would be reported as having no parent.
         whole = not findings.errors
-        # Of two with one name both are read, for what else is wrong with them.
+        # Both elements of a duplicate name are read, to report their other errors.
         read = [self._link(element) for element in self._root.all("link")]
         described = {link.name: link for link in reversed(read)}
         made = (read_joint(row, self._scale, findings, self._repair) for row in rows if row.kind != "floating")
@@ -406,7 +405,7 @@ class _UrdfReader:
         )
 
     def _index_by_name(self, tag: str) -> dict[str, SourceElement]:
-        """The elements of a kind by name, in the order of the file; two of one name are SC460."""
+        """Returns the elements with a tag by name, in file order. Reports duplicate names (SC460)."""
         named: dict[str, SourceElement] = {}
         for element in self._root.all(tag):
             name = read_text_attribute(element, "name", self._findings)
@@ -433,7 +432,7 @@ class _UrdfReader:
         return read_srdf(named.path, named.uri, links, self._pairing, self._repair)
 
     def _link(self, element: SourceElement) -> DescribedLink:
-        """A link without its place in the tree. What is wrong with it is left out and reported."""
+        """Returns a link without its parent, and without its faulty parts, which are reported."""
         collisions: list[DescribedCollision] = []
         visuals: list[DescribedVisual] = []
         name = element.attributes.get("name", "")
@@ -460,7 +459,7 @@ class _UrdfReader:
 
     def _shape(self, element: SourceElement, link: str) -> tuple[Geometry, Pose7, Location] | None:
         pose = read_origin(element, self._scale, self._findings)
-        # A shape whose pose is wrong is read all the same, for what else is wrong with it.
+        # A shape with a faulty pose is still read, to report its other errors.
         shape = read_geometry(
             element, pose or IDENTITY_POSE, self._scale, self._files, self._findings, link, self._repair
         )
@@ -482,16 +481,16 @@ class _UrdfReader:
         if len(branch.links) > MAX_LINKS:
             findings.report(
                 "SC477",
-                f"the robot has {len(branch.links)} links, and the engine counts {MAX_LINKS}",
+                f"the robot has {len(branch.links)} links, and the engine's limit is {MAX_LINKS}",
                 described[branch.links[MAX_LINKS]].location,
-                hint="join links that are fixed to one another",
+                hint="merge links that are fixed together",
             )
         numbers = {name: index for index, name in enumerate(branch.links)}
         below = [row for row in branch.joints[1:] if row is not None]
         tree = move_over_fixed_joints(branch, joints, findings)
         joints = dict(tree.joints)
         parents = [None, *(numbers[tree.parents[row.child]] for row in below)]
-        # A link does not collide with its parent: nor with that of the file.
+        # A link collides neither with its parent nor with its parent in the file.
         own = (IgnoredPair(name, parent, described[name].location) for name, parent in tree.moved.items())
         pairs = (*pairs, *own)
         bits, ignored = assign_ignore_bits(branch.links, parents, pairs, self._pairing)

@@ -1,6 +1,4 @@
-"""Joints of a URDF as SAPIEN's loader passes them to its builders, and the trees that links and joints
-form. Links are in the order in which SAPIEN's loader builds them.
-"""
+"""URDF joints as SAPIEN's loader passes them to its builders, and the link trees that they form."""
 
 from __future__ import annotations
 
@@ -39,17 +37,17 @@ _SAPIEN_TYPES: dict[str, SapienJointType] = {
     "continuous": "revolute",
     "prismatic": "prismatic",
 }
-"""URDF's word for a type → SAPIEN's."""
+"""URDF joint type → SAPIEN joint type."""
 
 _URDF_TYPES = (*_SAPIEN_TYPES, "floating", "planar")
 
 
 @frozen
 class JointElement:
-    """A joint of the file before its numbers are read.
+    """A <joint> whose numbers are not parsed yet.
 
     Attributes:
-        kind: URDF's word for its type.
+        kind: URDF joint type.
     """
 
     name: str
@@ -60,7 +58,7 @@ class JointElement:
 
 
 def read_joint_element(element: SourceElement, findings: FileReport) -> JointElement | None:
-    """Name, type and links of a <joint>; None, reported, where one is missing or wrong."""
+    """Returns the name, type and links of a <joint>; None after an error."""
     name, kind = read_text_attribute(element, "name", findings), read_text_attribute(element, "type", findings)
     ends: list[str | None] = []
     for tag in ("parent", "child"):
@@ -71,15 +69,15 @@ def read_joint_element(element: SourceElement, findings: FileReport) -> JointEle
     parent, child = ends
     if kind is not None and kind not in _URDF_TYPES:
         findings.report(
-            "SC464", f"`{cut(kind)}` is no type of joint", element.at("type"), hint=suggest(kind, _URDF_TYPES)
+            "SC464", f"`{cut(kind)}` is not a joint type", element.at("type"), hint=suggest(kind, _URDF_TYPES)
         )
         return None
     if kind == "planar":
         findings.report(
             "SC464",
-            "a planar joint is not supported, by SAPIEN neither",
+            "neither scenecc nor SAPIEN supports planar joints",
             element.at("type"),
-            hint="write two prismatic joints and a revolute one, with links of little mass between them",
+            hint="use two prismatic joints and a revolute one, with light links between them",
         )
         return None
     if name is None or kind is None or parent is None or child is None:
@@ -90,9 +88,9 @@ def read_joint_element(element: SourceElement, findings: FileReport) -> JointEle
 def read_joint(
     row: JointElement, scale: float, findings: FileReport, repair: frozenset[str] = frozenset()
 ) -> DescribedJoint | None:
-    """The joint of a row that is not floating; None, reported, where something of it is wrong.
+    """Returns the joint of an element that is not floating; None after an error.
 
-    `repair`: with "limits", a limit that is left out is none.
+    `repair`: with "limits", a missing limit means no limit.
     """
     before = findings.errors
     element = row.element
@@ -105,7 +103,7 @@ def read_joint(
     if origin is None or axis is None or findings.errors > before:
         return None
     frame = axis_pose(axis)
-    # A joint that turns without limits is SAPIEN's `revolute`, which a file calls continuous.
+    # A revolute joint without limits is SAPIEN's `revolute`, which URDF calls continuous.
     endless = "limits" in repair and row.kind == "revolute" and limits == _NO_LIMITS
     return DescribedJoint(
         name=row.name,
@@ -123,7 +121,7 @@ def read_joint(
 
 
 def _read_axis(row: JointElement, findings: FileReport) -> Vec3 | None:
-    """The axis, of length 1; x where there is none."""
+    """Returns the unit axis; x by default."""
     element = row.element.find("axis")
     if element is None:
         return (1.0, 0.0, 0.0)
@@ -135,12 +133,12 @@ def _read_axis(row: JointElement, findings: FileReport) -> Vec3 | None:
         if row.kind != "fixed":
             findings.report(
                 "SC469",
-                f"the axis of the joint `{cut(row.name)}` has no length: x is taken, as SAPIEN does",
+                f"the axis of joint `{cut(row.name)}` has zero length: x is used, as in SAPIEN",
                 element.at("xyz"),
-                hint="write the axis that is meant, `1 0 0` if x is",
+                hint="write the axis, `1 0 0` for x",
             )
         return (1.0, 0.0, 0.0)
-    # Twice, since SAPIEN's loader and what it reads with both do so, and the last bit may change.
+    # Normalized twice, as SAPIEN's loader and its URDF parser do; this may change the last bit.
     axis = axis / np.linalg.norm(axis)
     axis = axis / np.linalg.norm(axis)
     return (float(axis[0]), float(axis[1]), float(axis[2]))
@@ -148,7 +146,7 @@ def _read_axis(row: JointElement, findings: FileReport) -> Vec3 | None:
 
 _NO_LIMITS = (-math.inf, math.inf)
 
-_LIMITS_REPAIR = "`repair: [limits]`: a limit that is left out is then none"
+_LIMITS_REPAIR = "`repair: [limits]` in the scene for no limit"
 
 
 def _read_limits(
@@ -160,15 +158,19 @@ def _read_limits(
     if element is None:
         message = f"the {row.kind} joint `{cut(row.name)}` has no <limit>"
         if "limits" in repair:
-            findings.report("SC488", f"{message}: it moves without limits", row.element.location)
+            findings.report("SC488", f"{message}: it has no limits", row.element.location)
             return _NO_LIMITS
-        turns = "; a joint that turns without end is continuous" if row.kind == "revolute" else ""
-        hint = f"write <limit lower=… upper=…/>{turns}; or let the scene say {_LIMITS_REPAIR}"
+        turns = "; a joint without limits is `continuous`" if row.kind == "revolute" else ""
+        hint = f"write <limit lower=… upper=…/>{turns}; or set {_LIMITS_REPAIR}"
         findings.report("SC465", message, row.element.location, hint=hint)
         return None
     low, high = (_read_limit(row, element, end, findings, repair) for end in ("lower", "upper"))
     if low is not None and high is not None and (low > high or math.inf in {low, -high}):
-        message = f"the lower limit {low:g} is above the upper {high:g}" if low > high else "the limits leave nothing"
+        message = (
+            f"the lower limit {low:g} is above the upper {high:g}"
+            if low > high
+            else "the limits exclude every position"
+        )
         findings.report("SC465", message, element.at("lower"))
         low = None
     if low is None or high is None:
@@ -186,20 +188,20 @@ def _read_limit(
     findings: FileReport,
     repair: frozenset[str],
 ) -> float | None:
-    """One end of a <limit>; None, reported, where it is missing or wrong."""
+    """Returns one end of a <limit>; None after an error."""
     if end in element.attributes:
         return read_number_attribute(element, end, findings, infinite=True)
     if "limits" in repair:
-        message = f"<limit> of the joint `{cut(row.name)}` has no `{end}`: there is no limit on that side"
+        message = f"<limit> of joint `{cut(row.name)}` has no `{end}`: no limit on that side"
         findings.report("SC488", message, element.location)
         return -math.inf if end == "lower" else math.inf
-    hint = f"write it, or let the scene say {_LIMITS_REPAIR}"
-    findings.report("SC465", f"<limit> has no `{end}`, which SAPIEN wants", element.location, hint=hint)
+    hint = f"write it, or set {_LIMITS_REPAIR}"
+    findings.report("SC465", f"<limit> has no `{end}`, which SAPIEN requires", element.location, hint=hint)
     return None
 
 
 def _read_dynamics(element: SourceElement, findings: FileReport) -> tuple[float | None, float]:
-    """Friction, None where there is none, and damping."""
+    """Returns friction (None if not given) and damping."""
     dynamics = element.find("dynamics")
     if dynamics is None:
         return None, 0.0
@@ -207,15 +209,15 @@ def _read_dynamics(element: SourceElement, findings: FileReport) -> tuple[float 
     for name in ("friction", "damping"):
         value, _ = read_optional_number(dynamics, name, findings)
         if value is not None and value < 0:
-            findings.report("SC466", f"the {name} is {value:g}, which is below 0", dynamics.at(name))
+            findings.report("SC466", f"the {name} is {value:g}, but cannot be negative", dynamics.at(name))
         read.append(value)
     return read[0], read[1] or 0.0
 
 
 def _read_actuator(row: JointElement, scale: float, findings: FileReport) -> tuple[float | None, float | None]:
-    """Effort and velocity; None where there is none, or none above 0, as many files have it that know of none.
+    """Returns effort and velocity limits; None if not given or 0, which many files write for "unknown".
 
-    A velocity of a prismatic joint is a length [m/s]. An effort is a force, which no scale of lengths says anything of.
+    The velocity of a prismatic joint is in m/s and is scaled; effort is not scaled.
     """
     limit = row.element.find("limit")
     if limit is None:
@@ -223,10 +225,8 @@ def _read_actuator(row: JointElement, scale: float, findings: FileReport) -> tup
     values = [read_optional_number(limit, name, findings, infinite=True)[0] for name in ("effort", "velocity")]
     for name, value in zip(("effort", "velocity"), values, strict=True):
         if value is not None and value < 0:
-            message = f"the {name} is {value:g}, which limits nothing: none is taken"
-            findings.report_once(
-                "SC487", name, message, limit.at(name), "write what the actuator can do, or leave it out"
-            )
+            message = f"the {name} is {value:g}, but a limit cannot be negative: it is ignored"
+            findings.report_once("SC487", name, message, limit.at(name), "write the actuator's limit, or remove it")
     effort, velocity = (value if value is not None and 0 < value < math.inf else None for value in values)
     return effort, velocity * scale if velocity is not None and row.kind == "prismatic" else velocity
 
@@ -244,9 +244,9 @@ def _read_mimic(element: SourceElement, findings: FileReport) -> DescribedMimic 
     if multiplier == 0:
         findings.report(
             "SC472",
-            "the multiplier of <mimic> is 0: the joint follows nothing",
+            "the multiplier of <mimic> is 0, so the joint never moves",
             mimic.at("multiplier"),
-            hint="make the joint a fixed one",
+            hint="make the joint fixed",
         )
         return None
     return DescribedMimic(source, multiplier, 0.0 if offset is None else offset, mimic.at("joint"))
@@ -257,11 +257,11 @@ _MAX_LISTED_LINKS = 5
 
 @frozen
 class LinkTree:
-    """A tree of links, the root first, each after its parent.
+    """A tree of links, parents before children.
 
     Attributes:
-        links: their names.
-        joints: the joint of each to its parent; of the root None, or the floating joint that it hangs on.
+        links: link names.
+        joints: each link's joint to its parent; for the root, None or its floating joint.
     """
 
     links: tuple[str, ...]
@@ -271,12 +271,12 @@ class LinkTree:
 def build_link_trees(
     links: dict[str, SourceElement], rows: Sequence[JointElement], findings: FileReport
 ) -> tuple[LinkTree, ...] | None:
-    """The trees of a file: the one of the root, then one for each floating joint.
+    """Returns the link trees of a file: the root's, then one for each floating joint.
 
     Args:
-        links: by name, in the order of the file.
-        rows: joints of different names, in the order of the file.
-        findings: takes the errors: missing links (SC461), links with two parents (SC462), no single root or a cycle
+        links: by name, in file order.
+        rows: joints with distinct names, in file order.
+        findings: receives the errors: missing links (SC461), links with two parents (SC462), no single root or a cycle
             (SC463), floating joints not at the root (SC464).
     """
     wrong = [row for row in rows if not _check_joint_ends(row, links, findings)]
@@ -301,9 +301,9 @@ def build_link_trees(
             is_tree = False
             findings.report(
                 "SC464",
-                f"the floating joint `{cut(row.name)}` hangs on `{cut(row.parent)}`, which is not the root",
+                f"the floating joint `{cut(row.name)}` has the parent `{cut(row.parent)}`, which is not the root",
                 row.element.at("type"),
-                hint=f"let it hang on the root `{cut(roots[0])}`: what it carries is then a robot of its own",
+                hint=f"make the root `{cut(roots[0])}` its parent: its child then becomes a separate robot",
             )
     if not is_tree:
         return None
@@ -319,14 +319,12 @@ def _check_joint_ends(row: JointElement, links: dict[str, SourceElement], findin
         is_good = False
         findings.report(
             "SC461",
-            f"the joint `{cut(row.name)}` has the {tag} `{cut(name)}`, and there is no such link",
+            f"the {tag} of joint `{cut(row.name)}` is `{cut(name)}`, but there is no such link",
             end.at("link"),
             hint=findings.near(name, links),
         )
     if is_good and row.parent == row.child:
-        findings.report(
-            "SC461", f"the joint `{cut(row.name)}` leads from `{cut(row.child)}` to itself", row.element.location
-        )
+        findings.report("SC461", f"joint `{cut(row.name)}` connects `{cut(row.child)}` to itself", row.element.location)
         return False
     return is_good
 
@@ -336,7 +334,7 @@ def _report_two_parents(row: JointElement, first: JointElement, findings: FileRe
         "SC462",
         f"the link `{cut(row.child)}` is the child of two joints, `{cut(first.name)}` and `{cut(row.name)}`",
         row.element.location,
-        hint="a link has one parent; a loop is closed by a constraint of the scene",
+        hint="a link has one parent; close loops with a constraint in the scene",
         related=[("the first is here", first.element.location, "value")],
     )
 
@@ -349,9 +347,9 @@ def _check_single_root(
         more = f" and {len(roots) - _MAX_LISTED_LINKS} more" if len(roots) > _MAX_LISTED_LINKS else ""
         findings.report(
             "SC463",
-            f"{len(roots)} links are children of no joint, and a robot has one root: {shown}{more}",
+            f"{len(roots)} links have no parent, but a robot has one root: {shown}{more}",
             links[roots[1]].location,
-            hint="connect them with joints, a fixed one or, at the root, a floating one; or part them into files",
+            hint="connect them with joints (fixed, or floating at the root), or split them into several files",
             related=[("the first is here", links[roots[0]].location, "value")],
         )
     circle = _find_cycle(links, above)
@@ -362,15 +360,15 @@ def _check_single_root(
         )
         findings.report(
             "SC463",
-            f"links hang on one another in a circle: {shown} → `{cut(circle[0])}`",
+            f"links form a cycle: {shown} → `{cut(circle[0])}`",
             above[circle[0]].element.location,
-            hint="a loop is closed by a constraint of the scene",
+            hint="close loops with a constraint in the scene",
         )
     return len(roots) == 1 and not circle
 
 
 def _find_cycle(links: Iterable[str], above: dict[str, JointElement]) -> list[str]:
-    """Links that hang on one another in a circle, from parent to child; none where there is none."""
+    """Returns the links of a cycle from parent to child; empty if there is no cycle."""
     settled: set[str] = set()
     for start in links:
         path: dict[str, None] = {}
@@ -388,7 +386,7 @@ def _find_cycle(links: Iterable[str], above: dict[str, JointElement]) -> list[st
 
 
 def _build_tree(root: str, floating: JointElement | None, children: dict[str, list[JointElement]]) -> LinkTree:
-    """Depth first, the children of a link in the order of the file."""
+    """Collects the tree depth first, with children in file order."""
     links: list[str] = []
     joints: list[JointElement | None] = []
     stack: list[tuple[str, JointElement | None]] = [(root, floating)]
@@ -401,10 +399,9 @@ def _build_tree(root: str, floating: JointElement | None, children: dict[str, li
 
 
 def resolve_fixed_mimics(joints: Mapping[str, DescribedJoint], findings: FileReport) -> dict[str, DescribedJoint]:
-    """Joints by name, without mimics that name a fixed joint, which is told (SC489).
+    """Returns the joints by name, without mimics from or to fixed joints (SC489).
 
-    A fixed joint does not move, whatever it is to follow. One that follows a fixed joint stays where its offset puts
-    it.
+    A fixed joint does not move. A joint that mimics a fixed joint stays at its offset.
     """
     made = dict(joints)
     for name, joint in joints.items():
@@ -413,20 +410,20 @@ def resolve_fixed_mimics(joints: Mapping[str, DescribedJoint], findings: FileRep
         if mimic is None or source is None or "fixed" not in {joint.type, source.type}:
             continue
         if joint.type == "fixed":
-            message = f"the joint `{cut(name)}` is fixed and follows nothing"
+            message = f"joint `{cut(name)}` is fixed, so its <mimic> is ignored"
             made[name] = replace(joint, mimic=None)
         else:
             message = (
-                f"the joint `{cut(name)}` follows `{cut(mimic.source)}`, which is fixed, and stays at {mimic.offset:g}"
+                f"joint `{cut(name)}` mimics `{cut(mimic.source)}`, which is fixed, so it stays at {mimic.offset:g}"
             )
             kind: SapienJointType = "prismatic" if joint.type == "prismatic" else "revolute_unwrapped"
             made[name] = replace(joint, type=kind, limits=(mimic.offset, mimic.offset), mimic=None)
-        findings.report("SC489", message, mimic.location, hint="take <mimic> away, or make both joints move")
+        findings.report("SC489", message, mimic.location, hint="remove <mimic>, or make both joints movable")
     return made
 
 
 def check_mimics(joints: Sequence[DescribedJoint], findings: FileReport) -> None:
-    """Reports joints of one robot that follow what they cannot: SC472."""
+    """Reports invalid mimics of one robot (SC472)."""
     named = {joint.name: joint for joint in joints}
     for joint in joints:
         mimic = joint.mimic
@@ -434,18 +431,18 @@ def check_mimics(joints: Sequence[DescribedJoint], findings: FileReport) -> None
             continue
         source = named.get(mimic.source)
         if source is None:
-            message = f"the joint `{cut(joint.name)}` follows `{cut(mimic.source)}`, and its robot has no such joint"
+            message = f"joint `{cut(joint.name)}` mimics `{cut(mimic.source)}`, but its robot has no such joint"
             findings.report("SC472", message, mimic.location, hint=findings.near(mimic.source, named))
         elif _is_cyclic(joint, named):
-            message = f"the joint `{cut(joint.name)}` follows itself, by way of `{cut(mimic.source)}`"
-            findings.report("SC472", message, mimic.location, hint="let one of them follow none")
+            message = f"joint `{cut(joint.name)}` mimics itself, through `{cut(mimic.source)}`"
+            findings.report("SC472", message, mimic.location, hint="remove one of the <mimic> elements")
 
 
 def scale_mimics(joints: Mapping[str, DescribedJoint], scale: float) -> dict[str, DescribedJoint]:
-    """Joints by name, with mimics that are scaled like the lengths of the file.
+    """Returns the joints by name, with mimics scaled like the lengths of the file.
 
-    Positions of prismatic joints are lengths: so is the offset of one, and a multiplier between one and a joint that
-    turns is a length to an angle.
+    Positions of prismatic joints are lengths, so their offsets are scaled. A multiplier between a prismatic and a
+    revolute joint is scaled too.
     """
     made = dict(joints)
     for name, joint in joints.items():
@@ -471,12 +468,12 @@ def _is_cyclic(joint: DescribedJoint, named: dict[str, DescribedJoint]) -> bool:
 
 @frozen
 class MimicTree:
-    """A tree of links in which no fixed joint lies between a joint and the one that it follows.
+    """A link tree in which no fixed joint lies between a joint and the joint that it mimics.
 
     Attributes:
-        parents: of each link but the root, by name.
+        parents: parent of each link except the root, by name.
         joints: by name.
-        moved: links that hang on another link than in the file → their parents in the file.
+        moved: links with a new parent → their parent in the file.
     """
 
     parents: Mapping[str, str]
@@ -485,10 +482,9 @@ class MimicTree:
 
 
 def move_over_fixed_joints(tree: LinkTree, joints: Mapping[str, DescribedJoint], findings: FileReport) -> MimicTree:
-    """Hangs a link on the link that its parent is fixed to, where a mimic needs it, which is told (SC489).
+    """Moves a link to the link that its parent is fixed to, if a mimic needs it (SC489).
 
-    A PhysX tendon does not run over a fixed joint. Links that are fixed to one another are one body, so that every
-    link keeps its pose.
+    A PhysX tendon cannot cross a fixed joint. Fixed links move as one body, so every link keeps its pose.
     """
     rows = {name: row for name, row in zip(tree.links[1:], tree.joints[1:], strict=True) if row is not None}
     parents = {name: row.parent for name, row in rows.items()}
@@ -509,15 +505,15 @@ def move_over_fixed_joints(tree: LinkTree, joints: Mapping[str, DescribedJoint],
             moved[name], parents[name] = parents[name], parent
             made[joint.name] = replace(joint, pose_in_parent=pose)
             message = (
-                f"a fixed joint lies between `{cut(row.name)}` and `{cut(mimic.source)}`, which it follows: the link "
-                f"`{cut(name)}` hangs on `{cut(parent)}` in place of `{cut(moved[name])}`, at the same pose"
+                f"a fixed joint lies between `{cut(row.name)}` and `{cut(mimic.source)}`, which it mimics: link "
+                f"`{cut(name)}` becomes a child of `{cut(parent)}` instead of `{cut(moved[name])}`, at the same pose"
             )
-            findings.report("SC489", message, mimic.location, hint="make one link of links that are fixed")
+            findings.report("SC489", message, mimic.location, hint="merge links that are fixed together")
     return MimicTree(parents, made, moved)
 
 
 def _links_of_tendon(link: str, source: str, parents: Mapping[str, str]) -> list[tuple[str, str]]:
-    """Links between two, both with them, each with the link that is above all; none where a tendon cannot be."""
+    """Returns the links between two links with their common ancestor; empty if no tendon is possible."""
     own, others = _path_to_root(link, parents), _path_to_root(source, parents)
     if link in others:
         return []
@@ -526,7 +522,6 @@ def _links_of_tendon(link: str, source: str, parents: Mapping[str, str]) -> list
 
 
 def _path_to_root(link: str, parents: Mapping[str, str]) -> list[str]:
-    """A link, its parent, and so on to the root."""
     found = [link]
     while found[-1] in parents:
         found.append(parents[found[-1]])

@@ -1,6 +1,4 @@
-"""Links of a URDF: poses, shapes, inertials and materials, in the numbers that SAPIEN's loader passes to its builders.
-The first material of a name is used everywhere, as in SAPIEN's loader.
-"""
+"""URDF links as SAPIEN's loader passes them to its builders: poses, shapes, inertials and materials."""
 
 from __future__ import annotations
 
@@ -41,11 +39,11 @@ if TYPE_CHECKING:
 GEOMETRY_TAGS = (*SOLIDS, "mesh")
 
 _Z_TO_X_POSE = pose_numbers((0.0, 0.0, 0.0), (0.7071068, 0.0, 0.7071068, 0.0))
-"""From SAPIEN's lying solids to URDF's, which stand along z."""
+"""Rotates SAPIEN's round solids (axis x) to URDF's (axis z)."""
 
 
 def read_origin(element: SourceElement, scale: float, findings: FileReport) -> Pose7 | None:
-    """The pose of an element by its <origin>; the identity where it has none; None, reported, where that is wrong."""
+    """Returns the pose in an element's <origin>, the identity if it has none; None after an error."""
     origin = element.find("origin")
     if origin is None:
         return IDENTITY_POSE
@@ -62,8 +60,8 @@ def read_origin(element: SourceElement, scale: float, findings: FileReport) -> P
 
 
 def _rpy_matrix(rpy: Vec3) -> list[list[Any]]:
-    """Rotation by roll about x, then pitch about y, then yaw about z."""
-    # As arrays: NumPy's sines of arrays and of numbers may differ in the last bit.
+    """Returns the rotation by roll about x, then pitch about y, then yaw about z."""
+    # With arrays: NumPy's sines of arrays and of scalars may differ in the last bit.
     cosines, sines = np.cos(np.array(rpy)), np.sin(np.array(rpy))
     c3, c2, c1 = cosines
     s3, s2, s1 = sines
@@ -83,10 +81,10 @@ def read_geometry(
     link: str,
     repair: frozenset[str],
 ) -> tuple[Geometry, Pose7, Location] | None:
-    """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong.
+    """Returns the shape of a <visual> or <collision>, its pose, and the location of its geometry; None after an error.
 
-    A <visual> of which nothing is seen is none (SC491). `repair`: with "shapes", a <collision> without volume is none
-    (SC488). `link`: the name of its link, for messages.
+    An empty <visual> is left out (SC491). `repair`: with "shapes", a <collision> without volume is left out (SC488).
+    `link`: the link's name, for messages.
     """
     holder = element.find("geometry")
     if holder is None:
@@ -97,14 +95,14 @@ def read_geometry(
         what = "none" if not kinds else "more than one"
         names = ", ".join(f"<{name}>" for name in GEOMETRY_TAGS)
         place = kinds[1].location if kinds else holder.location
-        findings.report("SC455", f"<geometry> holds {what} of {names}", place, hint="write one")
+        findings.report("SC455", f"<geometry> contains {what} of {names}", place, hint="write one")
         return None
     kind = kinds[0]
     if kind.tag == "mesh":
         mesh = _read_mesh(kind, scale, files, findings, is_visual=element.tag == "visual")
         return None if mesh is None else (mesh, pose, kind.at("filename"))
     solid = _read_solid(element, kind, scale, findings, link, repair)
-    # URDF's round solids stand along z.
+    # URDF's round solids point along z.
     own = compose_poses(pose, _Z_TO_X_POSE) if kind.tag in LYING_SOLIDS else pose
     return None if solid is None else (solid, own, kind.location)
 
@@ -125,16 +123,16 @@ def _read_solid(
     sizes = [size for _, size in read if size is not None]
     hint = None
     if sizes and len(sizes) == len(read) and _is_empty(kind.tag, sizes, is_visual=element.tag == "visual"):
-        message = f"a <{kind.tag}> of `{cut(link)}` has the size {' '.join(f'{size:g}' for size in sizes)}"
+        message = f"<{kind.tag}> of `{cut(link)}` has size {' '.join(f'{size:g}' for size in sizes)}"
         if element.tag == "visual":
-            message = f"{message}, of which nothing is seen: the <visual> is left out"
+            message = f"{message} and is invisible: the <visual> is left out"
             findings.report("SC491", message, kind.location)
             return None
         if "shapes" in repair:
-            message = f"{message}, with which nothing collides: the <collision> is left out"
+            message = f"{message} and no volume: the <collision> is left out"
             findings.report("SC488", message, kind.location)
             return None
-        hint = "write its size, or let the scene say `repair: [shapes]`: the <collision> is then left out"
+        hint = "fix its size, or set `repair: [shapes]` in the scene: the <collision> is then left out"
     good: dict[str, bool] = {}
     for name, size in read:
         is_read = good.get(name, True) and size is not None
@@ -148,12 +146,12 @@ def _read_solid(
 
 
 def _is_empty(kind: str, sizes: Sequence[float], *, is_visual: bool) -> bool:
-    """Whether a solid has sizes of 0 by which nothing of it is seen, or by which it has no volume."""
+    """Whether sizes of 0 make a visual solid invisible or take a collision solid's volume."""
     if min(sizes) < 0:
         return False
     if kind == "box":
         return sizes.count(0) >= (2 if is_visual else 1)
-    # A capsule without length is a ball, and a cylinder without length is seen as a disc.
+    # A capsule of length 0 is a sphere; a visual cylinder of length 0 is a disc.
     return sizes[0] == 0 or (kind == "cylinder" and not is_visual and sizes[1] == 0)
 
 
@@ -162,8 +160,8 @@ def _check_size(
 ) -> bool:
     if FLOAT32_MIN <= size * scale <= FLOAT32_MAX:
         return True
-    why = "is not above 0" if size <= 0 else "single precision does not hold"
-    message = f"the `{attribute}` of <{kind.tag}> holds {size:g}, which {why}"
+    why = "is not above 0" if size <= 0 else "does not fit in single precision"
+    message = f"the `{attribute}` of <{kind.tag}> contains {size:g}, which {why}"
     findings.report("SC466", message, kind.at(attribute), hint=hint)
     return False
 
@@ -181,8 +179,8 @@ def _read_mesh(
     file = reference and files.find(reference, kind.at("filename"), findings, repaired=repaired)
     scales = read_vector3(kind, "scale", findings) if "scale" in kind.attributes else (1.0, 1.0, 1.0)
     if scales is not None and not all(FLOAT32_MIN <= abs(one * scale) <= FLOAT32_MAX for one in scales):
-        why = "0, which leaves nothing of it" if 0.0 in scales else "what single precision does not hold"
-        findings.report("SC466", f"the `scale` of <mesh> holds {why}", kind.at("scale"))
+        why = "0" if 0.0 in scales else "a number that does not fit in single precision"
+        findings.report("SC466", f"the `scale` of <mesh> contains {why}", kind.at("scale"))
         return None
     if not file or scales is None:
         return None
@@ -193,17 +191,16 @@ def _read_mesh(
 def read_inertial(
     link: SourceElement, collisions: int, scale: float, findings: FileReport, repair: frozenset[str] = frozenset()
 ) -> DescribedInertial | None:
-    """Mass and inertia of a link; None: it has none, or it is reported as wrong, or SAPIEN takes it for none.
+    """Returns a link's mass and inertia; None if it has none, if they are faulty, or if SAPIEN ignores them.
 
-    The principal axes are LAPACK's, as SAPIEN's loader asks NumPy for them.
+    Principal axes come from NumPy's LAPACK, as in SAPIEN's loader.
 
     Args:
-        link: of the file.
-        collisions: number of its colliding shapes.
-        scale: of all lengths.
-        findings: where faults are reported.
-        repair: with "inertia", an inertia that no body has, or that is left out beside a mass, becomes that of the
-            colliding shapes.
+        link: <link> element.
+        collisions: number of its collision shapes.
+        scale: factor of all lengths.
+        findings: receives the errors.
+        repair: with "inertia", a missing or impossible inertia is replaced by that of the collision shapes.
     """
     element = link.find("inertial")
     if element is None:
@@ -217,7 +214,7 @@ def read_inertial(
         findings.report("SC488", message, element.location)
         return None
     if mass_element is None:
-        hint = "write it, or let the scene say `repair: [inertia]`: mass and inertia then follow from the shapes"
+        hint = "write it, or set `repair: [inertia]` in the scene: mass and inertia are then computed from the shapes"
         findings.report("SC455", "<inertial> has no <mass>", element.location, hint=hint)
     if tensor is None and repaired is None:
         findings.report("SC455", "<inertial> has no <inertia>", element.location, hint=_INERTIA_HINT)
@@ -225,7 +222,7 @@ def read_inertial(
     pose = read_origin(element, scale, findings)
     inertia = _read_tensor(tensor, findings)
     if mass_element is not None and mass is not None and mass < 0:
-        findings.report("SC467", f"the mass is {mass:g} kg, which is below 0", mass_element.at("value"))
+        findings.report("SC467", f"the mass is {mass:g} kg, but cannot be negative", mass_element.at("value"))
     if mass is None or pose is None or findings.errors > before:
         return None
     if mass and not inertia.any() and repaired is not None:
@@ -234,25 +231,25 @@ def read_inertial(
     if mass and inertia.any() and tensor is not None:
         return _principal_inertia(mass, pose, inertia, scale, tensor, findings, repaired)
     if mass or inertia.any():
-        kept = f"; with `repair: [inertia]` in the scene the link keeps its {mass:.4g} kg" if mass else ""
+        kept = f"; with `repair: [inertia]` in the scene, the link keeps its {mass:.4g} kg" if mass else ""
         findings.report(
             "SC475",
-            f"the {'inertia' if mass else 'mass'} is 0, so that SAPIEN leaves the whole <inertial> out",
+            f"the {'inertia' if mass else 'mass'} is 0, so SAPIEN ignores the whole <inertial>",
             element.location,
-            hint=f"mass and inertia then follow from the shapes and their densities{kept}",
+            hint=f"mass and inertia are computed from the shapes and their densities{kept}",
         )
     return None
 
 
 def _read_tensor(tensor: SourceElement | None, findings: FileReport) -> NDArray[np.float64]:
-    """(3, 3) inertia of an <inertia> [kg·m²]; zeros where there is none, or a number of it is reported as wrong."""
+    """Returns the (3, 3) inertia tensor [kg·m²]; a missing or faulty number is 0."""
     read = [0.0 if tensor is None else read_number_attribute(tensor, name, findings) for name in _INERTIA_KEYS]
-    # To the bit: a number of -0.0 stays one.
+    # -0.0 is kept, to match SAPIEN to the bit.
     xx, xy, xz, yy, yz, zz = (0.0 if number is None else number for number in read)
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=np.float64)
 
 
-_INERTIA_HINT = "write it, or let the scene say `repair: [inertia]`: it is then that of the colliding shapes"
+_INERTIA_HINT = "write it, or set `repair: [inertia]` in the scene: it is then computed from the collision shapes"
 
 
 def _from_shapes(
@@ -264,17 +261,17 @@ def _from_shapes(
     repaired: tuple[str, int],
     findings: FileReport,
 ) -> DescribedInertial:
-    """A mass whose inertia is that of the link's colliding shapes, or of a ball of water, I = 2/5 · m · r²; a note.
+    """Returns the mass with the inertia of the link's collision shapes, or of a water sphere if none (SC488).
 
-    `repaired`: name of the link, and number of these shapes.
+    `repaired`: the link's name and number of collision shapes.
     """
     mass *= scale**3
     name, count = repaired
     moments = None
-    source = f"of its {count} colliding shape{'s' if count > 1 else ''}, scaled to {mass:.4g} kg"
+    source = f"of its {count} collision shape{'s' if count > 1 else ''}, scaled to {mass:.4g} kg"
     if not count:
         moment = ball_moment(mass)
-        moments, source = (moment, moment, moment), f"of a ball of water of {mass:.4g} kg, {moment:.4g} kg·m²"
+        moments, source = (moment, moment, moment), f"of a sphere of water of {mass:.4g} kg, {moment:.4g} kg·m²"
     message = f"{why}: the inertia of `{name}` becomes that {source}"
     findings.report("SC488", message, element.location)
     return DescribedInertial(mass, pose, moments, element.location)
@@ -292,7 +289,7 @@ def _principal_inertia(
     findings: FileReport,
     repaired: tuple[str, int] | None,
 ) -> DescribedInertial | None:
-    """`repaired`: name and number of colliding shapes of the link, where an inertia that no body has is repaired."""
+    """Returns the inertial in principal axes. `repaired`: the link's name and number of collision shapes."""
     moments: Any
     axes: Any
     if np.array_equal(np.diag(np.diag(inertia)), inertia):
@@ -305,24 +302,23 @@ def _principal_inertia(
     ordered = sorted(moments)
     breaks_triangle = ordered[0] + ordered[1] < ordered[2] * (1 - 1e-6)
     if repaired is not None and (ordered[0] <= 0 or breaks_triangle):
-        why = f"no body has the principal moments of inertia {shown}"
+        why = f"principal moments of inertia {shown} are impossible"
         return _from_shapes(mass, pose, scale, why, tensor, repaired, findings)
     if not all(moment > 0 for moment in moments):
         findings.report(
             "SC467",
-            f"the principal moments of inertia are {shown}, of which one is not above 0",
+            f"the principal moments of inertia are {shown}, but all must be above 0",
             tensor.location,
-            hint="no body has such an inertia, and SAPIEN refuses it: " + _INERTIA_HINT,
+            hint="SAPIEN refuses it: " + _INERTIA_HINT,
         )
         return None
     if breaks_triangle:
         findings.report_once(
             "SC468",
             "inertia",
-            f"the principal moments of inertia are {shown}, of which one is above the sum of the others",
+            f"the principal moments of inertia are {shown}, but none may exceed the sum of the other two",
             tensor.location,
-            "no body has such an inertia; it is built as it is written, and so are others like it in this file, unless "
-            "the scene says `repair: [inertia]`",
+            "it is built as written, and so are others like it in this file, unless the scene sets `repair: [inertia]`",
         )
     matrix: NDArray[np.float64] = np.eye(4)
     matrix[:3, :3] = axes
@@ -333,7 +329,7 @@ def _principal_inertia(
 
 
 class UrdfMaterials:
-    """The materials of one URDF."""
+    """Materials of one URDF."""
 
     def __init__(self, robot: SourceElement, files: RobotFiles, findings: FileReport) -> None:
         self._files = files
@@ -349,9 +345,9 @@ class UrdfMaterials:
                     self._elements.setdefault(element.attributes["name"], element)
 
     def of(self, visual: SourceElement) -> DescribedMaterial | None:
-        """The look of a <visual>; None where it names no material, or what it names is reported as wrong.
+        """Returns the material of a <visual>; None if it names none, or after an error.
 
-        A material without colour and texture is one all the same, and hides the mesh's own.
+        A material without colour and texture still overrides the mesh's own.
         """
         element = visual.find("material")
         if element is None:
@@ -378,16 +374,16 @@ class UrdfMaterials:
             )
 
     def _compare(self, element: SourceElement, meant: SourceElement) -> None:
-        """Warns of a material that differs from the first one of its name, which is used."""
+        """Warns about a material that differs from the first one of its name."""
         own, shared = _material_key(element), _material_key(meant)
         if any(own) and own != shared:
             name = element.attributes["name"]
             self._findings.report_once(
                 "SC476",
                 name,
-                f"the material `{name}` differs from the first one of this name, which is used everywhere",
+                f"material `{name}` differs from the first one of this name, which is used everywhere",
                 element.location,
-                hint=f"the first is in line {meant.line + 1}; give this one a name of its own",
+                hint=f"the first is on line {meant.line + 1}; give this one a different name",
             )
 
     def _look(self, element: SourceElement) -> DescribedMaterial | None:

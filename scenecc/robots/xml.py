@@ -1,8 +1,7 @@
-"""XML for URDF, SRDF and MJCF: a tree whose elements and attributes know their positions, and readers for their
-values.
+"""XML parser for URDF, SRDF and MJCF: a tree with source positions, and readers for attribute values.
 
-Files are untrusted: nothing is fetched, entities are not allowed, and size, depth and counts are bounded. Names are
-taken as written, with their prefixes; a default namespace has no meaning.
+Files are untrusted: nothing is fetched, entities are refused, and size, depth and counts are bounded. Namespaces are
+not resolved; prefixes stay in names.
 """
 
 from __future__ import annotations
@@ -30,8 +29,9 @@ if TYPE_CHECKING:
 
 
 _PARSE_SIZE = 2**20
-"""Size of the pieces for the parser [bytes]: an exception of a handler takes effect at the end of a piece, and a token
-is scanned once for each piece that it spans."""
+"""Chunk size for the parser [bytes]. A handler's exception takes effect at the end of a chunk, and a token is rescanned
+for each chunk that it spans.
+"""
 
 _TAG_PATTERN = re.compile(rb"<[^\s/>]+")
 
@@ -40,13 +40,13 @@ _ATTRIBUTE_PATTERN = re.compile(rb"\s*([^\s=/>]+)\s*=\s*(\"[^\"]*\"|'[^']*')")
 
 @frozen
 class XmlBounds:
-    """How much XML is read. The defaults are a hundred times what the largest robots have.
+    """Limits of an XML text. The defaults are a hundred times what the largest robots need.
 
     Attributes:
-        size: of the text [bytes].
-        depth: elements inside one another.
-        elements: in all.
-        equals: signs `=` in the text, which are no fewer than the attributes.
+        size: length of the text [bytes].
+        depth: nesting depth.
+        elements: number of elements.
+        equals: number of `=` characters, an upper bound for the attributes.
     """
 
     size: int = 16 * 2**20
@@ -57,7 +57,7 @@ class XmlBounds:
 
 @dataclass(frozen=True, slots=True)
 class _XmlText:
-    """A text as read and its lines."""
+    """An XML text and its line index."""
 
     data: bytes
     lines: TextLines
@@ -65,14 +65,14 @@ class _XmlText:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SourceElement:
-    """An element.
+    """An XML element.
 
     Attributes:
         tag: its name as written.
         attributes: name → value, in order.
-        children: the elements right inside, in order.
-        line, column: 0-based place of its `<`, in characters.
-        characters: pieces of the text right inside.
+        children: direct children, in order.
+        line, column: 0-based position of its `<`, in characters.
+        characters: pieces of its own text.
     """
 
     tag: str
@@ -86,16 +86,16 @@ class SourceElement:
 
     @property
     def text(self) -> str:
-        """The text right inside, without blanks at its ends."""
+        """The element's own text, stripped."""
         return "".join(self.characters).strip()
 
     @property
     def location(self) -> Location:
-        """The place of its start tag's name, `<` with it."""
+        """The location of `<` and the tag name."""
         return self._text.lines.location(self.line, self.column, self.column + 1 + len(self.tag))
 
     def at(self, attribute: str) -> Location:
-        """The place of an attribute's value; the element's own where it has no such attribute."""
+        """Returns the location of an attribute's value; the element's own if it has no such attribute."""
         wanted = attribute.encode()
         data = self._text.data
         found = _TAG_PATTERN.match(data, self._offset)
@@ -106,15 +106,15 @@ class SourceElement:
         return self.location
 
     def find(self, tag: str) -> SourceElement | None:
-        """The first child of some name."""
+        """Returns the first child with a tag."""
         return next(self.all(tag), None)
 
     def all(self, tag: str) -> Iterator[SourceElement]:
-        """The children of some name."""
+        """Returns the children with a tag."""
         return (child for child in self.children if child.tag == tag)
 
     def _place(self, start: int, end: int) -> Location:
-        """The place of some bytes of the start tag, up to the end of the line on which they begin."""
+        """Returns the location of a byte range in the start tag, up to the end of its first line."""
         before = _normalize_newlines(self._text.data[self._offset : start].decode())
         inside = _normalize_newlines(self._text.data[start:end].decode())
         line = before.count("\n")
@@ -124,11 +124,11 @@ class SourceElement:
 
 
 class _ParserStop(Exception):
-    """Stops the parser; what is wrong has been reported."""
+    """Stops the parser after an error was reported."""
 
 
 class _TreeBuilder:
-    """Makes the tree from the parser's events."""
+    """Builds the tree from the parser's events."""
 
     def __init__(self, text: _XmlText, findings: FileReport, bounds: XmlBounds) -> None:
         self.root: SourceElement | None = None
@@ -146,7 +146,7 @@ class _TreeBuilder:
         self.parser = parser
 
     def ends_early(self, error: ExpatError) -> str | None:
-        """In words which element the file leaves open at its end; None: the error is another."""
+        """Describes which element is still open at the end of the file; None for other errors."""
         no_more = errors.codes[errors.XML_ERROR_NO_ELEMENTS] == error.code
         return f"the file ends before <{cut(self._open[-1].tag)}> is closed" if no_more and self._open else None
 
@@ -164,7 +164,7 @@ class _TreeBuilder:
         if self._count > self._bounds.elements:
             self._refuse_size(element, f"it has more than {self._bounds.elements} elements")
         if len(self._open) >= self._bounds.depth:
-            self._refuse_size(element, f"more than {self._bounds.depth} elements stand inside one another")
+            self._refuse_size(element, f"it is nested more than {self._bounds.depth} elements deep")
         if self._open:
             self._open[-1].children.append(element)
         else:
@@ -179,14 +179,14 @@ class _TreeBuilder:
             self._open[-1].characters.append(text)
 
     def _doctype(self, *_: object) -> None:
-        # The parser is at its name or its end.
+        # The parser is at the declaration's name or at its end.
         start = self._text.data.rfind(b"<!DOCTYPE", 0, self.parser.CurrentByteIndex + 9)
         line, column = self._text.lines.position(len(self._text.data[:start].decode()))
         self._findings.report(
             "SC451",
-            "a document type is not read: it may declare entities and name files",
+            "document types are refused: they may declare entities and name files",
             self._text.lines.location(line, column, column + 9),
-            hint="take the <!DOCTYPE …> away, and write out the entities that it declares",
+            hint="remove <!DOCTYPE …>, and write out the entities that it declares",
         )
         raise _ParserStop
 
@@ -196,13 +196,13 @@ class _TreeBuilder:
 
 
 def parse_xml(data: bytes, file: str, findings: FileReport, bounds: XmlBounds | None = None) -> SourceElement | None:
-    """The root element of a document; None, reported, where it is none or goes beyond the bounds.
+    """Returns the root element of a document; None after an error.
 
     Args:
-        data: UTF-8, with or without a byte order mark; what it declares of its encoding is not heeded.
-        file: its name as shown to people.
-        findings: where faults are reported: SC450 (no XML), SC451 (a document type), SC452 (beyond the bounds).
-        bounds: None: those of `XmlBounds`.
+        data: UTF-8, with or without a byte order mark; a declared encoding is ignored.
+        file: displayed file name.
+        findings: receives the errors: SC450 (not XML), SC451 (a document type), SC452 (beyond the bounds).
+        bounds: default: `XmlBounds()`.
     """
     bounds = XmlBounds() if bounds is None else bounds
     data = data.removeprefix(b"\xef\xbb\xbf")
@@ -237,22 +237,22 @@ _COMMENT_PATTERN = re.compile(rb"(?<=<!--).*?(?=-->)", re.DOTALL)
 
 
 def without_hyphens_in_comments(data: bytes) -> bytes:
-    """A document with blanks for the hyphens in comments, where XML allows no two in a row, but most readers do."""
+    """Blanks out hyphens in comments. XML forbids two in a row, but most readers accept them."""
     return _COMMENT_PATTERN.sub(lambda found: found[0].replace(b"-", b" "), data)
 
 
 def parse_recovered_xml(data: bytes, file: str, findings: FileReport) -> SourceElement | None:
-    """The root element of a document that is not well-formed, as far as libxml2 recovers it. Needs lxml.
+    """Returns the root element of a malformed document, as recovered by libxml2. Needs lxml.
 
-    The bounds are those of `XmlBounds`, and a document type is refused, as in `parse_xml`. The place of an attribute is
-    that of its element.
+    Bounds are those of `XmlBounds`, and document types are refused, as in `parse_xml`. Attributes have the location of
+    their element.
     """
     etree: Any = import_module("lxml.etree")  # an extra
     bounds = XmlBounds()
     data = data.removeprefix(b"\xef\xbb\xbf")
     lines = TextLines(file, data.decode(errors="replace"))
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-        findings.report("SC451", "a document type is not read: it may declare entities", findings.top(file))
+        findings.report("SC451", "document types are refused: they may declare entities", findings.top(file))
         return None
     options: dict[str, bool] = {"recover": True, "resolve_entities": False, "no_network": True, "load_dtd": False}
     parser: Any = etree.XMLParser(**options, huge_tree=False, remove_comments=True, remove_pis=True)
@@ -263,11 +263,11 @@ def parse_recovered_xml(data: bytes, file: str, findings: FileReport) -> SourceE
     text, count = _XmlText(data, lines), 0
 
     def convert(node: Any, depth: int) -> SourceElement:
-        """An element of lxml with all that is in it. Raises _ParserStop where there are too many, or too deep."""
+        """Converts an lxml element and its descendants. Raises _ParserStop beyond the bounds."""
         nonlocal count
         count += 1
         line = max(int(node.sourceline or 1) - 1, 0)
-        # A prefix that is bound has become its namespace; one that is not is a part of the name.
+        # A declared prefix was replaced by its namespace; an undeclared one is part of the name.
         local = str(node.tag).rpartition("}")[2]
         tag = f"{node.prefix}:{local}" if node.prefix else local
         attributes = {str(name).rpartition("}")[2]: str(value) for name, value in node.attrib.items()}
@@ -282,7 +282,7 @@ def parse_recovered_xml(data: bytes, file: str, findings: FileReport) -> SourceE
     try:
         return convert(top, 1)
     except _ParserStop:
-        findings.report("SC452", "the file is too large: too many elements, or too deep", findings.top(file))
+        findings.report("SC452", "the file is too large: too many elements, or nested too deep", findings.top(file))
         return None
 
 
@@ -292,9 +292,9 @@ def _report_encoding(error: UnicodeDecodeError, file: str, findings: FileReport)
     line, column = lines.position(len(before))
     findings.report(
         "SC450",
-        f"this is not UTF-8 text: byte {error.start} (0x{error.object[error.start]:02X}) belongs to no character",
+        f"this is not UTF-8 text: byte {error.start} (0x{error.object[error.start]:02X}) is invalid",
         lines.location(line, column, column + 1),
-        hint="save the file in that encoding",
+        hint="save the file as UTF-8",
     )
 
 
@@ -303,7 +303,7 @@ def _normalize_newlines(text: str) -> str:
 
 
 MAX_PLAUSIBLE_RADIANS, MAX_PLAUSIBLE_DEGREES = 4 * math.pi * (1 + 1e-6), 720.0
-"""Two turns in radians and in degrees. Between the two, degrees are meant; beyond, as many files have it, no limit."""
+"""Two turns in radians and in degrees. Angles between these are probably degrees; larger ones often mean "no limit"."""
 
 _NUMBER_PATTERN = re.compile(
     r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf(?:inity)?|nan)", re.IGNORECASE
@@ -313,13 +313,13 @@ _MAX_NUMBER_CHARS = 400
 
 
 def parse_number(text: str) -> float | None:
-    """A number as both XML schema and Python write it; None: it is none."""
+    """Parses a number in the syntax that XML Schema and Python share; None if it is invalid."""
     text = text.strip()
     return float(text) if len(text) <= _MAX_NUMBER_CHARS and _NUMBER_PATTERN.fullmatch(text) else None
 
 
 def read_text_attribute(element: SourceElement, attribute: str, findings: FileReport) -> str | None:
-    """The value of an attribute that must be there and not be blank (SC455)."""
+    """Returns the value of a required, non-empty attribute; None after an error (SC455)."""
     value = element.attributes.get(attribute, "").strip()
     if value:
         return element.attributes[attribute]
@@ -332,7 +332,7 @@ def read_text_attribute(element: SourceElement, attribute: str, findings: FileRe
 def read_number_attribute(
     element: SourceElement, attribute: str, findings: FileReport, *, infinite: bool = False
 ) -> float | None:
-    """The number of an attribute that must be there (SC455), finite unless `infinite`, and none too large (SC456)."""
+    """Returns the number in a required attribute (SC455); it must be in range, and finite unless `infinite` (SC456)."""
     if read_text_attribute(element, attribute, findings) is None:
         return None
     found = _parse_numbers(
@@ -344,7 +344,7 @@ def read_number_attribute(
 def read_optional_number(
     element: SourceElement, attribute: str, findings: FileReport, *, infinite: bool = False
 ) -> tuple[float | None, bool]:
-    """The number of an attribute, None where it is not there, and whether all is well."""
+    """Returns the number in an optional attribute, None if missing, and whether there was no error."""
     if attribute not in element.attributes:
         return None, True
     found = read_number_attribute(element, attribute, findings, infinite=infinite)
@@ -352,27 +352,27 @@ def read_optional_number(
 
 
 def read_vector3(element: SourceElement, attribute: str, findings: FileReport) -> Vec3 | None:
-    """Three numbers of an attribute that must be there."""
+    """Returns the three numbers in a required attribute."""
     found = read_numbers(element, attribute, 3, findings)
     return None if found is None else (found[0], found[1], found[2])
 
 
 def read_numbers(element: SourceElement, attribute: str, count: int, findings: FileReport) -> tuple[float, ...] | None:
-    """So many numbers, parted by blanks, of an attribute that must be there (SC455, SC456)."""
+    """Returns `count` numbers, separated by blanks, in a required attribute (SC455, SC456)."""
     if read_text_attribute(element, attribute, findings) is None:
         return None
     return _parse_numbers(element, attribute, element.attributes[attribute].split(), count, findings, infinite=False)
 
 
 def warn_if_degrees(angles: Iterable[float], what: str, location: Location, findings: FileReport) -> None:
-    """Warns, once for what they are, of angles [rad] that were probably meant in degrees."""
+    """Warns, once per kind `what`, about angles [rad] that are probably in degrees."""
     angle = max(
         (size for size in map(abs, angles) if MAX_PLAUSIBLE_RADIANS < size <= MAX_PLAUSIBLE_DEGREES), default=None
     )
     if angle is not None:
         message = f"{what} of {angle:g} radians: that is {angle / math.tau:.3g} turns"
         findings.report_once(
-            "SC526", what, message, location, "angles are radians here; there may be more in this file"
+            "SC526", what, message, location, "angles are in radians here; this file may contain more of these"
         )
 
 
@@ -381,20 +381,18 @@ def _parse_numbers(
 ) -> tuple[float, ...] | None:
     where = f"the `{attribute}` of <{element.tag}>"
     if len(words) != count:
-        wanted = "one number" if count == 1 else f"{count} numbers"
-        findings.report(
-            "SC456", f"{where} wants {wanted}, parted by blanks, and has {len(words)}", element.at(attribute)
-        )
+        wanted = "one number" if count == 1 else f"{count} numbers separated by blanks"
+        findings.report("SC456", f"{where} must have {wanted}, and has {len(words)}", element.at(attribute))
         return None
     values: list[float] = []
     for word in words:
         value, fault = parse_number(word), None
         if value is None or math.isnan(value) or (math.isinf(value) and not infinite):
-            fault = f"which is no {'' if value is None else 'finite '}number"
+            fault = f"which is not a {'' if value is None else 'finite '}number"
         elif math.isfinite(value) and abs(value) > FLOAT32_MAX:
-            fault = "beyond the engine's single precision"
+            fault = "which does not fit in single precision"
         if value is None or fault is not None:
-            findings.report("SC456", f"{where} holds `{cut(word)}`, {fault}", element.at(attribute))
+            findings.report("SC456", f"{where} contains `{cut(word)}`, {fault}", element.at(attribute))
             return None
         values.append(value)
     return tuple(values)

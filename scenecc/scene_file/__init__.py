@@ -1,4 +1,4 @@
-"""Scene documents as files that a person would keep: plain data, the layout of its YAML, and what makes it shorter."""
+"""Writes scene documents as readable files: YAML layout and simplification."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A scene document as YAML: keys in the language's order, short values on one line, numbers as short as they can be.
+"""Writes a scene document as YAML: keys in a standard order, short values on one line, short numbers.
 
-What is written reads back to the same document; a number that single precision holds reads back to the same float32.
+The text reads back to the same document; a float32 number reads back to the same float32.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from scenecc.source.events import SCENE_KEYED_FIELD, resolve_scalar
 
 WIDTH: Final = 100
-"""Columns of a line. Only a text, or a name, that is longer than a line goes beyond."""
+"""Maximum line length. Only a text or name longer than a line exceeds it."""
 
 KEY_ORDER: Final[tuple[str, ...]] = tuple(
     re.findall(
@@ -39,7 +39,7 @@ KEY_ORDER: Final[tuple[str, ...]] = tuple(
     """,
     )
 )
-"""The order of keys in a mapping; a key that is not here comes after them, in the order of the document."""
+"""Order of keys in a mapping; other keys follow in document order."""
 
 NAMED: Final = frozenset(
     re.findall(
@@ -50,31 +50,31 @@ NAMED: Final = frozenset(
     """,
     )
 )
-"""Keys of mappings by name: their order means something, or is the writer's."""
+"""Keys of mappings by name, which keep their order."""
 
 _RANK: Final = {name: number for number, name in enumerate(KEY_ORDER)}
 
 _SECTIONS: Final = frozenset(("entities", "lights", "cameras", "constraints", "materials", "frames", "params", "draws"))
-"""Top-level mappings with one entry a line or more, never on one line."""
+"""Top-level mappings that are never on one line."""
 
 _MAX_FLOW_DEPTH: Final = 3
-"""Brackets inside one another on one line; deeper is hard to read."""
+"""Maximum nesting of brackets on one line."""
 
 _SHORT: Final = 2
-"""Lines of an entry that needs no blank line around it."""
+"""Maximum lines of an entry without blank lines around it."""
 
 _INTEGER_DIGITS: Final = 15
-"""Up to how many digits every integer is a float."""
+"""Integers up to this many digits are exact as floats."""
 
 _LARGEST: Final = float(np.finfo(np.float32).max)
 
 _MAX_FILLED_LINES: Final = 3
-"""Lines that a mapping in brackets takes; a list of numbers takes as many as it needs."""
+"""Maximum lines of a mapping in brackets; lists of numbers have no limit."""
 
 _LINE: Final = r"[\x21-\x7e](?:[\x20-\x7e]*[\x21-\x7e])?"
 
 _LITERAL: Final = re.compile(rf"{_LINE}(?:\n+{_LINE})*\n?").fullmatch
-"""Texts of several lines that a block holds as they are."""
+"""Matches texts of several lines that a block scalar can hold."""
 
 _PLAIN_KEY: Final = re.compile(r"[A-Za-z_.][A-Za-z0-9_./*+|()-]*").fullmatch
 
@@ -83,32 +83,32 @@ _TEXT: Final = r"[A-Za-z0-9_./](?:[A-Za-z0-9_./+*()=$@^~%s;'-]|:(?=[A-Za-z0-9_/]
 _PLAIN_INSIDE: Final = re.compile(_TEXT % "").fullmatch
 
 _PLAIN_OUTSIDE: Final = re.compile(_TEXT % ",").fullmatch
-"""Texts without quotes, inside of brackets and outside."""
+"""Match texts that need no quotes, inside and outside of brackets."""
 
 _ESCAPED: Final = re.compile("[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]")
 
 Comments = Mapping[tuple[str | int, ...], str]
-"""Path of keys and indices from the document's root → a comment above that entry; `()`: above all."""
+"""Path of keys and indices from the root → comment above that entry; `()`: above the document."""
 
 
 def scene_text(document: Mapping[str, Any], *, comments: Comments | None = None) -> str:
-    """A scene document as YAML of 100 columns, which the readers of `scenecc.source` read back to the same data.
+    """Returns a scene document as YAML with 100 columns, which `scenecc.source` reads back to the same data.
 
     Args:
-        document: what `load_scene` takes as a dict: mappings, lists, tuples, texts, numbers and booleans. Keys are
-            written in the language's order; entities, and whatever else has names, in the order of the document.
-        comments: text of one line or more above the entry at a path of keys and indices; `()` is the head of the
-            file. A comment inside of an entry makes it stand on lines of its own.
+        document: as `load_scene` takes it: mappings, lists, tuples, texts, numbers and booleans. Keys are written in a
+            standard order; named items keep their order.
+        comments: comments above entries, by path of keys and indices; `()` is the head of the file. An entry with a
+            comment inside is written on separate lines.
 
     Raises:
-        TypeError: a value is of another type.
+        TypeError: a value has another type.
     """
     writer = _Writer(comments or {})
     lines = list(writer.comment((), ""))
     blank = False
     for name, value in _order_entries(document, ""):
         entry = list(writer.entry(name, value, (name,), 0))
-        # One blank line around each section of several lines.
+        # Blank lines separate sections with several lines.
         long = name in _SECTIONS or len(entry) > _SHORT
         if (long or blank) and any(not line.startswith("#") for line in lines):
             lines.append("")
@@ -123,12 +123,11 @@ class _Writer:
         self._within = {path[:end] for path in comments for end in range(len(path))}
 
     def comment(self, path: tuple[str | int, ...], indent: str) -> Iterator[str]:
-        """The lines of the comment above an entry."""
         for line in self._comments.get(path, "").splitlines():
             yield f"{indent}# {line}".rstrip()
 
     def entry(self, name: str, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
-        """The lines of `name: value`, indented to a column."""
+        """Yields the lines of `name: value`, indented to a column."""
         indent = " " * column
         yield from self.comment(path, indent)
         head = f"{indent}{_key_text(name, path)}:"
@@ -145,7 +144,7 @@ class _Writer:
             yield from self.block(value, path, column + 2)
 
     def block(self, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
-        """The entries of a mapping or the items of a list, a line or more each."""
+        """Yields the entries of a mapping or the items of a list, each on separate lines."""
         if not _is_mapping(value):
             for index, inner in enumerate(value):
                 yield from self._item(inner, (*path, index), column)
@@ -159,7 +158,6 @@ class _Writer:
             yield from lines
 
     def _item(self, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
-        """The lines of an item of a list."""
         head = f"{' ' * column}- "
         yield from self.comment(path, " " * column)
         if _is_scalar(value) or not value or self._fits(value, path, column + 2):
@@ -174,7 +172,7 @@ class _Writer:
             yield from lines[above + 1 :]
 
     def _fill_lines(self, head: str, value: Any, path: tuple[str | int, ...], column: int) -> list[str]:
-        """A value in brackets over several lines; empty if that would be hard to read."""
+        """Returns a bracketed value over several lines; empty if it would be hard to read."""
         numbers = not _is_mapping(value) and all(map(_is_scalar, value))
         block = path[:-1] == ("entities",) and "use" not in value
         if path in self._within or _depth(value) > _MAX_FLOW_DEPTH or block:
@@ -190,7 +188,6 @@ class _Writer:
 
 
 def _fill(head: str, value: Any, path: tuple[str | int, ...], column: int) -> Iterator[str]:
-    """A list or mapping in brackets over several lines, each filled."""
     opening, closing = "{}" if _is_mapping(value) else "[]"
     pieces = _flow_items(value, path)
     line = head + opening
@@ -205,7 +202,7 @@ def _fill(head: str, value: Any, path: tuple[str | int, ...], column: int) -> It
 
 
 def _order_entries(value: Mapping[str, Any], owner: str | int) -> list[tuple[str, Any]]:
-    """The entries of a mapping in the order in which they are written."""
+    """Returns the entries of a mapping in output order."""
     entries = list(value.items())
     if owner in NAMED:
         return entries
@@ -221,14 +218,13 @@ def _is_scalar(value: Any) -> bool:
 
 
 def _depth(value: Any) -> int:
-    """How many brackets are inside one another."""
     if _is_scalar(value):
         return 0
     return 1 + max(map(_depth, value.values() if _is_mapping(value) else value), default=0)
 
 
 def _flow(value: Any, path: tuple[str | int, ...], *, inside: bool) -> str:
-    """A value on one line. `inside`: of brackets, where a text may hold less without quotes."""
+    """Returns a value on one line. `inside`: of brackets, where more texts need quotes."""
     if isinstance(value, str):
         return _text(value, inside=inside)
     if _is_scalar(value):
@@ -248,9 +244,9 @@ def _flow_items(value: Any, path: tuple[str | int, ...]) -> list[str]:
 
 
 def number_text(value: Any) -> str:
-    """A number or boolean as YAML, in the fewest digits that read back to it.
+    """Returns a number or boolean as YAML, with the fewest digits that read back to it.
 
-    Of a number that is a float32, in the fewest that round to the same float32: 0.1 for 0.10000000149011612.
+    For a float32, the fewest digits that round to the same float32: 0.1 for 0.10000000149011612.
     """
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -264,15 +260,15 @@ def number_text(value: Any) -> str:
     with np.errstate(over="ignore"):
         single = np.float32(number)
     decimal = Decimal(str(single) if float(single) == number else repr(number))
-    if abs(decimal) > _LARGEST:  # of the largest float32 the shortest form is beyond it
+    if abs(decimal) > _LARGEST:  # the shortest form of the largest float32 exceeds it
         decimal = Decimal(repr(number))
     if number == 0:
         return "0" if copysign(1, number) > 0 else "-0.0"
-    # NumPy's and Python's own forms differ by version.
+    # NumPy's and Python's formats differ between versions.
     decimal = decimal.normalize()
     plain, exponent = f"{decimal:f}", decimal.adjusted()
     scientific = f"{decimal.scaleb(-exponent):f}e{exponent}"
-    # From 2**53 on, an integer of the same digits is another number.
+    # From 2**53 on, an integer with the same digits may be a different number.
     short = len(scientific) < len(plain) or exponent >= _INTEGER_DIGITS
     return scientific if not -4 < exponent < 6 and short else plain
 

@@ -1,4 +1,4 @@
-"""Documents of one scene each as one document of parallel scenes, with forms where they differ."""
+"""Merges documents of single scenes into one document of parallel scenes, with forms for differing values."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ _STRUCTURE: Final = frozenset(
     """,
     )
 )
-"""Keys whose values are the same in all scenes."""
+"""Keys that must have the same value in all scenes."""
 
 _OF_ENTITY: Final = frozenset(("pose", "hidden"))
-"""Keys of a body that stand beside `variants`."""
+"""Keys of a body that are written beside `variants`."""
 
 
 class UnlikeScenes(ValueError):
-    """Scenes that one document cannot hold; the message says why."""
+    """Raised if one document cannot represent the scenes; the message says why."""
 
 
 def merge_scenes(documents: Sequence[Mapping[str, Any]]) -> Node:
-    """One document of several scenes.
+    """Merges documents of one scene each.
 
     Args:
-        documents: of one scene each, with the same `physics` and `environment`.
+        documents: with the same `physics`.
 
     Raises:
-        UnlikeScenes: they differ in what all parallel scenes have in common.
+        UnlikeScenes: they differ in what all parallel scenes must share.
     """
     count = len(documents)
     if count == 1:
@@ -58,7 +58,7 @@ def merge_scenes(documents: Sequence[Mapping[str, Any]]) -> Node:
 
 
 _DEFAULTS: Final = (("pose", [0.0, 0.0, 0.0]), ("enabled", True))
-"""Keys that may be left out in some scenes, and what they are then."""
+"""Keys that may be missing in some scenes, and their defaults."""
 
 
 def _section(sections: list[Node], count: int, section: str) -> Node:
@@ -69,12 +69,12 @@ def _section(sections: list[Node], count: int, section: str) -> Node:
         for key, default in _DEFAULTS:
             if any(key in node for node in nodes):
                 nodes = [node if key in node else {**node, key: default} for node in nodes]
-        # A cycle goes by the index of the scene, not by those that have the object.
+        # A cycle counts all scenes, not only those with the object.
         node = _merge_nodes(nodes, count if len(present) == count else 0)
         if node is None and section == "entities" and not any(_is_articulation(each) for each in nodes):
             node = _variants(nodes)
         if node is None:
-            raise UnlikeScenes(f"`{name}` is built in another way in another scene")
+            raise UnlikeScenes(f"`{name}` is built differently in different scenes")
         merged[name] = node if len(present) == count else {"scene_idxs": _indices(present), **node}
     return merged
 
@@ -84,7 +84,7 @@ def _is_articulation(node: Node) -> bool:
 
 
 def _names_in_order(sections: list[Node]) -> list[str]:
-    """All names, each after those that are before it in any scene, as far as the scenes agree."""
+    """Returns all names, in an order that agrees with every scene as far as possible."""
     ordered: list[str] = []
     for section in sections:
         place = 0
@@ -104,7 +104,7 @@ def _indices(present: list[int]) -> Any:
 
 
 def _merge_nodes(nodes: list[Any], count: int) -> Any:
-    """One node for those of all scenes; None where they differ in structure."""
+    """Merges the nodes of all scenes; None if their structure differs."""
     first = nodes[0]
     if all(node == first for node in nodes):
         return first
@@ -139,7 +139,6 @@ def _are_numbers(first: Any, second: Any) -> bool:
 
 
 def _form(values: list[Any], count: int) -> Any:
-    """A value that differs from scene to scene."""
     if all(value == values[0] for value in values):
         return values[0]
     for period in range(2, count // 2 + 1):
@@ -149,7 +148,7 @@ def _form(values: list[Any], count: int) -> Any:
 
 
 def _variants(nodes: list[Node]) -> Node | None:
-    """Bodies whose structure differs, as `variants`."""
+    """Merges bodies with different structure into `variants`."""
     outside = [{key: value for key, value in node.items() if key in _OF_ENTITY} for node in nodes]
     common = _merge_nodes(outside, len(nodes))
     if common is None:

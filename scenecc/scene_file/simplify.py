@@ -1,6 +1,4 @@
-"""Shorter documents that build the same to the bit: equal bodies in a row as `repeat`, materials by name, scenes of one
-document with forms where they differ.
-"""
+"""Shortens documents without changing what they build: `repeat` for runs of equal items, and named materials."""
 
 from __future__ import annotations
 
@@ -15,17 +13,17 @@ from scenecc.scene_file import Node, is_list_node, is_mapping_node
 _SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
 
 _LEAST_COPIES: Final = 3
-"""Items in a row that are worth a `repeat`; two are read faster as they are."""
+"""Minimum number of items for a `repeat`."""
 
 _AXES: Final = ("x", "y", "z")
 
 
 def simplify(document: Mapping[str, Any]) -> Node:
-    """The same scenes in fewer lines: materials that are used more than once get names, and equal shapes and bodies
-    in a row become one with `repeat`.
+    """Returns an equivalent, shorter document: materials used more than once get names, and runs of equal shapes and
+    bodies become one with `repeat`.
 
     Args:
-        document: a scene document of which no part is shared by two places; it is not changed.
+        document: a scene document; it is not changed.
     """
     found: Node = json.loads(json.dumps(document))
     _name_materials(found)
@@ -37,7 +35,6 @@ def simplify(document: Mapping[str, Any]) -> Node:
 
 
 def _shape_lists(node: Any) -> Iterator[list[Node]]:
-    """The lists of shapes of all bodies and links."""
     if is_list_node(node):
         for item in node:
             yield from _shape_lists(item)
@@ -53,7 +50,7 @@ def _shape_lists(node: Any) -> Iterator[list[Node]]:
 
 
 def _name_materials(document: Node) -> None:
-    """Gives names to materials that are written more than once."""
+    """Names materials that occur more than once."""
     places: dict[str, list[tuple[Node, str]]] = {}
     for owner, holder in _materials(document.get("entities", {}), ""):
         places.setdefault(json.dumps(holder["material"], sort_keys=True), []).append((holder, owner))
@@ -83,7 +80,7 @@ def _materials(node: Any, owner: str) -> Iterator[tuple[str, Node]]:
 
 
 def _material_name(material: Node, owner: str, taken: Node) -> str:
-    """After what it is, or after the first entity that has it."""
+    """Returns a name from the friction, or from the first entity with the material."""
     physical = material.get("physical", {})
     friction = physical.get("static_friction")
     if friction is not None and "visual" not in material:
@@ -95,7 +92,7 @@ def _material_name(material: Node, owner: str, taken: Node) -> str:
 
 
 def _fold_repeats(items: list[Node]) -> list[Node]:
-    """Shapes of which runs of equal ones are one with `repeat`."""
+    """Replaces runs of equal shapes by one with `repeat`."""
     found: list[Node] = []
     start = 0
     while start < len(items):
@@ -114,7 +111,7 @@ def _longest_run(items: Sequence[Node], start: int) -> tuple[int, Node | None]:
 
 
 def _run_end(items: Sequence[Node], start: int) -> int:
-    """The end of a run of items with the same keys and at most one value that differs from the first's."""
+    """Returns the end of a run of items with equal keys and at most one value that differs from the first item's."""
     end = start + 1
     while end < len(items) and items[end].keys() == items[start].keys():
         differing = list(_differing_paths(items[start], items[end], ()))
@@ -125,7 +122,7 @@ def _run_end(items: Sequence[Node], start: int) -> int:
 
 
 def _copies(items: Sequence[Node]) -> Node | None:
-    """One item with `repeat` for several; None where more than one value differs between them."""
+    """Returns one item with `repeat` for several; None if more than one value differs."""
     paths = {path for other in items[1:] for path in _differing_paths(items[0], other, ())}
     if "repeat" in items[0] or len(paths) > 1:
         return None
@@ -140,7 +137,7 @@ def _copies(items: Sequence[Node]) -> Node | None:
 
 
 def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
-    """The loop variables that run through values, and the value that reads them."""
+    """Returns the loop variables for values, and the expression that reads them."""
     key = str(next(part for part in reversed(path) if isinstance(part, str)))
     if all(is_list_node(value) and len(value) == len(values[0]) for value in values):
         moving = [axis for axis in range(len(values[0])) if any(value[axis] != values[0][axis] for value in values)]
@@ -154,7 +151,7 @@ def _loop(path: tuple[str | int, ...], values: list[Any]) -> tuple[Node, Any]:
 
 
 def _differing_paths(first: Any, second: Any, path: tuple[str | int, ...]) -> Iterator[tuple[str | int, ...]]:
-    """The paths of values that differ; lists of numbers are one value."""
+    """Yields the paths of differing values; a list of numbers is one value."""
     if is_mapping_node(first) and is_mapping_node(second) and first.keys() == second.keys():
         for key in first:
             yield from _differing_paths(first[key], second[key], (*path, key))
@@ -185,7 +182,7 @@ def _with_value(node: Any, path: tuple[str | int, ...], value: Any) -> Any:
 
 
 def _holds_form(value: Any) -> bool:
-    """Whether a loop variable cannot hold a value: texts may be references or expressions, and mappings forms."""
+    """Whether a loop variable cannot hold a value: mappings may be forms, and texts expressions."""
     if is_list_node(value):
         return any(map(_holds_form, value))
     return is_mapping_node(value) or (isinstance(value, str) and "${" in value)
@@ -194,7 +191,7 @@ def _holds_form(value: Any) -> bool:
 _FIXED_KEYS: Final = frozenset(
     ("type", "body_type", "use", "anchor", "relative_to", "mount", "hidden", "scene_idxs", "variants")
 )
-"""Keys of which the values may not be expressions, or should not be."""
+"""Keys whose values cannot be expressions, or should not be."""
 
 
 def _repeated_entities(entities: Node, referred: frozenset[str]) -> Node:
@@ -232,17 +229,16 @@ def _entity_run(
 
 
 def _numbered_prefix(names: list[str]) -> str | None:
-    """NAME of NAME_0, NAME_1, …; None: the names are others."""
+    """Returns NAME for NAME_0, NAME_1, …; None for other names."""
     stem, _, first = names[0].rpartition("_")
     return stem if stem and first == "0" and names == [f"{stem}_{i}" for i in range(len(names))] else None
 
 
 def _referred_to(document: Node) -> frozenset[str]:
-    """Names of entities that other parts of the document refer to."""
+    """Returns names of entities that other parts of the document refer to."""
     found: set[str] = set()
 
     def visit(node: Any) -> None:
-        """Adds what a node and all below it refer to."""
         if is_list_node(node):
             for item in node:
                 visit(item)

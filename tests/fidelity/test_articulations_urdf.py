@@ -101,7 +101,7 @@ def assert_same(ours: list[Any], theirs: list[Any]) -> None:
 
 @pytest.mark.parametrize("fixed", [True, False])
 @pytest.mark.parametrize("scale", [1.0, 0.5])
-def test_a_robot(tmp_path: Path, fixed: bool, scale: float) -> None:
+def test_a_urdf_robot_equals_one_loaded_by_hand(tmp_path: Path, fixed: bool, scale: float) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(ARM)
 
@@ -126,7 +126,7 @@ PANDA = [0, 0.39, 0, -1.96, 0, 2.36, 0.79, 0.04, 0.04]
 
 @pytest.mark.maniskill
 @pytest.mark.parametrize("file", ["panda_v2", "panda_v3"])
-def test_the_panda_with_drives(file: str) -> None:
+def test_the_panda_with_drives_equals_one_loaded_by_hand(file: str) -> None:
     import importlib.util
 
     found = importlib.util.find_spec("mani_skill")

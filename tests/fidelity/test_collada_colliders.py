@@ -55,7 +55,7 @@ def dynamic(batch: Any, name: str) -> list[Any]:
     return [body.find_component_by_type(physx.PhysxRigidDynamicComponent) for body in batch.entities[name].objs]
 
 
-def test_it_weighs_what_its_triangles_enclose(tmp_path: Path) -> None:
+def test_a_collada_collider_has_the_mass_of_its_volume(tmp_path: Path) -> None:
     with load_scene(write(tmp_path), num_scenes=2, render=False) as batch:
         hull = dynamic(batch, "hull")[0]
         assert hull.mass == pytest.approx(trimesh.Trimesh(POINTS, FACES).volume * 1000, rel=1e-5)
@@ -71,7 +71,7 @@ def test_it_weighs_what_its_triangles_enclose(tmp_path: Path) -> None:
         batch.step(10)
 
 
-def test_its_triangles_are_kept_until_the_file_changes(tmp_path: Path) -> None:
+def test_triangles_of_a_collada_file_are_cached_until_it_changes(tmp_path: Path) -> None:
     scene = write(tmp_path)
     folder = tmp_path / "cache/scenecc/collada"
     load_scene(scene, render=False).close()
@@ -83,7 +83,7 @@ def test_its_triangles_are_kept_until_the_file_changes(tmp_path: Path) -> None:
     assert len(list(folder.iterdir())) == 3
 
 
-def test_coacd_cuts_it_in_metres(tmp_path: Path) -> None:
+def test_coacd_decomposes_a_collada_file_in_metres(tmp_path: Path) -> None:
     pytest.importorskip("coacd")
     cut = "scenecc: 1\nentities: {cut: {shapes: [{type: convex_parts, file: two.DAE, decomposition: coacd}]}}"
     with load_scene(write(tmp_path, cut), render=False) as batch:
@@ -91,11 +91,11 @@ def test_coacd_cuts_it_in_metres(tmp_path: Path) -> None:
         assert body.mass == pytest.approx(2 * trimesh.Trimesh(POINTS, FACES).volume * 1000, rel=0.2)
 
 
-def test_a_script_builds_it_to_the_bit(tmp_path: Path) -> None:
+def test_a_script_builds_a_collada_collider_bit_identically(tmp_path: Path) -> None:
     assert_same(compile_scene(write(tmp_path), num_scenes=2), tmp_path)
 
 
-def test_a_script_gives_vertices_in_the_same_order(tmp_path: Path) -> None:
+def test_a_script_builds_collada_vertices_in_the_same_order(tmp_path: Path) -> None:
     """The order in which PhysX gets them shows in how a hull of many vertices rolls."""
     ball = trimesh.creation.icosphere(subdivisions=2).apply_scale([0.1, 0.2, 0.3])
     (tmp_path / "ball.dae").write_bytes(trimesh.exchange.dae.export_collada(ball))
@@ -107,13 +107,13 @@ def test_a_script_gives_vertices_in_the_same_order(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("target", ["mjcf", "urdf", "usd", "glb"])
-def test_it_is_exported(tmp_path: Path, target: str) -> None:
+def test_a_collada_collider_is_exported(tmp_path: Path, target: str) -> None:
     pytest.importorskip({"mjcf": "mujoco", "usd": "pxr"}.get(target, "trimesh"))
     robot = "scenecc: 1\nentities: {robot: {urdf: r.urdf}}"
     assert scenecc.export_scene(write(tmp_path, robot), target)
 
 
-def test_a_part_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
+def test_an_unreadable_part_of_a_collada_file_is_an_error(tmp_path: Path) -> None:
     """pycollada would go on without it."""
     scene = write(tmp_path)
     normals = '<input semantic="VERTEX" source="#v" offset="0"/><input semantic="NORMAL" source="#n" offset="0"/>'

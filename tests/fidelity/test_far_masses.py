@@ -36,7 +36,7 @@ def test_a_centre_of_mass_a_kilometre_away_is_built(tmp_path: Path) -> None:
         assert arm.mass == pytest.approx(1000)
 
 
-def test_one_beyond_what_the_engine_holds_is_no_fault_of_ours(tmp_path: Path) -> None:
+def test_a_centre_of_mass_beyond_the_engines_range_is_refused(tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text(URDF.format(com=1e6))
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities: {r: {urdf: r.urdf}}\n")
@@ -46,7 +46,7 @@ def test_one_beyond_what_the_engine_holds_is_no_fault_of_ours(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("scale", ["1e5 1 1", "1 -1e19 1", "1e30 1 1", "3e38 1 1"])
-def test_so_is_a_mesh_that_is_too_large(scale: str, tmp_path: Path) -> None:
+def test_a_mesh_beyond_the_engines_range_is_refused(scale: str, tmp_path: Path) -> None:
     """What is wrong with the mesh is told, and nothing of the poses that follow from it."""
     lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "v 0 0 1", "f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"]
     (tmp_path / "wedge.obj").write_text("\n".join(lines))

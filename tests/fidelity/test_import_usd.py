@@ -44,7 +44,7 @@ def bodies(scene: MeasuredScene, *, imported: bool = False) -> dict[str, Measure
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
-def test_an_exported_scene_comes_back(path: Path, tmp_path: Path) -> None:
+def test_an_exported_usd_is_imported_again(path: Path, tmp_path: Path) -> None:
     scene = open_scene(path)
     for name, data in scene.emit("usd", name="out").files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)

@@ -40,7 +40,9 @@ def by_hand(kind: str, given: dict[str, Any]) -> sapien.Scene:
 
 @pytest.mark.parametrize("given", [{}, {"inertial": {"mass": 1.7, "inertia": INERTIA}}], ids=["by density", "given"])
 @pytest.mark.parametrize("kind", ["fixed", "revolute", "prismatic"])
-def test_a_joint_without_poses(kind: str, given: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_joint_without_poses_equals_sapiens_builder(
+    kind: str, given: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(GOOD)
     shape = {"type": "convex_mesh", "file": "assets/pair.obj"}
     link = {"name": "link", "joint": {"type": kind}, "collisions": [shape], **given}

@@ -77,7 +77,7 @@ def inertia(link: Any) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("scale", SCALES, ids=str)
-def test_a_mirrored_collider_weighs_what_the_mirrored_solid_weighs(scale: tuple[float, ...], tmp_path: Path) -> None:
+def test_a_mirrored_collider_has_the_mass_of_the_mirrored_solid(scale: tuple[float, ...], tmp_path: Path) -> None:
     judge = trimesh.Trimesh(POINTS * scale, FACES if np.prod(scale) > 0 else FACES[:, ::-1], process=False)
     judge.density = 1000.0
     with load_scene(write(tmp_path, scale), render=False) as batch:
@@ -97,7 +97,7 @@ def test_a_mirrored_collider_weighs_what_the_mirrored_solid_weighs(scale: tuple[
         assert all(np.isfinite(link.entity_pose.p).all() for link in links(batch.scenes[0]).values())
 
 
-def test_so_do_its_parts_beside_the_plain_ones(tmp_path: Path) -> None:
+def test_mirrored_convex_parts_have_the_mass_of_the_mirrored_solids(tmp_path: Path) -> None:
     found = []
     for scale in ((1, 1, 1), (1, -1, 1)):
         with load_scene(write(tmp_path, scale), render=False) as batch:
@@ -108,18 +108,18 @@ def test_so_do_its_parts_beside_the_plain_ones(tmp_path: Path) -> None:
         assert mirrored == pytest.approx(plain, rel=1e-5, abs=1e-6)
 
 
-def test_a_script_builds_it_to_the_bit(tmp_path: Path) -> None:
+def test_a_script_builds_a_mirrored_collider_bit_identically(tmp_path: Path) -> None:
     assert_same(compile_scene(write(tmp_path, (1, -2, 1))), tmp_path)
 
 
-def test_its_plan_comes_back_from_json(tmp_path: Path) -> None:
+def test_a_plan_with_a_mirrored_collider_reads_back_from_json(tmp_path: Path) -> None:
     plan = compile_scene(write(tmp_path, (1, -2, 1)))
     path = tmp_path / "scene.plan.json"
     path.write_text(plan_to_json(plan))
     assert plan_to_json(compile_scene(path)) == path.read_text()
 
 
-def test_the_audit_finds_what_the_engine_weighs_wrongly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_audit_finds_a_wrong_mass_of_a_mirrored_collider(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As without the mending: the scale itself is given to PhysX."""
     monkeypatch.setattr(geometry, "mirror_meshes", lambda meshes, scale, *, parts: meshes)
     monkeypatch.setattr(geometry, "to_vectors", lambda scale: list(scale * (1, -1, 1)))
@@ -129,7 +129,7 @@ def test_the_audit_finds_what_the_engine_weighs_wrongly(tmp_path: Path, monkeypa
 
 
 @pytest.mark.parametrize("body", ["body_type: static", "inertial: {mass: 1, inertia: [1, 1, 1]}"])
-def test_every_cooked_mesh_is_weighed(body: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_mass_of_every_cooked_mesh_is_checked(body: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also those of bodies whose mass no shape gives: the process would end at the first contact."""
     write(tmp_path, (1, -1, 1))
     scene = tmp_path / "weighed.yaml"
@@ -142,7 +142,7 @@ def test_every_cooked_mesh_is_weighed(body: str, tmp_path: Path, monkeypatch: py
     assert [told.code for told in caught.value.diagnostics if told.severity == "error"] == ["SC802"]
 
 
-def test_a_cache_folder_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unwritable_cache_folder_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = write(tmp_path, (1, -1, 1))
     monkeypatch.setenv("XDG_CACHE_HOME", str(scene))
     with pytest.raises(SceneError, match="XDG_CACHE_HOME") as caught:
@@ -150,7 +150,7 @@ def test_a_cache_folder_that_cannot_be_written(tmp_path: Path, monkeypatch: pyte
     assert {told.code for told in caught.value.diagnostics if told.severity == "error"} == {"SC801"}
 
 
-def test_a_mesh_that_weighs_less_than_a_milligram(tmp_path: Path) -> None:
+def test_a_mesh_below_a_milligram_is_refused(tmp_path: Path) -> None:
     write(tmp_path, (1, -1, 1))
     scene = tmp_path / "light.yaml"
     light = "{shapes: [{type: convex_mesh, file: wedge.obj, scale: 0.0005}]}"
@@ -160,7 +160,7 @@ def test_a_mesh_that_weighs_less_than_a_milligram(tmp_path: Path) -> None:
     assert [told.code for told in caught.value.diagnostics] == ["SC511"]
 
 
-def test_a_mesh_that_weighs_less_than_a_milligram_before_its_mass_is_set(tmp_path: Path) -> None:
+def test_a_mesh_below_a_milligram_by_density_is_refused_despite_its_mass(tmp_path: Path) -> None:
     """SAPIEN gives it an inertia of its own, which the mass would scale."""
     write(tmp_path, (1, -1, 1))
     scene = tmp_path / "light.yaml"

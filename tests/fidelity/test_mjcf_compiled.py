@@ -86,7 +86,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_machine_is_mujocos(tmp_path: Path, name: str) -> None:
+def test_kinematics_and_masses_of_an_mjcf_equal_mujocos(tmp_path: Path, name: str) -> None:
     model, batch = load(tmp_path, CASES[name])
     for seed in range(5):
         assert_same_machine(mujoco, model, batch, seed)
@@ -106,7 +106,7 @@ OBJ = "v 0 0 0\nv 0.3 0 0\nv 0 0.4 0\nv 0 0 0.5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 
 
 
 @pytest.mark.parametrize("file", ["t.obj", "t.msh"])
-def test_meshes_stand_where_their_files_have_them(tmp_path: Path, file: str) -> None:
+def test_mjcf_meshes_keep_the_pose_of_their_files(tmp_path: Path, file: str) -> None:
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes/t.obj").write_text("mtllib missing.mtl\n" + OBJ)
     (tmp_path / "meshes/t.msh").write_bytes(tetrahedron_msh())
@@ -152,7 +152,7 @@ TREE = f"""
     ],
     ids=["plain", "excludes", "no contacts", "no filter"],
 )
-def test_the_pairs_that_touch_are_mujocos(tmp_path: Path, rest: str) -> None:
+def test_colliding_pairs_are_those_of_mujoco(tmp_path: Path, rest: str) -> None:
     """All spheres are in one place, so that whoever may touch does."""
     model, batch = load(tmp_path, mujoco_of(TREE, f'{rest}<option gravity="0 0 0"/>'))
     data = mujoco.MjData(model)
@@ -169,7 +169,7 @@ def test_the_pairs_that_touch_are_mujocos(tmp_path: Path, rest: str) -> None:
     assert set(touching) == wanted - set(map(frozenset, neighbours))
 
 
-def test_what_a_file_says_collides_with_the_rest_of_the_scene(tmp_path: Path) -> None:
+def test_bodies_of_an_mjcf_collide_with_the_rest_of_the_scene(tmp_path: Path) -> None:
     file = tmp_path / "ball.xml"
     file.write_text(mujoco_of('<body name="ball"><freejoint/><geom size="0.1" contype="4" conaffinity="8"/></body>'))
     floor = {"body_type": "static", "shapes": [{"type": "box", "half_size": [1, 1, 0.1]}], "pose": [0, 0, -0.1]}
@@ -196,7 +196,7 @@ def drive(joint: Any) -> list[float]:
     return [joint.stiffness, joint.damping, joint.force_limit, float(joint.drive_target[0])]
 
 
-def test_actuators_springs_and_keyframes(tmp_path: Path) -> None:
+def test_actuators_springs_and_keyframes_become_drives(tmp_path: Path) -> None:
     _, batch = load(tmp_path, ACTUATED)
     first = {joint.name: joint for joint in robot_of(batch).objs[0].active_joints}
     unlimited = float(np.finfo(np.float32).max)
@@ -216,7 +216,7 @@ def test_actuators_springs_and_keyframes(tmp_path: Path) -> None:
     assert_allclose(drive(joints["a"])[:2], [1, 0], rtol=1e-6)
 
 
-def test_models_are_attached(tmp_path: Path) -> None:
+def test_attached_models_are_built(tmp_path: Path) -> None:
     (tmp_path / "hands/meshes").mkdir(parents=True)
     (tmp_path / "hands/meshes/t.obj").write_text(OBJ)
     (tmp_path / "t.obj").write_text(OBJ.replace("0.5", "5"))
@@ -242,7 +242,7 @@ def test_models_are_attached(tmp_path: Path) -> None:
     assert [joint.stiffness for joint in robot_of(batch).objs[0].active_joints].count(3) == model.nu
 
 
-def test_gravity_does_not_pull_what_the_file_exempts(tmp_path: Path) -> None:
+def test_gravcomp_1_disables_gravity(tmp_path: Path) -> None:
     text = mujoco_of(
         '<body name="free" gravcomp="1" pos="5 0 0"><freejoint/><geom size="0.1"/></body>'
         '<body name="a"><joint axis="0 1 0"/><geom size="0.1"/><body name="b" gravcomp="1" pos="1 0 0">'
@@ -260,7 +260,7 @@ def test_gravity_does_not_pull_what_the_file_exempts(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("joint", ["", "<freejoint/>"], ids=["fixed", "free"])
-def test_a_file_with_one_robot_is_the_entity_wherever_it_stands_in_it(tmp_path: Path, joint: str) -> None:
+def test_the_only_robot_of_an_mjcf_becomes_the_entity(tmp_path: Path, joint: str) -> None:
     text = mujoco_of(
         f'<body name="base" pos="0 0 1">{joint}<geom size="0.1"/><body name="tip" pos="0 0 0.3">'
         '<joint name="j" axis="0 1 0"/><geom size="0.1"/></body></body>'
@@ -283,20 +283,20 @@ def test_a_file_with_one_robot_is_the_entity_wherever_it_stands_in_it(tmp_path: 
         assert_allclose(batch.entities["at_root"].pose[:, :3], [[1, 3, 1], [2, 3, 1]], atol=1e-6)
 
 
-def test_one_body_of_a_file_is_the_entity_too(tmp_path: Path) -> None:
+def test_the_only_body_of_an_mjcf_becomes_the_entity(tmp_path: Path) -> None:
     _, batch = load(tmp_path, mujoco_of('<body name="rail" pos="0 0 2"><geom size="1"/></body>'), pose=[1, 0, 0])
     assert list(batch.entities) == ["robot"]
     assert_allclose(batch.entities["robot"].pose[0, :3], [1, 0, 2])
 
 
-def test_only_the_root_of_ours_stands_for_the_world(tmp_path: Path) -> None:
+def test_a_body_named_dummy_root_is_not_the_world(tmp_path: Path) -> None:
     body = '<body name="dummy_root_7"><freejoint/><geom size="0.1"/></body>'
     rest = '<equality><weld body1="dummy_root_7" body2="world"/></equality>'
     _, batch = load(tmp_path, mujoco_of(body, rest))
     assert not batch.constraints
 
 
-def test_a_drive_holds_where_mujocos_servo_does(tmp_path: Path) -> None:
+def test_a_drive_holds_the_position_of_mujocos_servo(tmp_path: Path) -> None:
     text = mujoco_of(
         '<body pos="0 0 1"><joint name="j" axis="0 1 0" damping="1"/><geom type="capsule" fromto="0 0 0 0.5 0 0" '
         'size="0.05" mass="1"/></body>',
@@ -311,7 +311,7 @@ def test_a_drive_holds_where_mujocos_servo_does(tmp_path: Path) -> None:
     assert robot_of(batch).qpos[0, 0] == pytest.approx(data.qpos[0], rel=0.015)
 
 
-def test_a_ball_joint_starts_where_the_keyframe_has_it(tmp_path: Path) -> None:
+def test_a_ball_joint_starts_at_the_keyframe(tmp_path: Path) -> None:
     q = np.array([0.6, -0.3, 0.5, 0.2])
     q /= np.linalg.norm(q)
     key = f'<keyframe><key name="k" qpos="{" ".join(map(str, q))}"/></keyframe>'
@@ -325,7 +325,7 @@ def test_a_ball_joint_starts_where_the_keyframe_has_it(tmp_path: Path) -> None:
     assert abs(np.dot(pose.q, data.xquat[1])) == pytest.approx(1, abs=1e-6)
 
 
-def test_terrain_and_planes_stand_still(tmp_path: Path) -> None:
+def test_mjcf_terrain_and_planes_are_static(tmp_path: Path) -> None:
     ground = '<geom type="plane" size="0 0 1" pos="0 0 -2"/><geom type="hfield" hfield="hill" pos="1 0 0.1"/>'
     hill = '<asset><hfield name="hill" nrow="2" ncol="3" size="2 1 0.5 0.1" elevation="0 1 2 4 3 0"/></asset>'
     body = '<body name="ball" pos="1.7 0.6 2"><freejoint/><geom size="0.05"/></body>'
@@ -358,7 +358,7 @@ LOOPS = {
 
 
 @pytest.mark.parametrize("name", LOOPS)
-def test_welds_and_connections_hold_what_mujoco_holds(tmp_path: Path, name: str) -> None:
+def test_welds_and_connections_hold_as_in_mujoco(tmp_path: Path, name: str) -> None:
     rest = f"<equality>{LOOPS[name]}</equality>"
     model, batch = load(tmp_path, mujoco_of(LOOP, rest), pose=[3, 4, 0])
     data = mujoco.MjData(model)

@@ -120,14 +120,14 @@ pytestmark = pytest.mark.usefixtures("other_folder")
 
 @settings(max_examples=examples(100))
 @given(text=mjcf_files(WAYS, SEQUENCES))
-def test_any_file_means_what_mujoco_makes_of_it(text: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_a_random_mjcf_is_built_as_mujoco_compiles_it(text: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.mktemp("mjcf") / "robot.xml"
     path.write_text(text)
     compare(path)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_feature_is_built_as_mujoco_makes_it(
+def test_an_mjcf_feature_is_built_as_mujoco_compiles_it(
     name: str, tmp_path: Path, meshes: dict[str, Path], image: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))

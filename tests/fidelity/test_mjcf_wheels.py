@@ -28,12 +28,14 @@ STEPS = 100
 pytestmark = pytest.mark.skipif(not FILES, reason="SCENECC_WHEELS names no folder with dm_control or robosuite")
 
 
-def test_there_are_files_to_judge_by() -> None:
+def test_wheels_contain_mjcf_files_to_compare() -> None:
     assert len(FILES) >= 100
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: "-".join(file.parts[-3:]))
-def test_the_machine_is_mujocos(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kinematics_and_masses_of_mjcf_files_in_wheels_equal_mujocos(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     try:
         model = mujoco.MjModel.from_xml_path(str(file))

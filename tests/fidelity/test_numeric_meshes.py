@@ -59,7 +59,7 @@ def egg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return scene
 
 
-def test_a_thin_ellipsoid_weighs_what_it_weighs_and_is_what_a_person_would_write(egg: Path) -> None:
+def test_a_thin_ellipsoid_has_its_mass_and_equals_a_scene_by_hand(egg: Path) -> None:
     vertices, triangles, *_ = ellipsoid_surface(RADII)
     scale = np.ptp(vertices, axis=0) / 2
     with load_scene(egg, num_scenes=2) as batch:
@@ -76,13 +76,13 @@ def test_a_thin_ellipsoid_weighs_what_it_weighs_and_is_what_a_person_would_write
             assert body.mass == pytest.approx(1000 * trimesh.Trimesh(vertices, triangles).volume, rel=1e-4)
 
 
-def test_a_script_is_equal(egg: Path) -> None:
+def test_a_script_with_numeric_meshes_builds_an_equal_scene(egg: Path) -> None:
     assert_same(open_scene(egg).plan, egg.parent)
 
 
 @settings(max_examples=examples(60), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), size=st.lists(st.floats(-3, 1), min_size=3, max_size=3), far=st.floats(-3, 3))
-def test_small_and_oblong_hulls_weigh_what_they_weigh(seed: int, size: list[float], far: float) -> None:
+def test_small_and_oblong_hulls_keep_their_mass(seed: int, size: list[float], far: float) -> None:
     points = np.random.default_rng(seed).uniform(-1, 1, (40, 3)) * 10 ** np.array(size) + far
     hull = trimesh.convex.convex_hull(points)
     made = numeric_mesh("hull", points, hull.faces)

@@ -46,7 +46,7 @@ def matrices() -> NDArray[np.float64]:
     return made
 
 
-def test_poses_of_matrices_and_their_products_have_the_same_bits(matrices: NDArray[np.float64]) -> None:
+def test_poses_of_matrices_and_their_products_have_sapiens_bits(matrices: NDArray[np.float64]) -> None:
     before, ours = sapien.Pose(), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     for matrix in matrices:
         theirs = sapien.Pose(matrix)
@@ -59,7 +59,7 @@ def test_poses_of_matrices_and_their_products_have_the_same_bits(matrices: NDArr
 @given(
     st.lists(st.floats(-1, 1, width=32), min_size=8, max_size=8), st.lists(st.floats(-99, 99), min_size=6, max_size=6)
 )
-def test_products_of_any_quaternions_have_the_same_bits(q: list[float], p: list[float]) -> None:
+def test_products_of_any_quaternions_have_sapiens_bits(q: list[float], p: list[float]) -> None:
     first, second = (p[:3], q[:4]), (p[3:], q[4:])
     theirs = sapien.Pose(*first) * sapien.Pose(*second)
     mine = [pose_numbers((a, b, c), (w, x, y, z)) for (a, b, c), (w, x, y, z) in (first, second)]

@@ -58,7 +58,7 @@ def assert_equal(description: RobotDescription, loader: Loader, file: Path, **op
 @pytest.mark.maniskill
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 @pytest.mark.parametrize("scale", [1.0, 0.7])
-def test_every_urdf_of_maniskill_is_described_as_it_is_loaded(file: Path, scale: float, loader: Loader) -> None:
+def test_every_urdf_of_maniskill_is_described_as_sapien_loads_it(file: Path, scale: float, loader: Loader) -> None:
     description, sink = describe(file, scale=scale, collision_is_visual=scale != 1)
     if description is not None:
         assert_equal(description, loader, file, scale=scale, collision_is_visual=scale != 1)
@@ -72,7 +72,7 @@ def test_every_urdf_of_maniskill_is_described_as_it_is_loaded(file: Path, scale:
 
 
 @pytest.mark.maniskill
-def test_most_urdfs_of_maniskill_are_whole() -> None:
+def test_most_urdfs_of_maniskill_are_read_without_errors() -> None:
     whole = [file.stem for file in FILES if describe(file)[0] is not None]
     assert len(FILES) == 60
     assert len(whole) == 43, whole
@@ -80,7 +80,7 @@ def test_most_urdfs_of_maniskill_are_whole() -> None:
 
 @pytest.mark.parametrize("scale", [1.0, 0.37])
 @pytest.mark.parametrize("name", CASES)
-def test_urdfs_are_described_as_they_are_loaded(name: str, scale: float, loader: Loader, tmp_path: Path) -> None:
+def test_urdfs_are_described_as_sapien_loads_them(name: str, scale: float, loader: Loader, tmp_path: Path) -> None:
     urdf, srdf = CASES[name]
     (tmp_path / "robot.urdf").write_text(urdf)
     for mesh in ("part.obj", "maps/wood.png", "pack/meshes/part.stl"):
@@ -96,7 +96,7 @@ def test_urdfs_are_described_as_they_are_loaded(name: str, scale: float, loader:
 
 @settings(max_examples=examples(150), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(urdf=urdfs())
-def test_random_urdfs_are_described_as_they_are_loaded(
+def test_random_urdfs_are_described_as_sapien_loads_them(
     urdf: str, loader: Loader, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     file = tmp_path_factory.getbasetemp() / "random.urdf"

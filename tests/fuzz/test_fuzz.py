@@ -26,12 +26,12 @@ def run(*arguments: str | Path) -> str:
     return done.stdout
 
 
-def test_what_failed_once() -> None:
+def test_a_case_that_failed_once_passes() -> None:
     assert REGRESSIONS
     run(*REGRESSIONS)
 
 
-def test_a_case_that_fails_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_case_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "scene.yaml").write_text("scenecc: 1\nentities: {a: {shapes: [{type: box}]}}\n")
     here = Path.cwd()
     try:
@@ -44,7 +44,7 @@ def test_a_case_that_fails_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         os.chdir(here)
 
 
-def test_time_memory_and_signals_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_timeouts_memory_errors_and_signals_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def end(how: Callable[[], object]) -> str:
         monkeypatch.setattr(driver, "judge", lambda *_, **__: how())
         return driver.once(tmp_path, render=False) or ""
@@ -56,7 +56,7 @@ def test_time_memory_and_signals_are_told(tmp_path: Path, monkeypatch: pytest.Mo
     assert "MemoryError" in end(lambda: oracle.guarded(lambda: str(bytearray(2 * driver.MEMORY))))
 
 
-def test_a_case_is_made_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_case_is_minimized(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(driver, "judge", lambda *_, **__: "bad" if b"#" in (tmp_path / "a").read_bytes() else None)
     (tmp_path / "a").write_bytes(b"one # two")
     (tmp_path / "b").write_bytes(b"not needed")
@@ -66,7 +66,7 @@ def test_a_case_is_made_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.parametrize("target", corpus.TARGETS)
-def test_mutations_are_the_same_each_time_and_differ(target: str, tmp_path: Path) -> None:
+def test_mutations_are_reproducible_and_distinct(target: str, tmp_path: Path) -> None:
     seeds = corpus.make_corpus(target, tmp_path)
     assert len(seeds) >= {"srdf": 1, "passport": 5, "pack": 10}.get(target, 14)
     data = {seed: (seed.folder / seed.name).read_bytes() for seed in seeds}

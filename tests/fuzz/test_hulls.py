@@ -48,7 +48,7 @@ def judge(lines: list[list[str]]) -> tuple[int, int]:
     return touched, refused
 
 
-def test_some_meshes(tmp_path: Path) -> None:
+def test_some_random_meshes_have_their_mass_or_are_refused(tmp_path: Path) -> None:
     touched, refused = judge(run(0, 60, tmp_path))
     assert touched > 15
     assert refused > 15
@@ -56,7 +56,7 @@ def test_some_meshes(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-def test_two_thousand_meshes(tmp_path: Path) -> None:
+def test_two_thousand_random_meshes_have_their_mass_or_are_refused(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as pool:
         lines = [line for found in pool.map(lambda i: run(i, i + 250, tmp_path), range(0, 2000, 250)) for line in found]
     touched, refused = judge(lines)

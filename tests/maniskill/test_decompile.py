@@ -20,7 +20,7 @@ TASKS = {
 
 
 @pytest.mark.timeout(300)
-def test_a_tasks_file_is_the_task() -> None:
+def test_a_decompiled_task_equals_the_task() -> None:
     tests = Path(__file__).parents[1]
     path = os.pathsep.join([str(tests), str(tests.parent), os.environ.get("PYTHONPATH", "")])
     command = [sys.executable, "-m", "plugins.maniskill_decompile", *TASKS]
@@ -36,7 +36,7 @@ def test_a_tasks_file_is_the_task() -> None:
 
 
 @pytest.mark.parametrize("task", ["PickCube", "pickcube-v1"])
-def test_a_task_that_does_not_exist_is_an_error_with_the_nearest_one(task: str, tmp_path: Path) -> None:
+def test_an_unknown_task_is_an_error_with_the_nearest_name(task: str, tmp_path: Path) -> None:
     from scenecc.maniskill import tasks
 
     with pytest.raises(tasks.TaskFailure, match=f"no task `{task}`; did you mean `PickCube-v1`"):
@@ -53,9 +53,7 @@ def test_without_a_device_that_renders_the_error_says_how_to_get_one(
         tasks.decompile_task("PickCube-v1", base=tmp_path)
 
 
-def test_environments_are_closed_where_a_later_one_cannot_be_made(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_environments_are_closed_if_a_later_one_fails(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     from scenecc.maniskill import tasks
 
     class Environment:

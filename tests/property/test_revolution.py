@@ -31,7 +31,7 @@ def built(kind: str, *sizes: float) -> Any:
 @pytest.mark.parametrize("kind", REVOLVED_SOLIDS)
 @settings(max_examples=examples(40), deadline=None)
 @given(data=st.data())
-def test_mass_and_inertia_are_those_of_the_mesh(kind: str, data: st.DataObject) -> None:
+def test_mass_and_inertia_of_a_revolved_solid_equal_the_meshs(kind: str, data: st.DataObject) -> None:
     solid = REVOLVED_SOLIDS[kind]
     given = {name: data.draw(SIZES) for name in solid.__slots__}
     if kind == "ring":

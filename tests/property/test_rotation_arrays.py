@@ -38,38 +38,38 @@ def rows(*columns: st.SearchStrategy[Any]) -> st.SearchStrategy[list[tuple[Any, 
 
 
 @given(rows(QUATERNIONS, QUATERNIONS))
-def test_products(cases: list[Any]) -> None:
+def test_batched_products_equal_single_products(cases: list[Any]) -> None:
     assert_same(scalar.multiply_quaternions, arrays.multiply_quaternions, cases)
 
 
 @given(rows(QUATERNIONS, VECTORS))
-def test_turned_vectors(cases: list[Any]) -> None:
+def test_batched_rotated_vectors_equal_single_ones(cases: list[Any]) -> None:
     assert_same(scalar.rotate, arrays.rotate, cases)
     assert_same(scalar.normalized, arrays.normalized, [(q,) for q, _ in cases])
 
 
 @given(rows(VECTORS))
-def test_angles(cases: list[Any]) -> None:
+def test_batched_rpy_rotations_equal_single_ones(cases: list[Any]) -> None:
     assert_same(lambda angles: scalar.from_rpy(*angles), arrays.from_rpy, cases)
 
 
 @given(rows(DIRECTIONS, NUMBERS))
-def test_turns_about_axes(cases: list[Any]) -> None:
+def test_batched_axis_angle_rotations_equal_single_ones(cases: list[Any]) -> None:
     assert_same(scalar.from_axis_angle, arrays.from_axis_angle, cases)
 
 
 @given(rows(st.one_of(DIRECTIONS, st.tuples(st.sampled_from([-1.0, 1.0]), *[st.floats(-1e-9, 1e-9)] * 2))))
-def test_shortest_rotations(cases: list[Any]) -> None:
+def test_batched_shortest_rotations_equal_single_ones(cases: list[Any]) -> None:
     assert_same(scalar.shortest_from_x, arrays.shortest_from_x, cases)
 
 
 @given(rows(QUATERNIONS.map(lambda q: tuple(zip(*(scalar.rotate(q, axis) for axis in AXES), strict=True)))))
-def test_rotations_of_matrices(cases: list[Any]) -> None:
+def test_batched_rotations_of_matrices_equal_single_ones(cases: list[Any]) -> None:
     assert_same(scalar.from_matrix, arrays.from_matrix, cases)
 
 
 @given(rows(VECTORS))
-def test_looking(cases: list[Any]) -> None:
+def test_batched_looking_equals_single_looking(cases: list[Any]) -> None:
     found, known = arrays.looking(np.array([row[0] for row in cases]))
     for q, found_one, (forward,) in zip(found, known.tolist(), cases, strict=True):
         expected = scalar.looking(forward)
@@ -78,17 +78,17 @@ def test_looking(cases: list[Any]) -> None:
 
 
 @given(rows(POSES, POSES))
-def test_composed_poses(cases: list[Any]) -> None:
+def test_batched_composed_poses_equal_single_ones(cases: list[Any]) -> None:
     assert_same(scalar.compose, arrays.compose, cases)
 
 
 @given(rows(POSES, QUATERNIONS, st.one_of(st.just((0.0, 0.0, 0.0)), VECTORS)))
-def test_poses_turned_in_their_own_frame(cases: list[Any]) -> None:
+def test_batched_turned_poses_equal_single_ones(cases: list[Any]) -> None:
     assert_same(scalar.turned, arrays.turned, cases)
 
 
 @given(rows(POSES, st.floats(-0.1, 0.1)))
-def test_how_far_a_matrix_is_from_a_rigid_motion(cases: list[Any]) -> None:
+def test_batched_rigidity_equals_single_rigidity(cases: list[Any]) -> None:
     matrices: list[Any] = []
     for pose, off in cases:
         axes = zip(*(scalar.rotate(pose[3:], axis) for axis in AXES), strict=True)
@@ -98,7 +98,7 @@ def test_how_far_a_matrix_is_from_a_rigid_motion(cases: list[Any]) -> None:
 
 
 @given(st.lists(st.tuples(*[st.floats(-7, 7)] * 3), min_size=1, max_size=20))
-def test_turns_are_those_that_scripts_for_sapien_make(cases: list[tuple[float, float, float]]) -> None:
+def test_rpy_rotations_equal_those_of_transforms3d(cases: list[tuple[float, float, float]]) -> None:
     """With a negative w and with -0.0 where these have them: SAPIEN comes with `transforms3d`."""
     euler: Any = importlib.import_module("transforms3d.euler")
     turns = np.array(cases)

@@ -1,4 +1,4 @@
-"""Models as MuJoCo compiles them, which it does in a process of its own."""
+"""Compiles models with MuJoCo in a separate process."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scenecc.worker_process import Message
 
 OLDEST, BEYOND = (3, 5), (5, 0)
-"""Versions of MuJoCo with which this is tested: from, and below."""
+"""Supported MuJoCo versions: from OLDEST, below BEYOND."""
 
 INSTALL_HINT = install_hint("mjcf")
 
@@ -28,29 +28,29 @@ _MEMORY = 4 * 2**30
 """Address space of the process [bytes]."""
 
 _SECONDS = 60.0
-"""Longest time for one model."""
+"""Time limit for one model [s]."""
 
 MAX_NUMBER = 1e12
-"""The largest number of a model: so the product of three is one of single precision."""
+"""Largest number in a model: a product of three still fits in single precision."""
 
 _MOST_KEPT = 8
-"""Compiled models that are kept: a scene is often validated and then built."""
+"""Maximum number of cached models: a scene is often validated and then built."""
 
 _MOST_KEPT_BYTES = 2**28
-"""All of them together, but for the last [bytes]."""
+"""Maximum total size of the cached models, not counting the last [bytes]."""
 
 _LINE = re.compile(r"line (\d+)")
 
 
 class _CompilerProcess:
-    """MuJoCo in a process of its own, and the models that it compiled last."""
+    """MuJoCo in a separate process, with a cache of the last compiled models."""
 
     def __init__(self) -> None:
         self._worker = Worker(worker.__name__, memory=_MEMORY, seconds=_SECONDS, name="MuJoCo's compiler")
         self._kept: dict[bytes, Message] = {}
 
     def compile(self, xml: bytes, assets: dict[str, bytes]) -> Message:
-        """The answer of `worker.compile_model`. Raises WorkerError."""
+        """Returns the answer of `worker.compile_model`. Raises WorkerError."""
         key = _digest(xml, assets)
         if key not in self._kept:
             answer = self._worker.ask({"names": list(assets)}, [xml, *assets.values()])
@@ -67,7 +67,7 @@ _COMPILER = _CompilerProcess()
 
 
 def _digest(xml: bytes, assets: dict[str, bytes]) -> bytes:
-    import hashlib  # noqa: PLC0415 - loaded where there is a model
+    import hashlib  # noqa: PLC0415 - loaded only for a model
 
     state = hashlib.sha256(f"{mujoco_version()} {len(xml)} ".encode() + xml)
     for name, data in assets.items():
@@ -77,8 +77,8 @@ def _digest(xml: bytes, assets: dict[str, bytes]) -> bytes:
 
 @lru_cache
 def mujoco_version() -> str | None:
-    """The version of MuJoCo that is installed; None: there is none."""
-    # A folder `mujoco` beside a script can be imported too, and has no version.
+    """Returns the installed MuJoCo version; None if it is not installed."""
+    # A folder `mujoco` beside a script can be imported too, but has no version.
     try:
         return importlib.metadata.version("mujoco")
     except importlib.metadata.PackageNotFoundError:
@@ -86,21 +86,21 @@ def mujoco_version() -> str | None:
 
 
 def check_mujoco(report: MjcfReport, location: Location) -> bool:
-    """Whether MuJoCo can be used; otherwise that is an error (SC457)."""
+    """Returns whether MuJoCo can be used; reports SC457 if not."""
     version = mujoco_version()
     if version is None:
-        report.error("SC457", "an MJCF is read by MuJoCo, which is not installed", location, INSTALL_HINT)
+        report.error("SC457", "MJCF files need MuJoCo, which is not installed", location, INSTALL_HINT)
         return False
     numbers = tuple(int(part) for part in re.findall(r"\d+", version)[:2])
     if not OLDEST <= numbers < BEYOND:
         wanted = f"from {'.'.join(map(str, OLDEST))} and below {'.'.join(map(str, BEYOND))}"
-        report.error("SC457", f"MuJoCo {version} is installed, and {wanted} is needed", location, INSTALL_HINT)
+        report.error("SC457", f"MuJoCo {version} is installed, but version {wanted} is needed", location, INSTALL_HINT)
         return False
     return True
 
 
 def compile_mjcf(source: MujocoSource, report: MjcfReport) -> CompiledModel | None:
-    """The compiled model; None after an error: SC458 (it takes too much), SC481 (MuJoCo refuses it)."""
+    """Returns the compiled model; None after an error: SC458 (too much time or memory), SC481 (refused by MuJoCo)."""
     root = source.elements[0].location
     try:
         header, parts = _COMPILER.compile(source.text.encode(), source.assets)
@@ -118,27 +118,27 @@ def compile_mjcf(source: MujocoSource, report: MjcfReport) -> CompiledModel | No
 
 
 def _is_bounded(model: CompiledModel, report: MjcfReport) -> bool:
-    """Whether the engine holds all numbers, also the products of three; otherwise that is an error (SC481)."""
-    import numpy as np  # noqa: PLC0415 - loaded where there is a model
+    """Returns whether all numbers, and products of three, fit in single precision; reports SC481 if not."""
+    import numpy as np  # noqa: PLC0415 - loaded only for a model
 
     for name, array in model.arrays.items():
         kind, _, rest = name.partition("_")
         if array.dtype.kind != "f" or not array.size:
             continue
-        # A range may be without an end.
+        # A range may be infinite.
         wrong = np.isnan(array) if rest.endswith("range") else ~(np.abs(array) <= MAX_NUMBER)
         if wrong.any():
             row = int(np.argwhere(wrong)[0][0])
             kind = {"cam": "camera"}.get(kind, kind)
             place = model.location(kind, row) if kind in worker.NAMED else model.source.elements[0].location
             number = float(array[wrong][0])
-            report.error("SC481", f"`{name}` becomes {number:g}, and the most that is built is {MAX_NUMBER:g}", place)
+            report.error("SC481", f"`{name}` becomes {number:g}, and the limit is {MAX_NUMBER:g}", place)
             return False
     return True
 
 
 def _readable(message: str, source: MujocoSource) -> str:
-    """MuJoCo's message in one line, with the files' own names and without the lines of the text that it got."""
+    """Returns MuJoCo's message in one line, with the original file names and without line numbers."""
     for name, file in source.files.items():
         message = message.replace(name, Path(file.uri).name)
     lines = [line.strip() for line in message.splitlines() if line.strip()]

@@ -1,8 +1,8 @@
-"""Which links of a file never collide, as bits of SAPIEN's third collision integer.
+"""Links of a file that never collide, as bits of SAPIEN's third collision integer.
 
-MuJoCo lets bodies that are welded together not collide, nor such a group and the one that it moves on, nor the pairs of
-`<exclude>`. PhysX keeps only a link and its parent link apart. Each bit stands for a set of links of which all pairs
-ignore one another: the pairs are covered by such sets, greedily, for there are only 32 bits.
+In MuJoCo, bodies welded together do not collide, nor does a welded group collide with its parent group, nor do pairs in
+`<exclude>`. PhysX excludes only a link and its parent. Each bit stands for a set of links that ignore one another.
+There are only 32 bits, so the pairs are covered greedily.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scenecc.robots.mjcf_files import MjcfReport
 
 MAX_BITS = 31
-"""Bits of `contype` and `conaffinity` that SAPIEN's integers hold, shifted by one."""
+"""Usable bits of `contype` and `conaffinity`: SAPIEN's integers hold them shifted by one."""
 
 
 @dataclass(slots=True)
@@ -28,10 +28,10 @@ class CollidingLink:
     """A link that collides.
 
     Attributes:
-        body: number of its body in the model.
-        key: of the link itself: equal for a link and for the parent that others name.
-        parent: the key of its parent link; None: it has none.
-        contype, conaffinity: of all its geoms together.
+        body: index of its body in the model.
+        key: identifies the link.
+        parent: key of its parent link; None: it has none.
+        contype, conaffinity: union over its geoms.
     """
 
     body: int
@@ -42,15 +42,15 @@ class CollidingLink:
 
 
 def find_ignore_bits(links: Sequence[CollidingLink], model: CompiledModel, report: MjcfReport) -> dict[int, int]:
-    """The bits of each link that has any, by its key; after an error (SC483: too many sets), none."""
+    """Returns the ignore bits of each link that has any, by its key; empty after an error (SC483: too many sets)."""
     if "CONTACT" in model.header["disabled"]:
         return {link.key: 1 for link in links}
     wanted, free = _pairs(links, model)
     sets = cover_pairs(wanted, free, len(links))
     if len(sets) > MAX_SETS:
-        message = f"links that ignore one another need {len(sets)} bits, and SAPIEN has {MAX_SETS}"
+        message = f"links that ignore one another need {len(sets)} bits, but SAPIEN has {MAX_SETS}"
         place = model.location("exclude", 0) if len(model["exclude_signature"]) else model.source.elements[0].location
-        report.error("SC483", message, place, "build the file in parts, or leave out some `<exclude>`")
+        report.error("SC483", message, place, "split the file, or remove some `<exclude>`")
         return {}
     bits: dict[int, int] = {}
     for bit, together in enumerate(sets):
@@ -60,7 +60,7 @@ def find_ignore_bits(links: Sequence[CollidingLink], model: CompiledModel, repor
 
 
 def _pairs(links: Sequence[CollidingLink], model: CompiledModel) -> tuple[Pairs, Pairs]:
-    """Pairs that need a bit, and all that never collide."""
+    """Returns the pairs that need a bit, and all pairs that never collide."""
     weld, parent = model["body_weldid"].tolist(), model["body_parentid"].tolist()
     excluded = {(one >> 16, one & 0xFFFF) for one in model["exclude_signature"].tolist()}
     filters = "FILTERPARENT" not in model.header["disabled"]
@@ -73,7 +73,7 @@ def _pairs(links: Sequence[CollidingLink], model: CompiledModel) -> tuple[Pairs,
         pair = (a.body, b.body)
         touches = bool(a.contype & b.conaffinity or b.contype & a.conaffinity)
         ignores = first == second or (filters and moves_on) or pair in excluded or pair[::-1] in excluded
-        # PhysX keeps a link and its parent apart, and what stands still.
+        # PhysX excludes a link and its parent, and pairs of static shapes.
         apart = a.parent == b.key or b.parent == a.key or first == second == WORLD
         if ignores or apart or not touches:
             never.add((i, j))

@@ -1,4 +1,4 @@
-"""Welds and connections of a compiled model, as constraints between links."""
+"""Weld and connect equalities of a compiled model, as constraints between links."""
 
 from __future__ import annotations
 
@@ -14,47 +14,47 @@ if TYPE_CHECKING:
     from scenecc.robots.mjcf_files import MjcfReport
 
 _OF_SITES = 6
-"""`mjOBJ_SITE`: the equality is between sites and not between bodies."""
+"""`mjOBJ_SITE`: the equality is between sites, not bodies."""
 
 
 WORLD_EQUALITY: Final = "equality/world"
-"""The kind of loss of an equality with the world, which a robot in a file cannot have."""
+"""Kind of loss for an equality with the world, which a robot in a file cannot have."""
 
 
 def read_constraints(
     model: CompiledModel, links: Mapping[int, LinkName], report: MjcfReport
 ) -> list[DescribedConstraint]:
-    """The welds and connections that hold from the start.
+    """Returns the welds and connections that are active from the start.
 
     Args:
-        model: compiled.
-        links: of each body that is built.
-        report: where findings go.
+        model: the compiled model.
+        links: link of each body that is built.
+        report: receives the findings.
     """
     made: list[DescribedConstraint] = []
     for number, kind in enumerate(model["eq_type"].tolist()):
         place = model.location("eq", number)
         if not model["eq_active0"][number]:
-            report.left_out("equality/inactive", "an equality that is not active is not built", place)
+            report.left_out("equality/inactive", "inactive equalities are not built", place)
         elif kind in {CONNECT_EQUALITY, WELD_EQUALITY}:
             (first, in_first), (second, in_second) = equality_frames(model, number, kind)
             if first not in links or second not in links or first == second:
-                message = "an equality with the world is built where the file has a fixed robot that hangs on it"
+                message = "an equality with the world is built only if it involves a fixed robot of the file"
                 report.left_out(WORLD_EQUALITY, message, place)
                 continue
             name = model.name("eq", number) or f"equality_{number}"
             word = "weld" if kind == WELD_EQUALITY else "connection"
             ends = (links[first], in_first, links[second], in_second)
-            # The world and what stands still carry nothing.
+            # The world cannot be a child.
             parent, in_parent, child, in_child = ends if second != WORLD else (*ends[2:], *ends[:2])
             made.append(DescribedConstraint(name, word, parent, child, in_parent, in_child, place))
         elif kind != JOINT_EQUALITY:
-            report.left_out("equality/other", "an equality of tendons, flexes or distances is not built", place)
+            report.left_out("equality/other", "equalities of tendons, flexes or distances are not built", place)
     return made
 
 
 def equality_frames(model: CompiledModel, number: int, kind: int) -> tuple[tuple[int, Pose7], tuple[int, Pose7]]:
-    """Both bodies of a weld or connection, and the frames in them that coincide."""
+    """Returns both bodies of a weld or connection, each with its frame; the two frames coincide."""
     first, second = int(model["eq_obj1id"][number]), int(model["eq_obj2id"][number])
     if model["eq_objtype"][number] == _OF_SITES:
         return _site(model, first), _site(model, second)

@@ -1,4 +1,4 @@
-"""Joints of a compiled model, with the drives that its actuators are and the positions of a keyframe."""
+"""Joints of a compiled model, with drives from its actuators and initial positions from a keyframe."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
     from scenecc.robots.mjcf_files import MjcfReport
 
 _TO_JOINT, _TO_JOINT_IN_PARENT = 0, 1
-"""`mjtTrn`: an actuator on a joint; both are the same for hinges and slides."""
+"""`mjtTrn`: actuators on a joint; the two are the same for hinges and slides."""
 
 _GROUPS = 31
-"""Groups of actuators that can be disabled."""
+"""Number of actuator groups that can be disabled."""
 
 _NO_DYNAMICS, _FIXED_GAIN, _AFFINE_BIAS = 0, 0, 1
-"""`mjtDyn`, `mjtGain` and `mjtBias` of the actuators that are drives."""
+"""`mjtDyn`, `mjtGain` and `mjtBias` of the actuators that become drives."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Servo:
-    """A position or velocity actuator, in terms of its joint.
+    """A position or velocity actuator, in joint coordinates.
 
     Attributes:
-        number: of the actuator.
+        number: index of the actuator.
         stiffness, damping: of the drive.
-        target: position in MuJoCo's joint [rad or m].
-        limit: largest force or torque [N or N·m]; None: there is none.
+        target: MuJoCo joint position [rad or m].
+        limit: maximum force or torque [N or N·m]; None: unlimited.
     """
 
     number: int
@@ -48,9 +48,9 @@ class MjcfJointReader:
     """Reads the joints of a compiled model.
 
     Args:
-        model: compiled.
-        report: where findings go.
-        keyframe: number of the keyframe that gives initial positions; None: the model's own positions.
+        model: the compiled model.
+        report: receives the findings.
+        keyframe: index of the keyframe with the initial positions; None: the model's own positions.
     """
 
     def __init__(self, model: CompiledModel, report: MjcfReport, keyframe: int | None) -> None:
@@ -64,7 +64,7 @@ class MjcfJointReader:
         self._drives = self._read_drives()
 
     def of_body(self, joints: list[int]) -> list[DescribedJoint]:
-        """The joints of a body, in its own frame: hinges and slides as they are, a ball joint as three hinges."""
+        """Returns the joints of a body, in its frame. A ball joint becomes three hinges."""
         return [made for joint in joints for made in self._joint(joint)]
 
     def _joint(self, joint: int) -> list[DescribedJoint]:
@@ -114,7 +114,7 @@ class MjcfJointReader:
             pose_in_child=frame,
             location=place,
             limits=limits,
-            # SAPIEN's own is 0.05, and MuJoCo's joints slide freely.
+            # SAPIEN's default is 0.05; MuJoCo's joints have no such friction.
             friction=0.0,
             damping=max(0.0, float(self._model["dof_damping"][dof])),
             armature=float(self._model["dof_armature"][dof]) or None,
@@ -122,11 +122,10 @@ class MjcfJointReader:
         )
 
     def _zero(self, joint: int) -> float:
-        """Where a hinge or slide stands in the model as written, which is 0 here: MuJoCo's `ref`."""
+        """Returns MuJoCo's `ref`: the joint position that becomes 0 here."""
         return float(self._model["qpos0"][self._model["jnt_qposadr"][joint]])
 
     def _start(self, joint: int) -> list[float] | None:
-        """Of a joint in the keyframe."""
         if self._keyframe is None:
             return None
         first = int(self._model["jnt_qposadr"][joint])
@@ -136,28 +135,28 @@ class MjcfJointReader:
     def _report_friction(self) -> None:
         rough = [joint for joint, dof in enumerate(self._model["jnt_dofadr"].tolist()) if self._loss(joint, dof)]
         if rough:
-            message = f"`frictionloss` is not built (there are {len(rough)}): it is a force, and PhysX has a ratio"
+            message = f"`frictionloss` is not built (there are {len(rough)}): it is a force, but PhysX has a ratio"
             place = self._model.location("jnt", rough[0])
             self._report.left_out("frictionloss", message, place, "`joints: {NAME: {friction: …}}` gives a ratio")
 
     def _report_springs(self) -> None:
-        """What springs and dampers of PhysX do not do."""
+        """Reports springs and dampers that PhysX cannot represent."""
         model, left = self._model, self._report.left_out
         stiff, damp = model.arrays.get("jnt_stiffnesspoly"), model.arrays.get("dof_dampingpoly")
         for joint, dof in enumerate(model["jnt_dofadr"].tolist()):
             kind, place, stiffness = self._kind(joint), model.location("jnt", joint), model["jnt_stiffness"][joint]
             if (stiff is not None and stiff[joint].any()) or (damp is not None and damp[dof].any()):
-                left("spring/power", "of stiffness and damping only the first number is built", place)
+                left("spring/power", "only the first number of stiffness and damping is built", place)
             if stiffness < 0 or model["dof_damping"][dof] < 0:
-                left("spring/sign", "`stiffness` and `damping` below 0 are not built", place)
+                left("spring/sign", "negative `stiffness` and `damping` are not built", place)
             if model["dof_armature"][dof] < 0:
-                message = f"`armature` is {model['dof_armature'][dof]:g}, and an inertia may not be negative"
+                message = f"`armature` is {model['dof_armature'][dof]:g}, but cannot be negative"
                 self._report.error("SC481", message, place)
             if kind == BALL and (stiffness or model["jnt_limited"][joint]):
                 left("ball/range", "limits and the spring of a ball joint are not built", place)
             if kind == FREE and (stiffness or model["dof_damping"][dof] or model["dof_armature"][dof]):
                 message = "damping, armature and stiffness of a free joint are not built"
-                left("spring/free", message, place, "`linear_damping` and `angular_damping` are the scene's")
+                left("spring/free", message, place, "use `linear_damping` and `angular_damping` in the scene")
 
     def _report_flags(self) -> None:
         if self._model.header["option"]["override"]:
@@ -165,7 +164,7 @@ class MjcfJointReader:
             self._report.left_out("flag/override", message, self._model.source.first("flag").location)
         for flag in ("CONSTRAINT", "LIMIT", "EQUALITY", "ACTUATION", "SPRING", "DAMPER"):
             if flag in self._model.header["disabled"]:
-                message = f'`<flag {flag.lower()}="disable"/>` is not built: what it switches off is'
+                message = f'`<flag {flag.lower()}="disable"/>` is ignored: what it disables stays on'
                 self._report.left_out(f"flag/{flag}", message, self._model.source.first("flag").location)
 
     def _loss(self, joint: int, dof: int) -> bool:
@@ -175,7 +174,7 @@ class MjcfJointReader:
     # --- equalities of two joints
 
     def _read_mimics(self) -> dict[int, DescribedMimic]:
-        """Joints that follow another one, by number."""
+        """Returns the mimics, by joint number."""
         model = self._model
         found: dict[int, DescribedMimic] = {}
         for number, kind in enumerate(model["eq_type"].tolist()):
@@ -185,10 +184,10 @@ class MjcfJointReader:
             offset, multiplier, *higher = model["eq_data"][number][:5].tolist()
             place = model.location("eq", number)
             if source < 0 or any(higher) or multiplier == 0 or {self._kind(joint), self._kind(source)} - {HINGE, SLIDE}:
-                message = "an equality of joints is built where one is a multiple of the other, plus an offset"
+                message = "an equality of joints is built only if one is a multiple of the other, plus an offset"
                 self._report.left_out("equality/joint", message, place)
             elif joint in found:
-                self._report.left_out("equality/second", "a joint follows one other joint, and no second", place)
+                self._report.left_out("equality/second", "a joint can mimic only one other joint", place)
             else:
                 found[joint] = DescribedMimic(model.name("jnt", source), multiplier, offset, place)
         return found
@@ -199,7 +198,7 @@ class MjcfJointReader:
     # --- actuators
 
     def _read_drives(self) -> dict[int, list[_Servo]]:
-        """The position and velocity actuators of each joint, by its number."""
+        """Returns the position and velocity actuators of each joint, by joint number."""
         model = self._model
         found: dict[int, list[_Servo]] = {}
         left: Counter[str] = Counter()
@@ -209,7 +208,7 @@ class MjcfJointReader:
             if self._is_disabled(number):
                 continue
             on_joint = model["actuator_trntype"][number] in {_TO_JOINT, _TO_JOINT_IN_PARENT}
-            why = self._why_no_drive(number) if on_joint else "that pull on tendons, sites or bodies"
+            why = self._why_no_drive(number) if on_joint else "on tendons, sites or bodies"
             if why is None and self._kind(joint) in {HINGE, SLIDE}:
                 if (servo := self._servo(number)) is not None:
                     found.setdefault(joint, []).append(servo)
@@ -219,11 +218,11 @@ class MjcfJointReader:
             places.setdefault(why, model.location("actuator", number))
         for why, count in left.items():
             message = f"actuators {why} are not built (there are {count})"
-            self._report.left_out(f"actuator/{why}", message, places[why], "`drives` of the scene gives joints a drive")
+            self._report.left_out(f"actuator/{why}", message, places[why], "use `drives` in the scene")
         return found
 
     def _control(self, number: int) -> float:
-        """The control of an actuator in the keyframe. One of MuJoCo 4 may have several, and then it is no drive."""
+        """Returns an actuator's control in the keyframe. In MuJoCo 4 it may have several; then it is not a drive."""
         if self._keyframe is None:
             return 0.0
         model = self._model
@@ -236,7 +235,7 @@ class MjcfJointReader:
         return control
 
     def _is_disabled(self, number: int) -> bool:
-        """Whether `actuatorgroupdisable` names the group of an actuator."""
+        """Returns whether `actuatorgroupdisable` includes an actuator's group."""
         group = int(self._model["actuator_group"][number])
         return bool(0 <= group < _GROUPS and self._model.header["option"]["disableactuator"] >> group & 1)
 
@@ -246,11 +245,11 @@ class MjcfJointReader:
             return "with a state of their own"
         if model["actuator_gaintype"][number] != _FIXED_GAIN:
             return "with a gain that depends on the state"
-        # A motor is a force that somebody commands: it does nothing by itself.
-        return None if model["actuator_biastype"][number] <= _AFFINE_BIAS else "with the bias of a muscle or of a user"
+        # A motor only applies commanded forces; it needs no drive.
+        return None if model["actuator_biastype"][number] <= _AFFINE_BIAS else "with a muscle or user bias"
 
     def _servo(self, number: int) -> _Servo | None:
-        """The drive that an actuator is; None: it is none, or cannot be built, which is reported."""
+        """Returns an actuator as a drive; None if it is not one, or cannot be built (reported)."""
         model, place = self._model, self._model.location("actuator", number)
         gear = float(model["actuator_gear"][number][0])
         bias, position, velocity = model["actuator_biasprm"][number][:3].tolist()
@@ -261,25 +260,25 @@ class MjcfJointReader:
             return None
         offset = float(model["actuator_gainprm"][number][0]) * self._control(number) + bias
         if not position and offset:
-            message = "a velocity actuator of which the target is not 0 brakes to 0"
+            message = "a velocity actuator with a nonzero target is built with target 0"
             self._report.left_out("actuator/velocity", message, place)
         limit = None
         if model["actuator_forcelimited"][number]:
             limit = self._symmetric(model["actuator_forcerange"][number], place) * abs(gear)
         target = offset / (-position * gear) if position and gear else 0.0
-        # Not -0.0, of an actuator without one of them.
+        # Avoids -0.0.
         return _Servo(number, 0.0 - position * gear**2, 0.0 - velocity * gear**2, target, limit)
 
     def _symmetric(self, forces: Any, place: Location) -> float:
-        """The one limit of a drive: the larger of both ends."""
+        """Returns the larger of both force limits, as a drive has only one."""
         low, high = forces.tolist()
         if low != -high:
-            message = "a drive has one limit of force: the larger one of `forcerange` and `actuatorfrcrange`"
+            message = "a drive has one force limit: the larger end of `forcerange` or `actuatorfrcrange`"
             self._report.left_out("actuator/range", message, place)
         return max(abs(low), abs(high))
 
     def _drive(self, joint: int, zero: float) -> DescribedDrive | None:
-        """The drive of a hinge or slide: its actuators, or the spring that it has itself."""
+        """Returns the drive of a hinge or slide, from its actuators or its own spring."""
         model = self._model
         spring = float(model["jnt_stiffness"][joint])
         servos = self._drives.get(joint, [])
@@ -290,28 +289,28 @@ class MjcfJointReader:
         if not servos:
             return None
         if spring > 0:
-            message = "a spring of a joint that has a position or velocity actuator too is not built"
+            message = "the spring of a joint with a position or velocity actuator is not built"
             self._report.left_out("spring", message, place)
         limits = [servo.limit for servo in servos if servo.limit is not None]
         if limits and len(servos) > 1:
-            message = "several actuators of a joint are one drive: their limits of force are added"
+            message = "several actuators of a joint become one drive: their force limits are added"
             self._report.left_out("actuator/several", message, model.location("actuator", servos[1].number))
         limit = sum(limits) if len(limits) == len(servos) else None
         if model["jnt_actfrclimited"][joint]:
             most = self._symmetric(model["jnt_actfrcrange"][joint], place)
             limit = most if limit is None else min(limit, most)
         stiffness = sum(servo.stiffness for servo in servos)
-        # Where the forces of all of them are in balance.
+        # Where the forces of all actuators balance.
         pull = sum(servo.stiffness * servo.target for servo in servos)
         aimed = None if self._keyframe is None else (pull / stiffness if stiffness else 0.0) - zero
         return DescribedDrive(stiffness, sum(servo.damping for servo in servos), limit, aimed)
 
 
 def _hinge_angles(q: list[float]) -> tuple[float, float, float]:
-    """Angles about x, then y, then z, each in the frame that the one before leaves [rad]. `q`: wxyz."""
+    """Returns intrinsic rotation angles about x, then y, then z [rad]. `q`: wxyz."""
     length = math.sqrt(sum(part * part for part in q)) or 1.0
     w, x, y, z = (part / length for part in q)
-    # R = Rx·Ry·Rz, so that its first row is (cy·cz, -cy·sz, sy) and its last column (sy, -sx·cy, cx·cy).
+    # R = Rx·Ry·Rz: its first row is (cy·cz, -cy·sz, sy) and its last column (sy, -sx·cy, cx·cy).
     about_y = math.asin(max(-1.0, min(1.0, 2 * (x * z + w * y))))
     about_x = math.atan2(2 * (w * x - y * z), 1 - 2 * (x * x + y * y))
     about_z = math.atan2(2 * (w * z - x * y), 1 - 2 * (y * y + z * z))

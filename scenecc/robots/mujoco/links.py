@@ -1,7 +1,7 @@
-"""Robots and bodies of a compiled model: links, their joints and their masses.
+"""Robots and bodies of a compiled model: links, joints and masses.
 
-Positions, masses, inertias, limits and contacts are the compiled model's own. What MuJoCo has and PhysX has not is
-told, once a kind, at the line of the first element that has it.
+Poses, masses, inertias, limits and contacts are the compiled model's. Features that PhysX lacks are reported once per
+kind, at the first element that has them.
 """
 
 from __future__ import annotations
@@ -32,18 +32,17 @@ if TYPE_CHECKING:
     from scenecc.robots.mjcf_files import MjcfReport
 
 _DUMMY_SHARE = 1e-4
-"""Mass of a link between two joints of one body, as a share of what hangs on it: MuJoCo has no such body, and PhysX
-would make it weigh 1 kg."""
+"""Mass of a link between two joints of one body, relative to its subtree. PhysX would default to 1 kg."""
 
 
 @dataclass(slots=True)
 class _Draft:
-    """A link while it is made.
+    """A link under construction.
 
     Attributes:
-        body: number of its body in the model.
-        parent: number of its parent among the links of its robot.
-        is_body: whether it is the body itself, rather than a link between its joints or the root that it needs.
+        body: index of its body in the model.
+        parent: index of its parent among the robot's links.
+        is_body: False for a link between a body's joints, and for an added root.
     """
 
     name: str
@@ -57,13 +56,13 @@ class MjcfModelReader:
     """Describes the robots of a compiled model.
 
     Args:
-        model: compiled.
-        report: where findings go.
-        keyframe: number of the keyframe that gives initial positions; None: there is none.
-        visual_groups: the groups of geoms that are seen.
+        model: the compiled model.
+        report: receives the findings.
+        keyframe: index of the keyframe with the initial positions; None: no keyframe.
+        visual_groups: visible geom groups.
 
     Attributes:
-        links_of_bodies: the links that bodies became, by the bodies' numbers.
+        links_of_bodies: link of each body, by body index.
     """
 
     def __init__(
@@ -78,7 +77,7 @@ class MjcfModelReader:
         self.links_of_bodies: dict[int, LinkName] = {}
 
     def robots(self) -> list[DescribedRobot]:
-        """All robots and bodies: articulations first, then bodies, then the world's own geoms."""
+        """Returns all robots and bodies: articulations first, then bodies, then the world's own geoms."""
         moving: list[tuple[DescribedRobot, list[int]]] = []
         still: list[tuple[DescribedRobot, list[int]]] = []
         for number, body in enumerate(self._model.children[WORLD]):
@@ -100,7 +99,7 @@ class MjcfModelReader:
             for link, body in zip(robot.links, bodies, strict=True):
                 if body > WORLD:
                     self.links_of_bodies[body] = root, link.name
-            # A root that a fixed robot needs stands where the world does.
+            # An added root of a fixed robot has the world's pose.
             if bodies[0] < WORLD:
                 self.links_of_bodies.setdefault(WORLD, (root, root))
         return robots
@@ -113,7 +112,7 @@ class MjcfModelReader:
             pending.extend(reversed(self._model.children[one]))
 
     def _robot(self, body: int, number: int) -> tuple[DescribedRobot, list[int]]:
-        """A body of the world that has a joint in it, and the body of each link."""
+        """Returns the articulation of a top-level body, and the body of each link."""
         model = self._model
         joints = self._joint_numbers[body]
         free = bool(joints) and model["jnt_type"][joints[0]] == FREE
@@ -128,13 +127,12 @@ class MjcfModelReader:
         links = tuple(self._describe(draft) for draft in self._with_mimics(drafts))
         kind = "dynamic" if free and len(links) == 1 else None
         if model["body_mocapid"][body] >= 0:
-            message = "a mocap body with joints in it is the fixed root of a robot, which stands still"
+            message = "a mocap body with joints becomes the fixed root of a robot"
             self._report.left_out("mocap", message, model.location("body", body))
         robot = DescribedRobot(links, kind, not free, pose, model.location("body", body))
         return robot, [draft.body if draft.is_body else -1 for draft in drafts]
 
     def _add_links(self, body: int, parent: int, drafts: list[_Draft]) -> None:
-        """Adds the links of a body, one a joint, and those of the bodies in it."""
         pending = [(body, parent)]
         while pending:
             one, above = pending.pop()
@@ -143,7 +141,7 @@ class MjcfModelReader:
             if not made:
                 made = [DescribedJoint("", "fixed", IDENTITY_POSE, IDENTITY_POSE, self._model.location("body", one))]
             for index, joint in enumerate(made):
-                # The links between stand where the body does, so that the joints follow one another there.
+                # Links between a body's joints share its pose.
                 frame = compose_poses(in_parent, joint.pose_in_child) if index == 0 else joint.pose_in_child
                 last = index == len(made) - 1
                 whole = replace(joint, pose_in_parent=frame)
@@ -153,7 +151,7 @@ class MjcfModelReader:
             pending += [(child, above) for child in reversed(self._model.children[one])]
 
     def _with_mimics(self, drafts: list[_Draft]) -> list[_Draft]:
-        """The links, without mimics that PhysX cannot do."""
+        """Removes mimics that PhysX cannot build."""
         names = {draft.joint.name: number for number, draft in enumerate(drafts) if draft.joint is not None}
         for number, draft in enumerate(drafts):
             if draft.joint is None or draft.joint.mimic is None:
@@ -161,8 +159,8 @@ class MjcfModelReader:
             source = names.get(draft.joint.mimic.source)
             if source is None or not _can_follow(drafts, source, number):
                 message = (
-                    f"`{cut(draft.joint.name)}` cannot follow `{cut(draft.joint.mimic.source)}`: they must be in one "
-                    "robot, without a fixed joint between them, and the first may not carry the second"
+                    f"`{cut(draft.joint.name)}` cannot mimic `{cut(draft.joint.mimic.source)}`: they must be in one "
+                    "robot, without a fixed joint between them, and the first must not be above the second"
                 )
                 self._report.left_out("equality/follow", message, draft.joint.mimic.location)
                 draft.joint = replace(draft.joint, mimic=None)
@@ -188,14 +186,14 @@ class MjcfModelReader:
         )
 
     def _report_gravity(self) -> None:
-        """`gravcomp` is a share of gravity, and PhysX has it or has it not."""
+        """Reports `gravcomp` shares other than 0 and 1, since PhysX can only switch gravity on or off."""
         partly = [body for body, share in enumerate(self._model["body_gravcomp"].tolist()) if share not in {0, 1}]
         if partly:
             message = f"`gravcomp` other than 0 and 1 is not built (there are {len(partly)})"
             self._report.left_out("gravcomp", message, self._model.location("body", partly[0]))
 
     def _light_inertial(self, draft: _Draft) -> DescribedInertial | None:
-        """Of a link that has no mass in the model; None where it does not matter: a root that is fixed."""
+        """Returns a small inertial for a link without mass; None for a fixed root, where it has no effect."""
         if draft.parent is None and draft.body == WORLD:
             return None
         mass = max(_DUMMY_SHARE * float(self._model["body_subtreemass"][draft.body]), 1e-6)
@@ -204,7 +202,7 @@ class MjcfModelReader:
         return DescribedInertial(mass, IDENTITY_POSE, (moment, moment, moment), place)
 
     def _static_body(self, body: int) -> DescribedRobot | None:
-        """A body of the world without joints, with all that is in it; None: it has no shapes."""
+        """Returns a top-level body without joints, with its descendants; None if it has no shapes."""
         model = self._model
         geoms: list[tuple[int, Pose7]] = []
         pending = [(body, IDENTITY_POSE)]
@@ -221,7 +219,7 @@ class MjcfModelReader:
         return DescribedRobot((link,), kind, pose=model.body_pose(body), location=place)
 
     def _with_ignore_bits(self, made: list[tuple[DescribedRobot, list[int]]]) -> list[DescribedRobot]:
-        """The robots, with the bits by which their links ignore one another."""
+        """Sets the ignore bits of the robots' links."""
         colliding: list[CollidingLink] = []
         starts: list[int] = []
         key = 0
@@ -253,7 +251,7 @@ class MjcfModelReader:
 
     @staticmethod
     def _distinct(robots: list[DescribedRobot]) -> list[DescribedRobot]:
-        """The robots, of which no two have a root of the same name."""
+        """Makes the names of the roots unique."""
         names = UniqueNames()
         made: list[DescribedRobot] = []
         for robot in robots:
@@ -263,7 +261,7 @@ class MjcfModelReader:
 
 
 def _can_follow(drafts: list[_Draft], source: int, follower: int) -> bool:
-    """Whether PhysX's tendons can have a joint follow another one: see `plan.articulation.why_no_tendon`."""
+    """Returns whether a PhysX tendon can connect two joints, see `plan.articulation.why_no_tendon`."""
 
     def above(link: int) -> list[int]:
         chain = [link]

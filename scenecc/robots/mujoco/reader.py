@@ -1,4 +1,4 @@
-"""Reader for MJCF: robots and bodies as MuJoCo's compiler understands them."""
+"""Reads the robots and bodies of an MJCF through MuJoCo's compiler."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _DEFAULT_LIMITS = Limits()
 
 @frozen
 class ReadModel:
-    """A file with all that MuJoCo's compiler made of it.
+    """An MJCF with its compiled model.
 
     Attributes:
         description: its robots.
-        model: compiled.
-        links: root and link that bodies became, by the bodies' numbers.
-        losses: kind, message and place of everything that is not built from the file.
+        model: the compiled model.
+        links: root and link name of each body, by body index.
+        losses: kind, message and location of everything that is not built.
     """
 
     description: RobotDescription
@@ -50,7 +50,7 @@ class ReadModel:
 
 
 def read_mjcf(file: ResolvedFile, **options: Any) -> RobotDescription | None:
-    """The robots and bodies of an MJCF, as `read_model` reads them; None after an error."""
+    """Returns the robots and bodies of an MJCF, see `read_model`; None after an error."""
     found = read_model(file, **options)
     return None if found is None else found.description
 
@@ -66,21 +66,21 @@ def read_model(
     limits: Limits = _DEFAULT_LIMITS,
     budget: ReadBudget | None = None,
 ) -> ReadModel | None:
-    """The robots and bodies of an MJCF; None where the file is wrong, all that is wrong having been reported.
+    """Reads the robots and bodies of an MJCF; returns None after errors, which are reported.
 
-    First come the articulations, then bodies without joints, then the world's own geoms, with MuJoCo's names; what has
-    none is `body_N` or `geom_N`, and a root that a file does not have is `dummy_root_N`.
+    Articulations come first, then bodies without joints, then the world's own geoms. Names are MuJoCo's; unnamed ones
+    become `body_N` or `geom_N`, and an added root `dummy_root_N`.
 
     Args:
-        file: the MJCF, as `scenecc.source.paths.resolve_path` finds it.
-        scope: what may be read; meshes, textures and included files are looked for inside.
-        sink: takes what is wrong, at the file's own lines: codes SC401 to SC407 for files that it names, SC450 to SC458
-            where it cannot be read, SC480 to SC490 for the rest.
-        origin: the node of the scene that names the file, reported with each finding.
-        keyframe: the name of the keyframe that gives initial positions, and where the scene says it.
-        visual_groups: the groups of geoms that are seen.
-        limits: `depth`: how many files include one another; `asset_bytes`: size of each.
-        budget: of all files of the scene; None: it is read alone.
+        file: the MJCF, as resolved by `scenecc.source.paths.resolve_path`.
+        scope: folders that may be read; meshes, textures and included files must be inside.
+        sink: receives errors at the file's own lines: SC401 to SC407 for files that it names, SC450 to SC458 if it
+            cannot be read, SC480 to SC490 for the rest.
+        origin: the scene node that names the file, reported with each finding.
+        keyframe: name of the keyframe with the initial positions, and where the scene names it.
+        visual_groups: visible geom groups.
+        limits: `depth` limits nested includes, `asset_bytes` the size of each file.
+        budget: shared by all files of the scene; None: no budget.
     """
     report = MjcfReport(FileReport(sink, origin, budget=budget))
     files = MjcfFiles(RobotFiles(file, scope), limits, report)
@@ -93,14 +93,14 @@ def read_model(
         return None
     number = None if keyframe is None else _keyframe(keyframe, model, report)
     if number is not None and FREE in model["jnt_type"]:
-        message = "the pose of a free root is that of the scene, and not that of the keyframe"
+        message = "the pose of a free root comes from the scene, not from the keyframe"
         report.elsewhere("keyframe", message, model.location("key", number))
     report_unbuilt(model, report, number)
     reader = MjcfModelReader(model, report, number, visual_groups)
     robots = reader.robots()
     constraints = read_constraints(model, reader.links_of_bodies, report)
     if not robots and not report.failed:
-        report.error("SC480", "nothing in the file is built: it has no body and no geom", root.location)
+        report.error("SC480", "nothing to build: the file has no body and no geom", root.location)
     if report.failed:
         return None
     description = RobotDescription(
@@ -110,13 +110,13 @@ def read_model(
 
 
 def _keyframe(keyframe: tuple[str, Origin | None], model: CompiledModel, report: MjcfReport) -> int | None:
-    """The number of a keyframe; None, reported (SC482), where there is none of the name."""
+    """Returns the index of a keyframe; None after an error (SC482)."""
     name, origin = keyframe
     names = model.names("key")
     if name in names:
         return names.index(name)
     near = nearest(name, names)
-    known = f"it has {', '.join(f'`{cut(one)}`' for one in names[:12])}" if names else "it has none: leave the key out"
+    known = f"it has {', '.join(f'`{cut(one)}`' for one in names[:12])}" if names else "it has none: remove the key"
     hint = f"did you mean `{near}`?" if near else known
     message = f"the file has no keyframe `{cut(name)}`"
     findings = report.findings
@@ -130,10 +130,10 @@ class _Unbuilt:
     """A property that is not built.
 
     Attributes:
-        arrays: of `mjModel`.
+        arrays: fields of `mjModel`.
         kind, message, hint: of the finding.
-        most: the largest number that has no effect.
-        is_note: whether it says nothing of masses, joints or contacts.
+        most: largest value without effect.
+        is_note: whether masses, joints and contacts are unaffected.
     """
 
     arrays: str
@@ -145,9 +145,9 @@ class _Unbuilt:
 
 
 _UNBUILT: Final = (
-    _Unbuilt("jnt_springyield", "spring/yield", "springs of joints that yield (`springyield`) stay elastic"),
+    _Unbuilt("jnt_springyield", "spring/yield", "joint springs that yield (`springyield`) stay elastic"),
     _Unbuilt("geom_adhesion", "contact/adhesion", "`adhesion` of geoms is not built"),
-    _Unbuilt("geom_surfacevel", "contact/surfacevel", "`surfacevel` of geoms is not built: their surfaces stand still"),
+    _Unbuilt("geom_surfacevel", "contact/surfacevel", "`surfacevel` of geoms is not built: their surfaces do not move"),
     _Unbuilt(
         "geom_condim",
         "friction",
@@ -165,14 +165,14 @@ _UNBUILT: Final = (
 )
 
 _OF_KEYFRAME: Final = (
-    _Unbuilt("key_qvel", "keyframe/qvel", "velocities of the keyframe are not built", "`qvel` of the scene gives them"),
+    _Unbuilt("key_qvel", "keyframe/qvel", "velocities of the keyframe are not built", "use `qvel` in the scene"),
     _Unbuilt("key_act", "keyframe/act", "states of actuators in the keyframe are not built"),
     _Unbuilt("key_plastic", "keyframe/plastic", "springs that have yielded in the keyframe are not built"),
 )
 
 
 def report_unbuilt(model: CompiledModel, report: MjcfReport, keyframe: int | None) -> None:
-    """Tells what the model and the keyframe have and SAPIEN has not."""
+    """Reports features of the model and the keyframe that SAPIEN lacks."""
     for one in _UNBUILT:
         rows = {row for array in one.arrays.split() for row in _rows(model.arrays.get(array), one.most)}
         _report(one, sorted(rows), model, report)
@@ -184,7 +184,7 @@ def report_unbuilt(model: CompiledModel, report: MjcfReport, keyframe: int | Non
         _report_mocap_poses(model, report, keyframe)
     _report_looks(model, report)
     if any(model.header["option"]["fluid"]):
-        message = "`density` and `viscosity` of <option> are not built: no fluid carries or slows down what moves"
+        message = "`density` and `viscosity` of <option> are not built: there are no fluid forces"
         hint = "`linear_damping` and `angular_damping` slow bodies down"
         report.left_out("fluid", message, model.source.first("option").location, hint)
 
@@ -201,20 +201,20 @@ def _report(one: _Unbuilt, rows: list[int], model: CompiledModel, report: MjcfRe
 
 
 def _rows(values: NDArray[Any] | None, most: float) -> list[int]:
-    """The elements of which any number is larger, whatever its sign. `values`: None where MuJoCo does not have them."""
+    """Returns the elements with any absolute value above `most`. `values`: None if this MuJoCo lacks the array."""
     if values is None or not values.size:
         return []
     return np.flatnonzero((np.abs(values.reshape(len(values), -1)) > most).any(axis=1)).tolist()
 
 
 def _report_mocap_poses(model: CompiledModel, report: MjcfReport, keyframe: int) -> None:
-    """A keyframe moves mocap bodies too."""
+    """Reports mocap bodies that the keyframe moves."""
     for body, number in enumerate(model["body_mocapid"].tolist()):
         if number < 0:
             continue
         position, turn = (model[f"key_{name}"][keyframe].reshape(-1, width)[number] for name, width in _MOCAP)
         if np.any(position != model["body_pos"][body]) or np.any(turn != model["body_quat"][body]):
-            message = "poses of mocap bodies are those of the file, and not those of the keyframe"
+            message = "poses of mocap bodies come from the file, not from the keyframe"
             report.left_out("keyframe/mocap", message, model.location("key", keyframe))
 
 
@@ -222,7 +222,7 @@ _MOCAP: Final = (("mpos", 3), ("mquat", 4))
 
 
 def _report_looks(model: CompiledModel, report: MjcfReport) -> None:
-    """Textures of files that are repeated."""
+    """Reports repeated image textures."""
     repeated = (model["mat_texrepeat"] != 1).any(axis=1) | model["mat_texuniform"].astype(bool)
     textures = [set(row.tolist()) for row in model["mat_texid"]]
     rows = [row for row in np.flatnonzero(repeated).tolist() if any(map(model.texture, textures[row]))]

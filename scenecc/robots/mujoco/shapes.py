@@ -1,4 +1,4 @@
-"""Geoms of a compiled model as shapes, and meshes that are known by their numbers alone."""
+"""Geoms of a compiled model as shapes, and meshes without a file."""
 
 from __future__ import annotations
 
@@ -47,27 +47,27 @@ if TYPE_CHECKING:
     from scenecc.robots.mjcf_files import MjcfReport
 
 MIN_EXTENT: Final = 1e-5
-"""Half the length along an axis up to which a mesh is flat there [m]."""
+"""Half extent up to which a mesh counts as flat along an axis [m]."""
 
 
 def numeric_mesh(
     name: str, vertices: NDArray[Any], triangles: NDArray[Any], normals: Any = None, uvs: Any = None
 ) -> MeshGeometry:
-    """A mesh of numbers. It collides as its convex hull, unless the scene decomposes meshes, and is seen as it is.
+    """Returns a mesh from arrays. It collides as its convex hull, unless the scene decomposes meshes.
 
-    It is kept as a PLY in the user's cache folder, by its content, so that a process cooks equal meshes once, and it
-    goes with the plan. Each of its axes has a length of 2 there and the scale has its size: PhysX leaves out corners
-    within 0.7 mm of a hull before it is scaled, so that small and oblong meshes would lose half of their mass.
+    It is stored as a PLY in the user's cache folder under its hash, so that equal meshes are cooked once, and is saved
+    with the plan. Its axes are normalized to a length of 2, and the scale restores its size: PhysX merges hull vertices
+    within 0.7 mm before scaling, so small and oblong meshes would lose half of their mass.
 
     Args:
-        name: what messages call it.
+        name: name for messages.
         vertices: (V, 3) [m].
-        triangles: (T, 3) indices of vertices, counterclockwise from outside.
-        normals: (V, 3) of unit length; None: each vertex has that of one of its triangles.
+        triangles: (T, 3) vertex indices, counterclockwise from outside.
+        normals: (V, 3) unit vectors; None: each vertex gets that of one of its triangles.
         uvs: (V, 2) texture coordinates from the image's top left corner.
 
     Raises:
-        OSError: the cache folder cannot be written.
+        OSError: the cache folder is not writable.
     """
     extent = np.ptp(vertices, axis=0) / 2
     scale = np.where(extent > MIN_EXTENT, extent, 1.0)
@@ -80,22 +80,22 @@ def numeric_mesh(
 
 
 _X_TO_Z = pose_numbers((0.0, 0.0, 0.0), (0.7071067811865476, 0.0, -0.7071067811865476, 0.0))
-"""From SAPIEN's planes and solids, which point along x, to MuJoCo's, which point along z."""
+"""From SAPIEN's planes and round solids (axis x) to MuJoCo's (axis z)."""
 
 _SOLIDS = {BOX: ("box", 3), SPHERE: ("sphere", 1), CAPSULE: ("capsule", 2), CYLINDER: ("cylinder", 2)}
-"""Name and number of sizes."""
+"""MuJoCo geom type → SAPIEN's name and number of sizes."""
 
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
-"""A geom's colour where the file gives none: its material's counts then."""
+"""MuJoCo's default geom colour; the material's colour is used instead."""
 
 VISUAL_GROUPS: Final = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows by default."""
 
 _MESH_FILES = frozenset({".obj", ".stl"})
-"""Formats that SAPIEN reads as MuJoCo does."""
+"""Formats that SAPIEN reads in the same way as MuJoCo."""
 
 _FRICTIONLESS = 1
-"""The `condim` of contacts without friction."""
+"""`condim` of frictionless contacts."""
 
 _COLOR_ROLE = 1
 """`mjTEXROLE_RGB`."""
@@ -105,9 +105,9 @@ class MjcfShapeReader:
     """Reads the geoms of a compiled model.
 
     Args:
-        model: compiled.
-        report: where findings go.
-        visual_groups: the groups of geoms that are seen.
+        model: the compiled model.
+        report: receives the findings.
+        visual_groups: visible geom groups.
     """
 
     def __init__(self, model: CompiledModel, report: MjcfReport, visual_groups: Collection[int]) -> None:
@@ -122,7 +122,7 @@ class MjcfShapeReader:
     def of_geoms(
         self, geoms: Sequence[tuple[int, Pose7]]
     ) -> tuple[tuple[DescribedCollision, ...], tuple[DescribedVisual, ...]]:
-        """What collides and what is seen of some geoms, each in a frame that has a pose in the link's."""
+        """Returns the collision and visual shapes of geoms, each given with the pose of its frame in the link."""
         model = self._model
         collisions: list[DescribedCollision] = []
         visuals: list[DescribedVisual] = []
@@ -147,16 +147,16 @@ class MjcfShapeReader:
         return tuple(collisions), tuple(visuals)
 
     def _bits(self, geom: int) -> tuple[int, int] | None:
-        """By MuJoCo's rule within files, and colliding with all that has SAPIEN's own bits."""
+        """Returns bits for MuJoCo's rule; the shapes collide with everything that has SAPIEN's default bits."""
         contype, conaffinity = (int(self._model[name][geom]) for name in ("geom_contype", "geom_conaffinity"))
         if not (0 <= contype < 1 << MAX_BITS and 0 <= conaffinity < 1 << MAX_BITS):
-            message = f"`contype` and `conaffinity` have {MAX_BITS} bits here, and {contype} and {conaffinity} have 32"
+            message = f"`contype` {contype} or `conaffinity` {conaffinity} needs more than {MAX_BITS} bits"
             self._report.error("SC483", message, self._model.location("geom", geom))
             return None
         return contype << 1 | 1, conaffinity << 1
 
     def _geometry(self, geom: int) -> tuple[Geometry, Pose7] | None:
-        """Shape and pose; None, reported, where it cannot be built."""
+        """Returns shape and pose; None after an error."""
         model, place = self._model, self._model.location("geom", geom)
         kind, size = int(model["geom_type"][geom]), model["geom_size"][geom].tolist()
         pose: Pose7 = (*model["geom_pos"][geom].tolist(), *model["geom_quat"][geom].tolist())
@@ -174,7 +174,7 @@ class MjcfShapeReader:
             field = self._height_field(int(model["geom_dataid"][geom]))
             made = None if field is None else (field, pose)
         elif kind == ELLIPSOID:
-            words = "an ellipsoid becomes a convex mesh of 242 sides, of the same volume"
+            words = "an ellipsoid becomes a convex mesh with 242 faces and the same volume"
             self._report.left_out("ellipsoid", words, place)
             made = self._numeric_mesh("ellipsoid", place, *ellipsoid_surface(size)), pose
         else:
@@ -182,7 +182,7 @@ class MjcfShapeReader:
         return made
 
     def _mesh(self, geom: int, pose: Pose7) -> tuple[Geometry, Pose7]:
-        """A mesh as its file has it: MuJoCo puts its origin into the centre of mass and turns it to the main axes."""
+        """Returns a mesh in its file's frame. MuJoCo moves meshes to their centre of mass and principal axes."""
         model = self._model
         mesh = int(model["geom_dataid"][geom])
         file, scale, refpos, refquat = model.header["meshes"][mesh]
@@ -190,12 +190,12 @@ class MjcfShapeReader:
         if found is None or found.path.suffix.lower() not in _MESH_FILES or any(refpos) or refquat != [1, 0, 0, 0]:
             return self._compiled_mesh(mesh), pose
         moved = (*model["mesh_pos"][mesh].tolist(), *model["mesh_quat"][mesh].tolist())
-        # MuJoCo reads no materials of a mesh's file.
+        # MuJoCo ignores materials in mesh files.
         geometry = MeshGeometry(found.uri, found.path, tuple(scale), parts=False, optional_names=True)
         return geometry, compose_poses(pose, invert_pose(moved))
 
     def _compiled_mesh(self, mesh: int) -> MeshGeometry:
-        """A mesh that SAPIEN cannot read, by the numbers of the model."""
+        """Returns a mesh that SAPIEN cannot read, from the model's arrays."""
         model = self._model
         if mesh not in self._meshes:
             first, count = int(model["mesh_vertadr"][mesh]), int(model["mesh_vertnum"][mesh])
@@ -214,13 +214,15 @@ class MjcfShapeReader:
             return MeshGeometry(name, Path(name), (1.0, 1.0, 1.0))
 
     def _height_field(self, number: int) -> HeightfieldGeometry | None:
-        """MuJoCo has rows from -y to +y, of heights from 0 to 1. None, reported, where there are too many."""
+        """Converts MuJoCo's rows (from -y to +y, heights 0 to 1). None after an error: too many heights."""
         model = self._model
         if number not in self._height_fields:
             rows, columns, first = (int(model[f"hfield_{name}"][number]) for name in ("nrow", "ncol", "adr"))
             self._height_count += rows * columns
             if rows * columns > MAX_HEIGHTS or self._height_count > MAX_TOTAL_HEIGHTS:
-                message = f"a height field has more than {MAX_HEIGHTS} heights, or all more than {MAX_TOTAL_HEIGHTS}"
+                message = (
+                    f"a height field has more than {MAX_HEIGHTS} heights, or all together more than {MAX_TOTAL_HEIGHTS}"
+                )
                 self._report.error("SC452", message, model.location("hfield", number))
                 return None
             x, y, top, _ = model["hfield_size"][number].tolist()
@@ -230,7 +232,6 @@ class MjcfShapeReader:
         return self._height_fields[number]
 
     def _look(self, geom: int) -> DescribedMaterial | None:
-        """What a geom looks like; None: it is not seen."""
         model = self._model
         rgba, material = tuple(model["geom_rgba"][geom].tolist()), int(model["geom_matid"][geom])
         if material >= 0 and rgba == _DEFAULT_RGBA:
@@ -244,7 +245,7 @@ class MjcfShapeReader:
         return known
 
     def _described_look(self, material: int, rgba: tuple[float, ...]) -> DescribedMaterial:
-        """A colour, with what a material adds; its number is negative where there is none."""
+        """Returns a material from a colour and the index of a MuJoCo material, negative for none."""
         color = (rgba[0], rgba[1], rgba[2], rgba[3])
         if material < 0:
             return DescribedMaterial(base_color=color)
@@ -254,8 +255,8 @@ class MjcfShapeReader:
         texture = int(model["mat_texid"][material][_COLOR_ROLE])
         file = model.texture(texture)
         if texture >= 0 and file is None:
-            message = "textures that MuJoCo paints, and those of cubes, are not shown"
-            self._report.left_out("texture", message, model.location("tex", texture), "paint the texture into a file")
+            message = "procedural textures and cube textures are not shown"
+            self._report.left_out("texture", message, model.location("tex", texture), "save the texture to a file")
         return DescribedMaterial(
             base_color=color,
             texture=None if file is None else file.path,

@@ -1,9 +1,9 @@
-"""An MJCF as MuJoCo's compiler gets it: one text without includes, and the content of every file that it names.
+"""An MJCF as passed to MuJoCo's compiler: one text without includes, and the content of every file that it names.
 
-MuJoCo opens files by itself, by absolute paths too, and makes as many bodies as a file asks for. So the tree is read
-here, includes are put in place, each file is found inside what the scene may read and gets a name of our own, and what
-the compiler would multiply is counted before it starts. Each element stands on a line of its own, so that the line
-that MuJoCo tells of an element leads back to the file in which it was written.
+MuJoCo opens any file by itself, also by absolute paths, and creates as many bodies as a file asks for. So scenecc
+parses the tree, resolves includes, finds each file inside the folders that the scene may read, renames it, and counts
+what the compiler would multiply. Each element is on its own line, so that a line reported by MuJoCo leads back to the
+original file.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
 
 _PICTURES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
-"""The attributes of a texture that name files."""
+"""Texture attributes that name files."""
 
 _OF_PICTURES = (*_PICTURES, "content_type", "gridsize", "gridlayout", "hflip", "vflip", "nchannel")
-"""The attributes of a texture that say how its files are read."""
+"""Texture attributes that control how its files are read."""
 
 _REFUSED = {
-    "plugin": "a plugin is code, which is not run",
-    "extension": "a plugin is code, which is not run",
+    "plugin": "plugins are code, which is not run",
+    "extension": "plugins are code, which is not run",
     "flexcomp": "soft bodies are not built",
     "flex": "soft bodies are not built",
     "deformable": "soft bodies are not built",
@@ -42,35 +42,35 @@ _REFUSED = {
 
 _DROPPED_ATTRIBUTES = {
     "compiler": frozenset({"meshdir", "texturedir", "assetdir", "strippath"}),
-    # Room for a simulation, which MuJoCo does not run here.
+    # Memory for simulation, which MuJoCo does not run here.
     "size": frozenset({"memory", "njmax", "nconmax", "nstack"}),
 }
-"""Attributes that MuJoCo does not get."""
+"""Attributes that are not passed to MuJoCo."""
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 _ELSEWHERE = {
-    "camera": "cameras are the scene's: declare them under `cameras`, with `mount` where they move with a link",
-    "light": "lights are the scene's: declare them under `lights`",
-    "option": "the time step, gravity and the solver are the scene's `physics`",
+    "camera": "cameras belong to the scene: declare them under `cameras`, with `mount` if they move with a link",
+    "light": "lights belong to the scene: declare them under `lights`",
+    "option": "time step, gravity and solver belong under `physics` of the scene",
     "sensor": "sensors are read from the live scene",
     "site": "sites are not links: declare a frame, or mount on the link",
-    "custom": "numbers and texts of the user are not read",
-    "visual": "what MuJoCo's viewer shows is not read",
-    "statistic": "what MuJoCo's viewer shows is not read",
+    "custom": "user data is not read",
+    "visual": "settings of MuJoCo's viewer are not read",
+    "statistic": "settings of MuJoCo's viewer are not read",
     "softness": "contacts and limits of PhysX are stiff: `solref`, `margin` and the like are not built",
-    "hull": "meshes collide by their whole hull, whatever `maxhullvert` says",
-    "sleep": "what sleeps at first, and when, is the scene's `physics`",
-    "look/flip": "textures are shown as their files have them: `hflip` and `vflip` are not built",
+    "hull": "meshes collide by their whole hull: `maxhullvert` is ignored",
+    "sleep": "sleep settings belong under `physics` of the scene",
+    "look/flip": "`hflip` and `vflip` of textures are not built",
 }
-"""What a scene has in other places, and what says nothing of the machine: told with a count, as a note."""
+"""Notes, reported with a count: set elsewhere in a scene, or irrelevant to the mechanism."""
 
 _LEFT_OUT = {
-    "tendon": ("tendons are not built", "a joint that follows another one is an `<equality>` of joints"),
-    "pair": ("pairs of contacts are not built: `contype` and `conaffinity` say what collides", None),
+    "tendon": ("tendons are not built", "use an `<equality>` of joints for a joint that follows another"),
+    "pair": ("contact pairs are not built: use `contype` and `conaffinity`", None),
     "skin": ("skins are not shown", None),
 }
-"""What changes the machine, and is a warning."""
+"""Warnings: these change the mechanism."""
 
 _SOFTNESS = """
 solref solimp solmix margin gap priority solreflimit solimplimit solreffriction solimpfriction torquescale
@@ -82,13 +82,13 @@ _ATTRIBUTES_ELSEWHERE = {
     "sleep": ["sleep"],
     "look/flip": ["hflip", "vflip"],
 }
-"""Attributes of any element that are told as a note, by the key of the note."""
+"""Attributes of any element that are reported as a note, by the note's key."""
 
 MAX_ELEMENTS = 100_000
-"""How many elements a model has once MuJoCo has replicated and attached what the file says."""
+"""Maximum number of elements after MuJoCo's replicate and attach."""
 
 MAX_CELLS = 2**24
-"""Pixels of textures that MuJoCo paints, and cells of height fields, together."""
+"""Maximum number of pixels of procedural textures and cells of height fields, together."""
 
 
 @dataclass(slots=True)
@@ -96,11 +96,12 @@ class MujocoSource:
     """A model for MuJoCo's compiler.
 
     Attributes:
-        lines: of the text, then of the texts of attached models; the element of each line, for what is told of it.
-        length: how many lines the text has.
-        assets: content of each file, by the name that the text has for it.
-        files: the file that stands behind each name.
-        textures: the pictures, by their lines.
+        elements: the element on each line.
+        lines: lines of the text, then of attached models.
+        length: number of lines of the text.
+        assets: content of each file, by its name in the text.
+        files: original file of each name.
+        textures: image files, by the line of the texture.
     """
 
     elements: list[SourceElement] = field(default_factory=list["SourceElement"])
@@ -112,20 +113,20 @@ class MujocoSource:
 
     @property
     def text(self) -> str:
-        """The whole model."""
+        """The text of the model."""
         return "\n".join(self.lines[: self.length])
 
     def first(self, tag: str) -> SourceElement:
-        """The first element of a kind; the file's root where there is none."""
+        """Returns the first element with a tag; the file's root if there is none."""
         return next((element for element in self.elements if element.tag == tag), self.elements[0])
 
     def named(self, tag: str, name: str) -> SourceElement | None:
-        """The first element of a kind and a name."""
+        """Returns the first element with a tag and a name."""
         found = (element for element in self.elements if element.tag == tag and element.attributes.get("name") == name)
         return next(found, None)
 
     def element(self, line: int | None) -> SourceElement | None:
-        """The element on a line, counted from 1."""
+        """Returns the element on a line, counted from 1."""
         return None if line is None or not 1 <= line <= len(self.elements) else self.elements[line - 1]
 
 
@@ -134,8 +135,8 @@ class SourceBuilder:
     """Writes the text of a model from its tree.
 
     Attributes:
-        files: finds and reads what the model names.
-        report: where faults go.
+        files: finds and reads the files that the model names.
+        report: receives the errors.
     """
 
     files: MjcfFiles
@@ -153,13 +154,13 @@ class SourceBuilder:
     _unbuilt: dict[str, tuple[SourceElement, int]] = field(default_factory=dict[str, "tuple[SourceElement, int]"])
 
     def build(self, root: SourceElement) -> MujocoSource | None:
-        """The model of a tree whose includes are in place; None, reported, where it may not be compiled."""
+        """Returns the source of a tree with resolved includes; None after an error."""
         self.read(root)
         if not self.report.failed:
             self.write(root)
             self.source.length = len(self.source.lines)
             for name, builder, model in self._models.values():
-                # Each begins below the lines before it, so that lines tell the model too.
+                # Blank lines before each model make line numbers unique.
                 start = len(self.source.lines)
                 builder.write(model)
                 self.source.assets[name] = "\n".join([""] * start + self.source.lines[start:]).encode()
@@ -167,7 +168,7 @@ class SourceBuilder:
         return None if self.report.failed else self.source
 
     def read(self, root: SourceElement) -> float:
-        """Reads the models that one attaches; how many elements it makes itself."""
+        """Reads the attached models; returns the number of elements of this one."""
         for compiler in root.all("compiler"):
             self._folders.update((name, value) for name, value in compiler.attributes.items())
         for asset in root.all("asset"):
@@ -175,7 +176,7 @@ class SourceBuilder:
                 self._largest = max(self._largest, self._read_model(element))
         if (count := self.count(root)) > MAX_ELEMENTS:
             shown = f"{count:.0f}" if count < 1e15 else f"{count:.1g}"
-            message = f"the model is too large: it makes {shown} elements, and {MAX_ELEMENTS} are built"
+            message = f"the model is too large: it has {shown} elements, and the limit is {MAX_ELEMENTS}"
             self.report.error("SC452", message, root.location, "replicate or attach less")
         return count
 
@@ -206,11 +207,11 @@ class SourceBuilder:
         return builder.count(root)
 
     def _relative(self, written: str) -> str:
-        """Whoever writes a compiled model out names files absolutely; they must lie inside the roots all the same."""
+        """Converts an absolute path, as compiled models have; it must still be inside the allowed folders."""
         return os.path.relpath(written, self.files.named.owner.path.parent) if written.startswith("/") else written
 
     def count(self, element: SourceElement) -> float:
-        """How many elements MuJoCo makes of one and of what is in it."""
+        """Returns how many elements MuJoCo makes of an element and its children."""
         inner = 1 + sum(map(self.count, element.children))
         if element.tag == "attach":
             return inner + self._largest
@@ -220,7 +221,7 @@ class SourceBuilder:
         return inner * math.prod(max(1.0, count) for count in counts if count is not None and math.isfinite(count))
 
     def write(self, element: SourceElement) -> None:
-        """Adds the lines of an element."""
+        """Appends the lines of an element."""
         reason = _REFUSED.get(element.tag)
         if reason is not None:
             self.report.error("SC483", f"`<{element.tag}>` cannot be built: {reason}", element.location)
@@ -250,7 +251,6 @@ class SourceBuilder:
         self.source.lines.append(f"</{element.tag}>")
 
     def _note(self, element: SourceElement) -> None:
-        """Counts what is not built, by kind."""
         kind, count = element.tag, int("site" not in element.attributes)
         if kind in {"tendon", "sensor", "custom"}:
             count = len(element.children)
@@ -263,7 +263,7 @@ class SourceBuilder:
                 self._unbuilt[word] = first, before + 1
 
     def _report_notes(self) -> None:
-        """One finding a kind, at the first element."""
+        """Reports one finding per kind, at its first element."""
         for kind, (element, count) in self._unbuilt.items():
             more = f" (there are {count})" if count > 1 else ""
             if kind in _LEFT_OUT:
@@ -273,7 +273,7 @@ class SourceBuilder:
             self.report.elsewhere(kind, _ELSEWHERE[kind] + more, element.location)
 
     def _check_cells(self, element: SourceElement) -> None:
-        """Counts what MuJoCo would paint or allot."""
+        """Counts pixels and cells that MuJoCo would allocate."""
         if element.tag in {"texture", "hfield"}:
             names = ("width", "height") if element.tag == "texture" else ("nrow", "ncol")
             sizes = [parse_number(element.attributes.get(name, "0")) or 0 for name in names]
@@ -287,7 +287,6 @@ class SourceBuilder:
             self.report.error("SC452", message, element.location)
 
     def _asset(self, element: SourceElement) -> str:
-        """The name that the compiler gets for a file."""
         if element.tag == "model":
             return self._attached.get(id(element), "")
         found = self._find(element, "file")
@@ -302,11 +301,11 @@ class SourceBuilder:
             self._known[found.path] = name
             self.source.assets[name], self.source.files[name] = data, found
             if sum(map(len, self.source.assets.values())) > MAX_READ_MEMORY:
-                message = f"the files that the model names have together more than {MAX_READ_MEMORY} bytes"
+                message = f"the model's files have more than {MAX_READ_MEMORY} bytes together"
                 self.report.error("SC452", message, element.location)
         name = self._known[found.path]
         if element.tag == "hfield":
-            # A PNG says how large it is before all else.
+            # A PNG header gives its size.
             head = self.source.assets[name][:24]
             if len(head) == 24 and head.startswith(_PNG):
                 width, height = struct.unpack(">2I", head[16:])
@@ -314,7 +313,7 @@ class SourceBuilder:
         return name
 
     def _texture(self, element: SourceElement, attributes: dict[str, str]) -> dict[str, str]:
-        """A texture without its files: SAPIEN reads the pictures, and MuJoCo need not."""
+        """Replaces a texture's files by a dummy: SAPIEN reads the images, not MuJoCo."""
         files = [self._find(element, name) for name in _PICTURES if name in attributes]
         if not files or attributes.get("builtin", "none") != "none":
             return attributes
@@ -324,7 +323,7 @@ class SourceBuilder:
         return {**kept, "builtin": "flat", "width": "1", "height": "1"}
 
     def _find(self, element: SourceElement, attribute: str) -> DescribedFile | None:
-        """The file that an attribute names; None, reported, where it may not be used."""
+        """Returns the file that an attribute names; None after an error."""
         written = element.attributes[attribute]
         if self._folders.get("strippath") == "true":
             written = posixpath.basename(written.replace("\\", "/"))

@@ -1,7 +1,6 @@
-"""What MuJoCo compiles in a process of its own: a model in, compiled arrays out.
+"""Runs in a separate process: compiles a model with MuJoCo and returns its arrays.
 
-It opens no file: a model and all that it names come as bytes. It imports next to nothing of scenecc, so that it starts
-as fast as MuJoCo is imported.
+It opens no files: the model and its files arrive as bytes. It imports almost nothing of scenecc, for a fast start.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ key_qpos key_ctrl key_qvel key_act key_mpos key_mquat key_plastic
 """
 
 ARRAYS = _ARRAY_NAMES.split()
-"""Fields of `mjModel` that are given back."""
+"""Fields of `mjModel` to return."""
 
 NAMED = {
     "body": "bodies",
@@ -57,11 +56,11 @@ NAMED = {
     "light": "lights",
     "flex": "flexes",
 }
-"""Kinds of elements of `mjModel`, and the lists of `MjSpec` that hold them."""
+"""Kinds of elements in `mjModel` → their lists in `MjSpec`."""
 
 
 MODEL_PREFIX = "model"
-"""How the names of the files begin that the model attaches."""
+"""Name prefix of attached models."""
 
 FLAGS = (
     "CONTACT",
@@ -75,7 +74,7 @@ FLAGS = (
     "DAMPER",
     "CLAMPCTRL",
 )
-"""What `<flag>` can switch off and is given back."""
+"""Flags of `<flag>` to return."""
 
 
 _MOVES_ALONG_AXIS = {2, 3}
@@ -83,11 +82,11 @@ _MOVES_ALONG_AXIS = {2, 3}
 
 
 def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
-    """The arrays of a model; under "error" what MuJoCo says of one that it does not compile.
+    """Returns the arrays of a model; under "error", MuJoCo's message about an invalid one.
 
     Args:
         mujoco: the package.
-        xml: the model, without includes, naming its files as `assets` does.
+        xml: the model, without includes, with the file names of `assets`.
         assets: content of each file.
     """
     try:
@@ -99,7 +98,7 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
     disable = mujoco.mjtDisableBit
     arrays = {name: getattr(model, name) for name in ARRAYS if hasattr(model, name)}
     data = mujoco.MjData(model)
-    # A joint that cannot be where the file puts it starts at its limit.
+    # A joint placed outside its limits starts at the limit.
     for joint in model.jnt_limited.nonzero()[0]:
         if int(model.jnt_type[joint]) in _MOVES_ALONG_AXIS:
             place = model.jnt_qposadr[joint]
@@ -119,24 +118,23 @@ def compile_model(mujoco: Any, xml: str, assets: dict[str, bytes]) -> Message:
             "disableactuator": model.opt.disableactuator,
         },
         "ambient": model.vis.headlight.ambient.tolist() if model.vis.headlight.active else [0.0, 0.0, 0.0],
-        # Their bits differ between versions.
+        # Flag bits differ between versions.
         "disabled": [name for name in FLAGS if model.opt.disableflags & getattr(disable, f"mjDSBL_{name}", 0)],
     }
     return header, [array.tobytes() for array in arrays.values()]
 
 
 def _element(one: Any) -> list[Any]:
-    """Number, name and line of an element, which MuJoCo says as `line N`."""
+    """Returns an element's number, name and line, which MuJoCo gives as `line N`."""
     line = str(one.info).rpartition("line ")[2].split(",")[0].strip()
     return [int(one.id), one.name, int(line) if line.isdigit() else None]
 
 
 def prepare() -> Answer:
-    """What answers a request: compiled arrays of the model that comes with it."""
+    """Returns the function that answers requests."""
     mujoco: Any = importlib.import_module("mujoco")
 
     def answer(header: dict[str, Any], parts: list[bytes]) -> Message:
-        """The arrays of a model, or why MuJoCo refuses it."""
         xml, *files = parts
         return compile_model(mujoco, xml.decode(), dict(zip(header["names"], files, strict=True)))
 

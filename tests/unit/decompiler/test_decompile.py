@@ -32,7 +32,7 @@ def add_box(scene: Any, name: str, half_size: list[float], pose: Any, **options:
     return body
 
 
-def test_a_body_with_all_kinds_of_properties() -> None:
+def test_a_body_with_all_kinds_of_properties_is_decompiled() -> None:
     scene = physical_scene()
     scene.set_timestep(1 / 240)
     scene.add_ground(-1, render=False)
@@ -58,7 +58,7 @@ def test_a_body_with_all_kinds_of_properties() -> None:
     assert (heavy["gravity"], heavy["locked_axes"], heavy["linear_damping"]) == (False, ["x", "rz"], 0.5)
 
 
-def test_meshes_are_known_only_where_they_were_recorded() -> None:
+def test_mesh_files_are_known_only_if_recorded() -> None:
     def build() -> Any:
         scene = physical_scene()
         builder = scene.create_actor_builder()
@@ -106,7 +106,7 @@ ARM = """\
 """
 
 
-def test_a_robot_is_its_file_with_what_differs(tmp_path: Path) -> None:
+def test_a_robot_is_decompiled_as_its_urdf_with_differences(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(ARM)
     with scenecc.record() as recording:
         scene = physical_scene()
@@ -132,7 +132,7 @@ def test_a_robot_is_its_file_with_what_differs(tmp_path: Path) -> None:
     }
 
 
-def test_a_tree_of_links_comes_back() -> None:
+def test_a_link_tree_is_decompiled() -> None:
     with scenecc.record() as recording:
         scene = physical_scene()
         builder = scene.create_articulation_builder()
@@ -154,7 +154,7 @@ def test_a_tree_of_links_comes_back() -> None:
     assert cabinet["root"]["children"][0]["joint"]["limits"] == [0.0, pytest.approx(0.3)]
 
 
-def test_rotations_of_nearly_length_1_come_back() -> None:
+def test_quaternions_of_almost_unit_length_are_kept_exactly() -> None:
     """What a loader gives of an MJCF: PhysX normalises such quaternions in single precision, and once more."""
     with scenecc.record() as recording:
         scene = physical_scene()
@@ -176,7 +176,7 @@ def test_rotations_of_nearly_length_1_come_back() -> None:
     assert found.is_equal, (found.problems, found.differences)
 
 
-def test_constraints_come_back() -> None:
+def test_constraints_are_decompiled() -> None:
     with scenecc.record() as recording:
         scene = physical_scene()
         first = add_box(scene, "first", [0.1, 0.1, 0.1], sapien.Pose([0, 0, 1]))
@@ -193,7 +193,7 @@ def test_constraints_come_back() -> None:
     assert (connection["type"], connection["limits"], connection["parent"]) == ("distance", [0.0, 0.0], "world")
 
 
-def test_parallel_scenes_are_one_file() -> None:
+def test_parallel_scenes_are_decompiled_to_one_file() -> None:
     def scene(index: int) -> Any:
         made = physical_scene()
         add_box(made, "box", [0.1, 0.1, 0.1 + 0.1 * index], sapien.Pose([0, 0, 1 + index]))
@@ -204,7 +204,7 @@ def test_parallel_scenes_are_one_file() -> None:
     assert found.document["num_scenes"] == 3
 
 
-def test_what_differs_is_told() -> None:
+def test_differences_of_the_rebuilt_scene_are_listed() -> None:
     scene = physical_scene()
     builder = scene.create_actor_builder()
     builder.add_convex_collision_from_file(str(ASSETS / "mug.obj"))  # not recorded, so that a box stands for it
@@ -215,19 +215,19 @@ def test_what_differs_is_told() -> None:
     assert any("entity(mug)" in line for line in found.differences or ())
 
 
-def test_what_is_no_scene_is_refused() -> None:
+def test_decompile_refuses_other_objects() -> None:
     for source in ({"scenecc": 1}, [], [physical_scene(), 3]):
         with pytest.raises(TypeError, match=r"sapien\.Scene"):
             scenecc.decompile(source)
 
 
-def test_a_simulation_of_the_gpu_is_refused() -> None:
+def test_decompile_refuses_a_gpu_simulation() -> None:
     system = type("PhysxGpuSystem", (), {})()
     with pytest.raises(TypeError, match="sim_backend"):
         scenecc.decompile(SimpleNamespace(physx_system=system, entities=[]))
 
 
-def test_comparing_writes_nothing(tmp_path: Path) -> None:
+def test_comparing_a_decompiled_scene_writes_no_file(tmp_path: Path) -> None:
     (tmp_path / "cube.obj").write_bytes((ASSETS / "mug.obj").read_bytes())
     with scenecc.record() as recording:
         scene = physical_scene()
@@ -243,7 +243,7 @@ def test_comparing_writes_nothing(tmp_path: Path) -> None:
     assert scenecc.decompile(scene, base=tmp_path / "none").is_equal
 
 
-def test_a_camera_looks_at_a_point() -> None:
+def test_a_camera_is_decompiled_with_look_at() -> None:
     pose = sapien.Pose([0.6, 0.7, 0.6], [0.41419983, 0.11993399, 0.05516183, -0.9005618])
     aimed = aimed_pose_value(pose, mounted=False)
     assert aimed == {"p": pytest.approx([0.6, 0.7, 0.6]), "look_at": [0, 0, 0.35]}
@@ -254,7 +254,7 @@ def test_a_camera_looks_at_a_point() -> None:
     assert set(aimed_pose_value(turned, mounted=False)) == {"p", "rpy_deg"}
 
 
-def test_the_lights_of_maniskill_are_included() -> None:
+def test_lights_of_maniskill_become_an_include() -> None:
     white = [1.0, 1.0, 1.0]
     lights = {
         "a": {"type": "directional", "direction": [1.0, 1.0, -1.0], "color": white},
@@ -267,7 +267,7 @@ def test_the_lights_of_maniskill_are_included() -> None:
         assert use_lights(document | other) == document | other
 
 
-def test_the_engine_is_as_it_was_after_a_recording() -> None:
+def test_sapien_is_restored_after_a_recording() -> None:
     shape, loader = physx.PhysxCollisionShapeConvexMesh, URDFLoader
     before = shape.__init__, shape.load_multiple, loader.parse
     with pytest.raises(RuntimeError), record_module.record():
@@ -276,7 +276,7 @@ def test_the_engine_is_as_it_was_after_a_recording() -> None:
 
 
 @pytest.mark.render
-def test_a_script_of_plain_sapien_comes_back_as_a_file() -> None:
+def test_a_plain_sapien_script_is_decompiled() -> None:
     """SAPIEN's own tutorial on actors."""
     scene: Any = sapien.Scene()
     scene.add_ground(0)
@@ -316,7 +316,7 @@ TRIANGLE = "mtllib cloth.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\
 
 
 @pytest.mark.render
-def test_materials_of_a_mesh_are_those_of_its_file_for_any_base(tmp_path: Path) -> None:
+def test_mesh_materials_equal_the_files_for_any_base(tmp_path: Path) -> None:
     (tmp_path / "textures").mkdir()
     (tmp_path / "textures" / "checker.png").write_bytes((ASSETS / "checker.png").read_bytes())
     (tmp_path / "cloth.obj").write_text(TRIANGLE)

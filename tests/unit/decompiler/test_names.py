@@ -59,8 +59,8 @@ def names_of(root: dict[str, Any]) -> list[str]:
             ["", ""],
             ["link_0", "link_1", "joint_0", "link_2", "joint_1"],
             [
-                "3 links of `arm` without a name; they are called `link_0`, `link_1`, `link_2`",
-                "2 joints of `arm` without a name; they are called `joint_0`, `joint_1`",
+                "3 links of `arm` without a name; they are named `link_0`, `link_1`, `link_2`",
+                "2 joints of `arm` without a name; they are named `joint_0`, `joint_1`",
             ],
         ),
         (
@@ -68,8 +68,8 @@ def names_of(root: dict[str, Any]) -> list[str]:
             ["j", "j"],
             ["dup_0_2", "dup_1", "j_0", "dup_0", "j_1"],
             [
-                "the name 'dup' of 2 links of `arm`; they are called `dup_0_2`, `dup_1`",
-                "the name 'j' of 2 joints of `arm`; they are called `j_0`, `j_1`",
+                "the name 'dup' of 2 links of `arm`; they are named `dup_0_2`, `dup_1`",
+                "the name 'j' of 2 joints of `arm`; they are named `j_0`, `j_1`",
             ],
         ),
         (
@@ -77,15 +77,15 @@ def names_of(root: dict[str, Any]) -> list[str]:
             ["j 1", "x-j"],
             ["l_1_2", "l_1", "j_1", "world", "_x-j"],
             [
-                "the name 'l/1' of a link of `arm`; it is called `l_1_2`",
-                "the name 'j 1' of a joint of `arm`; it is called `j_1`",
-                "the name 'x-j' of a joint of `arm`; it is called `_x-j`",
+                "the name 'l/1' of a link of `arm`; it is named `l_1_2`",
+                "the name 'j 1' of a joint of `arm`; it is named `j_1`",
+                "the name 'x-j' of a joint of `arm`; it is named `_x-j`",
             ],
         ),
     ],
     ids=["none", "equal", "odd"],
 )
-def test_links_and_joints_get_names_of_the_language(
+def test_links_and_joints_get_valid_names(
     links: list[str], joints: list[str], names: list[str], problems: list[str]
 ) -> None:
     scene = physical_scene()
@@ -98,7 +98,7 @@ def test_links_and_joints_get_names_of_the_language(
     assert list(found.problems) == problems
 
 
-def test_what_is_mounted_on_a_renamed_link_follows_it() -> None:
+def test_mounts_refer_to_the_new_name_of_a_link() -> None:
     scene = physical_scene()
     arm = chain(scene, ["", "", ""], ["", ""])
     box = add_box(scene, "box", 1).find_component_by_type(physx.PhysxRigidDynamicComponent)
@@ -108,16 +108,16 @@ def test_what_is_mounted_on_a_renamed_link_follows_it() -> None:
     assert found.document["constraints"]["constraint"]["parent"] == "arm/link_1"
 
 
-def test_names_of_bodies_are_replaced_and_listed_once() -> None:
+def test_invalid_body_names_are_replaced_and_listed_once() -> None:
     scene = physical_scene()
     for x, name in enumerate(["same", "same", "same", "same", None, None, "a\nb", "same_1"], 1):
         add_box(scene, name, x)
     found = scenecc.decompile(scene)
     assert found.is_equal, found.differences
     assert found.problems == (
-        "the name 'same' of 4 entities; they are called `same_0`, `same_1_2`, `same_2` and 1 more",
-        "2 entities without a name; they are called `body_0`, `body_1`",
-        "the name 'a\\nb' of an entity; it is called `a_b`",
+        "the name 'same' of 4 entities; they are named `same_0`, `same_1_2`, `same_2` and 1 more",
+        "2 entities without a name; they are named `body_0`, `body_1`",
+        "the name 'a\\nb' of an entity; it is named `a_b`",
     )
     assert set(found.document["entities"]) == {
         *("same_0", "same_1_2", "same_2", "same_3", "body_0", "body_1", "a_b", "same_1")
@@ -125,7 +125,7 @@ def test_names_of_bodies_are_replaced_and_listed_once() -> None:
 
 
 @pytest.mark.parametrize("name", ["cup", None])
-def test_equal_bodies_of_one_name_are_a_repeat(name: str | None) -> None:
+def test_equal_bodies_with_one_name_become_a_repeat(name: str | None) -> None:
     scene = physical_scene()
     for x in (1, 2, 3):
         add_box(scene, name, x)
@@ -137,7 +137,7 @@ def test_equal_bodies_of_one_name_are_a_repeat(name: str | None) -> None:
 
 
 @pytest.mark.parametrize("recorded", [True, False])
-def test_a_drive_that_does_nothing_is_left_out_and_listed(recorded: bool) -> None:
+def test_a_drive_without_effect_is_left_out_and_listed(recorded: bool) -> None:
     with scenecc.record() as recording:
         scene = physical_scene()
         first, second = add_box(scene, "first"), add_box(scene, "second", 1)
@@ -145,7 +145,7 @@ def test_a_drive_that_does_nothing_is_left_out_and_listed(recorded: bool) -> Non
     found = scenecc.decompile(scene, recording=recording if recorded else None)
     assert "constraints" not in found.document
     (problem,) = found.problems
-    assert "between `first` and `second`, which does nothing" in problem
+    assert "between `first` and `second`, which has no effect" in problem
     assert ("scenecc.record()" in problem) is not recorded
     assert found.differences is not None
     assert not any("does not build" in line for line in found.differences)

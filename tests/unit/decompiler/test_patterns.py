@@ -22,12 +22,12 @@ ARM = [*(f"panda_joint{i}" for i in range(1, 8)), "panda_finger_joint1", "panda_
         (["panda_joint1", "panda_finger_joint1"], "panda_.*joint1"),
     ],
 )
-def test_a_pattern_matches_its_names_alone(members: list[str], pattern: str) -> None:
+def test_a_pattern_matches_only_its_names(members: list[str], pattern: str) -> None:
     found = pattern_of(members, ARM)
     assert found == pattern
     assert [name for name in ARM if re.fullmatch(found, name)] == [name for name in ARM if name in members]
 
 
-def test_values_in_common_are_said_once() -> None:
+def test_shared_values_are_written_once() -> None:
     settings = {name: {"stiffness": 1000.0} | ({"force_limit": 100.0} if "finger" not in name else {}) for name in ARM}
     assert by_pattern(settings, ARM) == {".*": {"stiffness": 1000.0}, "panda_joint.*": {"force_limit": 100.0}}

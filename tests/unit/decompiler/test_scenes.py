@@ -19,7 +19,7 @@ OF_NO_FILE = {"assembling_kits", "cones", "rings", "terrain"}
 
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize("file", SCENES, ids=lambda file: file.stem)
-def test_a_scene_decompiled_is_the_same_scene(file: Path) -> None:
+def test_a_decompiled_scene_equals_the_live_scene(file: Path) -> None:
     with scenecc.record() as recording:
         batch = scenecc.load_scene(file, render=False)
     with batch:
@@ -32,7 +32,7 @@ def test_a_scene_decompiled_is_the_same_scene(file: Path) -> None:
 
 @pytest.mark.render
 @pytest.mark.parametrize("name", ["cameras", "materials", "parameters", "robot_door", "tutorial"])
-def test_what_is_seen_of_a_scene_is_the_same(name: str) -> None:
+def test_visuals_of_a_decompiled_scene_equal_the_live_scene(name: str) -> None:
     file = ROOT / "scenes" / f"{name}.yaml"
     with scenecc.record() as recording:
         batch = scenecc.load_scene(file, render=True)

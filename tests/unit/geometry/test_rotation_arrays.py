@@ -18,17 +18,17 @@ POSES = [IDENTITY_POSE, TURNED, OTHER, MOVED]
 
 @pytest.mark.parametrize("outer", POSES)
 @pytest.mark.parametrize("inner", POSES)
-def test_many_at_once_are_composed_as_one_is(outer: tuple[float, ...], inner: tuple[float, ...]) -> None:
+def test_batched_composition_equals_single_composition(outer: tuple[float, ...], inner: tuple[float, ...]) -> None:
     one = compose(outer, inner)  # type: ignore[arg-type]
     many = rotation_arrays.compose(np.array([outer, OTHER]), np.array([inner, TURNED]))
     assert many[0].tobytes() == np.array(one).tobytes()
 
 
 @pytest.mark.parametrize("still", [IDENTITY_POSE, MOVED])
-def test_a_pose_that_does_not_turn_passes_a_rotation_on_untouched(still: tuple[float, ...]) -> None:
+def test_composing_with_a_pure_translation_keeps_the_rotation_exactly(still: tuple[float, ...]) -> None:
     assert compose(still, TURNED)[3:] == Q  # type: ignore[arg-type]
     assert compose(TURNED, still)[3:] == Q  # type: ignore[arg-type]
 
 
-def test_two_turns_are_of_unit_length_together() -> None:
+def test_the_product_of_two_rotations_has_unit_length() -> None:
     assert np.linalg.norm(compose(TURNED, TURNED)[3:]) == pytest.approx(1, abs=1e-15)

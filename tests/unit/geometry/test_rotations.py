@@ -52,26 +52,26 @@ def test_rpy_turns_about_fixed_axes(roll: float, pitch: float, yaw: float) -> No
 
 
 @pytest.mark.parametrize("angles", list(itertools.product(QUARTERS, repeat=3)))
-def test_rpy_at_quarter_turns(angles: tuple[float, float, float]) -> None:
+def test_from_rpy_at_quarter_turns(angles: tuple[float, float, float]) -> None:
     assert_same_rotation(rotations.from_rpy(*angles), transformations.quaternion_from_euler(*angles, "sxyz"))
 
 
 @given(VECTORS, ANGLES)
-def test_axis_angle(axis: tuple[float, float, float], angle: float) -> None:
+def test_from_axis_angle(axis: tuple[float, float, float], angle: float) -> None:
     assume(np.linalg.norm(axis) > 1e-3)
     reference = transformations.quaternion_about_axis(angle, unit(axis))
     assert_same_rotation(rotations.from_axis_angle(axis, angle), reference, 1e-9)
 
 
 @given(quaternions(), quaternions())
-def test_multiply(a: Any, b: Any) -> None:
+def test_multiply_is_the_hamilton_product(a: Any, b: Any) -> None:
     np.testing.assert_allclose(
         rotations.multiply_quaternions(a, b), transformations.quaternion_multiply(a, b), atol=1e-12
     )
 
 
 @given(quaternions(), VECTORS)
-def test_rotate(q: Any, v: Any) -> None:
+def test_rotate_turns_a_vector(q: Any, v: Any) -> None:
     np.testing.assert_allclose(rotations.rotate(q, v), matrix(q) @ v, atol=1e-9)
 
 
@@ -141,12 +141,12 @@ def test_looking_keeps_z_as_far_up_as_it_goes(forward: Any) -> None:
 
 
 @pytest.mark.parametrize("forward", [(0, 0, 0), (0, 0, 1), (0, 0, -3.5), (1e-9, 0, 1)])
-def test_looking_nowhere_or_straight_up(forward: Any) -> None:
+def test_looking_nowhere_or_straight_up_is_none(forward: Any) -> None:
     assert rotations.looking(forward) is None
 
 
 @given(quaternions(), VECTORS)
-def test_rigidity_of_a_rigid_motion(q: Any, p: Any) -> None:
+def test_rigidity_of_a_rigid_motion_is_0(q: Any, p: Any) -> None:
     m = np.eye(4)
     m[:3, :3], m[:3, 3] = matrix(q), p
     assert rotations.rigidity(m.tolist()) < 1e-9

@@ -10,7 +10,7 @@ CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], np.float32)
 FACE = np.array([(0, 1, 2)], np.uint32)
 
 
-def test_faces_of_later_parts_keep_their_corners() -> None:
+def test_joined_parts_keep_their_corners() -> None:
     parts = [(CORNERS, FACE), (CORNERS[:0], FACE[:0]), (CORNERS + 2, FACE[:, ::-1])]
     vertices, faces = join_parts(parts)
     assert vertices[faces].tolist() == [CORNERS.tolist(), (CORNERS[::-1] + 2).tolist()]

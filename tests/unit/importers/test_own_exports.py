@@ -54,7 +54,7 @@ def joint_facts(joint: MeasuredJoint) -> list[float]:
 @pytest.mark.parametrize(
     "path", sorted([*SCENES.glob("*.yaml"), *SCENES.glob("recipes/*.yaml")]), ids=lambda path: path.stem
 )
-def test_our_own_mjcf_comes_back(path: Path, tmp_path: Path) -> None:
+def test_an_exported_mjcf_is_imported_again(path: Path, tmp_path: Path) -> None:
     scene = open_scene(path)
     scene.export(tmp_path / "out.xml")
     import_scene(tmp_path / "out.xml", tmp_path / "back.yaml", allow={"tendons"})

@@ -83,7 +83,7 @@ def body_poses(folder: Path) -> dict[str, tuple[list[float], list[float]]]:
     return found
 
 
-def test_a_model_of_one_link_is_a_body(folder: Path) -> None:
+def test_a_model_with_one_link_becomes_a_body(folder: Path) -> None:
     found, made = imported(folder, model("<pose>1 2 3 0 0 0.5</pose>" + link("a", "0 0 1 0 0 0", 2)))
     cube = found["entities"]["m"]
     assert cube["pose"]["p"] == [1, 2, 4]
@@ -93,7 +93,7 @@ def test_a_model_of_one_link_is_a_body(folder: Path) -> None:
     assert body_poses(folder)["m"][1][3] == pytest.approx(math.sin(0.25))
 
 
-def test_a_collision_and_a_visual_of_one_form_are_one_shape(folder: Path) -> None:
+def test_a_collision_and_a_visual_of_equal_geometry_become_one_shape(folder: Path) -> None:
     visual = """<visual name="v"><geometry><box><size>0.2 0.4 0.6</size></box></geometry>
       <material><diffuse>1 0 0 1</diffuse></material></visual></link>"""
     found, _ = imported(folder, model(link("a").replace("</link>", visual)))
@@ -101,7 +101,7 @@ def test_a_collision_and_a_visual_of_one_form_are_one_shape(folder: Path) -> Non
     assert "visuals" not in found["entities"]["m"]
 
 
-def test_links_and_joints_are_a_tree(folder: Path) -> None:
+def test_links_and_joints_become_a_link_tree(folder: Path) -> None:
     axis = "<axis><xyz>0 0 1</xyz><limit><lower>-1</lower><upper>2</upper></limit></axis>"
     parts = link("base") + link("arm", "0 0 1 0 0 0") + joint("revolute", "base", "arm", axis)
     found, _ = imported(folder, model(parts))
@@ -122,7 +122,7 @@ def test_a_joint_to_the_world_fixes_the_root(folder: Path) -> None:
     assert robot["root"]["children"][0]["joint"]["limits"] == [-math.inf, 2]
 
 
-def test_a_hinge_to_the_world_has_a_base(folder: Path) -> None:
+def test_a_hinge_to_the_world_gets_a_base_link(folder: Path) -> None:
     found, _ = imported(folder, model(link("arm", "0 0 1 0 0 0") + joint("revolute", "world", "arm")))
     root = found["entities"]["m"]["root"]
     assert root["name"] == "base"
@@ -139,7 +139,7 @@ def test_two_hinges_make_a_universal_joint(folder: Path) -> None:
     assert body_poses(folder)["m/b"][0] == pytest.approx([0, 0, 1])
 
 
-def test_a_loop_is_closed_by_a_constraint(folder: Path) -> None:
+def test_a_joint_that_closes_a_loop_becomes_a_constraint(folder: Path) -> None:
     parts = "".join(link(name, f"{x} 0 0 0 0 0") for name, x in (("a", 0), ("b", 1), ("c", 2)))
     joints = joint("revolute", "a", "b", name="ab") + joint("revolute", "b", "c", name="bc")
     found, _ = imported(folder, model(parts + joints + joint("fixed", "a", "c", name="ac")))
@@ -147,41 +147,41 @@ def test_a_loop_is_closed_by_a_constraint(folder: Path) -> None:
     assert (found["constraints"]["ac"]["parent"], found["constraints"]["ac"]["child"]) == ("m/a", "m/c")
 
 
-def test_an_axis_is_expressed_in_a_frame(folder: Path) -> None:
+def test_an_axis_may_be_expressed_in_another_frame(folder: Path) -> None:
     turned = "0 0 1 0 0 1.5707963267948966"
     axis = '<axis><xyz expressed_in="__model__">1 0 0</xyz></axis>'
     found, _ = imported(folder, model(link("a") + link("b", turned) + joint("revolute", "a", "b", axis)))
     assert found["entities"]["m"]["root"]["children"][0]["joint"]["axis"] == pytest.approx([0, -1, 0])
 
 
-def test_old_axes_are_those_of_the_model(folder: Path) -> None:
+def test_axes_of_old_versions_are_in_the_model_frame(folder: Path) -> None:
     parts = link("a") + link("b", "0 0 1 0 0 1.5707963267948966")
     text = model(parts + joint("revolute", "a", "b", "<axis><xyz>1 0 0</xyz></axis>")).replace('"1.9"', '"1.4"')
     found, _ = imported(folder, text)
     assert found["entities"]["m"]["root"]["children"][0]["joint"]["axis"] == pytest.approx([0, -1, 0])
 
 
-def test_poses_are_relative_to_frames(folder: Path) -> None:
+def test_poses_may_be_relative_to_frames(folder: Path) -> None:
     frames = '<frame name="f" attached_to="a"><pose>1 0 0 0 0 1.5707963267948966</pose></frame>'
     parts = link("a", "0 0 1 0 0 0") + frames + link("b", "1 0 0 0 0 0", frame='relative_to="f"')
     imported(folder, model(parts))
     assert body_poses(folder)["m.b"][0] == pytest.approx([1, 1, 1], abs=1e-6)
 
 
-def test_a_placement_frame_stands_at_the_pose(folder: Path) -> None:
+def test_the_pose_of_a_model_applies_to_its_placement_frame(folder: Path) -> None:
     text = model("<pose>5 0 0 0 0 0</pose>" + link("a", "0 0 2 0 0 0"), rest='placement_frame="a"')
     imported(folder, text)
     assert body_poses(folder)["m"][0] == pytest.approx([5, 0, 0])
 
 
-def test_nested_models_have_names_with_a_point(folder: Path) -> None:
+def test_links_of_nested_models_have_dotted_names(folder: Path) -> None:
     inner = f'<model name="inner"><pose>0 1 0 0 0 0</pose>{link("b")}</model>'
     found, _ = imported(folder, model(link("a") + inner + joint("fixed", "a", "inner::b")))
     assert found["entities"]["m"]["root"]["children"][0]["name"] == "inner.b"
     assert body_poses(folder)["m/inner.b"][0] == pytest.approx([0, 1, 0])
 
 
-def test_a_model_is_included_from_its_folder_and_from_a_root(folder: Path) -> None:
+def test_a_model_is_found_in_its_folder_and_in_an_asset_root(folder: Path) -> None:
     (folder / "in/cup").mkdir()
     (folder / "in/cup/model.config").write_text("<model><sdf version='1.9'>cup.sdf</sdf></model>")
     (folder / "in/cup/cup.sdf").write_text(f'<sdf version="1.9"><model name="cup">{link("body")}</model></sdf>')
@@ -201,7 +201,7 @@ def test_a_static_model_does_not_move(folder: Path) -> None:
     assert found["entities"]["m"] == {"body_type": "static", "collisions": [{"type": "plane"}]}
 
 
-def test_surfaces_and_physics_are_those_of_the_file(folder: Path) -> None:
+def test_friction_and_physics_settings_are_imported(folder: Path) -> None:
     surface = "<surface><friction><ode><mu>0.4</mu></ode></friction></surface></collision>"
     text = model(link("a").replace("</collision>", surface))
     text = text.replace(
@@ -214,7 +214,7 @@ def test_surfaces_and_physics_are_those_of_the_file(folder: Path) -> None:
     assert found["entities"]["m"]["collisions"][0]["material"] == {"physical": physical}
 
 
-def test_lights_and_cameras_are_built(folder: Path) -> None:
+def test_lights_and_cameras_are_imported(folder: Path) -> None:
     sun = '<light name="sun" type="directional"><direction>0 1 -1</direction><diffuse>1 1 0.5 1</diffuse></light>'
     sensor = """<sensor name="eye" type="camera"><pose>0 0 0.1 0 0 0</pose><camera><horizontal_fov>1.2</horizontal_fov>
       <image><width>64</width><height>48</height></image></camera></sensor></link>"""
@@ -224,7 +224,7 @@ def test_lights_and_cameras_are_built(folder: Path) -> None:
     assert (eye["mount"], eye["fovx"], eye["width"], eye["pose"]) == ("m", 1.2, 64, [0, 0, 0.1])
 
 
-def test_the_mass_of_auto_follows_from_the_density(folder: Path) -> None:
+def test_the_mass_of_an_auto_inertial_is_computed_from_the_density(folder: Path) -> None:
     auto = '<inertial auto="true"><density>500</density></inertial><collision name="c"><geometry><cylinder>'
     text = f'<link name="a">{auto}<radius>0.1</radius><length>0.4</length></cylinder></geometry></collision></link>'
     found, made = imported(folder, model(text))
@@ -232,14 +232,14 @@ def test_the_mass_of_auto_follows_from_the_density(folder: Path) -> None:
     assert made.certificate.mass == pytest.approx(500 * math.pi * 0.01 * 0.4, rel=1e-6)
 
 
-def test_a_tensor_is_turned_to_its_axes(folder: Path) -> None:
+def test_an_inertia_tensor_is_rotated_to_its_principal_axes(folder: Path) -> None:
     tensor = "<ixx>0.2</ixx><iyy>0.2</iyy><izz>0.1</izz><ixy>0.05</ixy>"
     text = link("a").replace("<ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz>", tensor)
     found, _ = imported(folder, model(text))
     assert sorted(found["entities"]["m"]["inertial"]["inertia"]) == pytest.approx([0.1, 0.15, 0.25])
 
 
-def test_bitmasks_are_collision_bits(folder: Path) -> None:
+def test_bitmasks_become_collision_bits(folder: Path) -> None:
     def masked(name: str, mask: str) -> str:
         surface = f"<surface><contact><collide_bitmask>{mask}</collide_bitmask></contact></surface></collision>"
         return f'<model name="{name}">{link("a").replace("</collision>", surface)}</model>'
@@ -269,7 +269,7 @@ def test_a_mesh_is_copied_beside_the_scene(folder: Path) -> None:
     assert [loss.kind for loss in made.losses] == ["hulls"]
 
 
-def test_a_mirrored_collider_is_turned_round(folder: Path) -> None:
+def test_a_mirrored_collision_mesh_faces_outwards(folder: Path) -> None:
     (folder / "in/a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
     mesh = "<geometry><mesh><uri>a.obj</uri><scale>-1 1 1</scale></mesh></geometry>"
     found, _ = imported(
@@ -292,13 +292,13 @@ def test_a_mirrored_collider_is_turned_round(folder: Path) -> None:
         ),
     ],
 )
-def test_every_form_is_built(folder: Path, shape: str, kind: str) -> None:
+def test_every_geometry_is_imported(folder: Path, shape: str, kind: str) -> None:
     text = link("a").replace("<box><size>0.2 0.4 0.6</size></box>", shape)
     found, _ = imported(folder, model(text))
     assert found["entities"]["m"]["collisions"][0]["type"] == kind
 
 
-def test_losses_are_told_with_their_places(folder: Path) -> None:
+def test_losses_are_reported_at_their_places(folder: Path) -> None:
     plugin = '<plugin filename="libwind.so" name="wind"/>'
     _, made = imported(folder, model(link("a") + plugin + plugin))
     assert [(loss.kind, loss.place.line) for loss in made.losses] == [("plugins", 6), ("plugins", 6)]
@@ -306,7 +306,7 @@ def test_losses_are_told_with_their_places(folder: Path) -> None:
     assert told.message.startswith("plugins (2): <plugin> `libwind.so`")
 
 
-def test_a_loss_that_changes_the_machine_must_be_allowed(folder: Path) -> None:
+def test_a_loss_that_changes_the_dynamics_must_be_allowed(folder: Path) -> None:
     text = model(link("a") + link("b") + joint("screw", "a", "b", "<axis><xyz>1 0 0</xyz></axis>"))
     assert refused(folder, text) == ["SC431"]
     found, made = imported(folder, text, allow=["screw-joints"])
@@ -314,7 +314,7 @@ def test_a_loss_that_changes_the_machine_must_be_allowed(folder: Path) -> None:
     assert [loss.kind for loss in made.losses] == ["screw-joints"]
 
 
-def test_hyphens_in_comments_are_no_fault(folder: Path) -> None:
+def test_double_hyphens_in_comments_are_accepted(folder: Path) -> None:
     """Gazebo reads them, and libxml2 would end the document at `--->`."""
     text = world(f'<!-- a -- b --><model name="m"><!-- the link --->{link("a")}</model>')
     found, made = imported(folder, text)
@@ -323,7 +323,7 @@ def test_hyphens_in_comments_are_no_fault(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", [" & ", "</visual>", '<pose x="1" x="2"/>'])
-def test_a_file_that_is_not_well_formed_is_read_only_if_that_is_allowed(folder: Path, damage: str) -> None:
+def test_malformed_xml_is_read_only_if_allowed(folder: Path, damage: str) -> None:
     text = world(f'<model name="m">{link("a")}</model>{damage}')
     assert refused(folder, text) == ["SC450"]
     found, made = imported(folder, text, allow=["malformed-xml"])
@@ -332,7 +332,7 @@ def test_a_file_that_is_not_well_formed_is_read_only_if_that_is_allowed(folder: 
 
 
 @pytest.mark.parametrize("allow", [(), ("malformed-xml",)])
-def test_a_file_that_ends_early_is_refused(folder: Path, allow: tuple[str, ...]) -> None:
+def test_a_truncated_file_is_refused(folder: Path, allow: tuple[str, ...]) -> None:
     whole = world("".join(f'<model name="m{number}">{link("a")}</model>' for number in range(3)))
     for text in (whole[: len(whole) // 2], whole[: whole.index("</world>")], "<sdf", "<sdf><!-- </sdf>"):
         assert refused(folder, text, allow=allow) == ["SC450"]
@@ -367,7 +367,7 @@ def test_bad_input_is_an_error_with_a_place_and_nothing_is_written(folder: Path,
     assert code in refused(folder, text)
 
 
-def test_a_limit_of_an_asset_holds(folder: Path) -> None:
+def test_an_asset_above_the_size_limit_is_an_error(folder: Path) -> None:
     (folder / "in/a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n" * 9)
     mesh = "<geometry><mesh><uri>a.obj</uri></mesh></geometry>"
     text = model(link("a").replace("<geometry><box><size>0.2 0.4 0.6</size></box></geometry>", mesh))
@@ -397,11 +397,11 @@ def test_an_unknown_loss_is_a_value_error(folder: Path) -> None:
     ],
     ids=["links", "frames"],
 )
-def test_a_long_chain_is_an_error(folder: Path, text: str) -> None:
+def test_a_long_chain_of_frames_is_an_error(folder: Path, text: str) -> None:
     assert "SC433" in refused(folder, text)
 
 
-def test_a_mesh_without_its_materials_is_shown_plain(folder: Path) -> None:
+def test_a_mesh_with_missing_materials_is_imported_without_them(folder: Path) -> None:
     (folder / "in/a.obj").write_text(
         "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
     )
@@ -419,7 +419,7 @@ def test_a_mesh_that_cannot_be_read_is_a_loss(folder: Path) -> None:
     assert imported(folder, text, allow=["colliders"])[1].losses[0].kind == "colliders"
 
 
-def test_a_joint_between_models_is_a_constraint(folder: Path) -> None:
+def test_a_joint_between_models_becomes_a_constraint(folder: Path) -> None:
     models = "".join(
         f'<model name="{name}"><pose>0 0 {z} 0 0 0</pose>{link("l")}</model>' for name, z in (("a", 0), ("b", 1))
     )
@@ -461,7 +461,7 @@ MANY_BOXES = "".join(
 )
 
 
-def test_a_long_comment_may_stand_before_the_root(folder: Path) -> None:
+def test_a_long_comment_may_precede_the_root_element(folder: Path) -> None:
     text = f"<!-- <mujoco> {'-' * 70000}\n -->" + model(link("a")).partition("\n")[2]
     assert list(imported(folder, text)[0]["entities"]) == ["m"]
 
@@ -477,7 +477,7 @@ def test_a_long_comment_may_stand_before_the_root(folder: Path) -> None:
         ("import time; time.sleep(60)", "Drake did not read the file in 0.5 s"),
     ],
 )
-def test_an_engine_that_does_not_read_the_file_is_told(
+def test_the_certificate_says_why_drake_did_not_read_the_file(
     folder: Path, monkeypatch: pytest.MonkeyPatch, drake: str, words: str
 ) -> None:
     (folder / "pydrake/multibody").mkdir(parents=True)
@@ -523,15 +523,15 @@ def test_equal_models_become_instances_of_a_prefab(folder: Path, monkeypatch: py
     assert compared == [{"rack_0/rack", "rack_1/rack"}]
 
 
-def test_names_that_a_scene_cannot_have_are_told(folder: Path) -> None:
+def test_invalid_names_are_replaced_and_reported(folder: Path) -> None:
     text = model(link("a:b") + link("c") + joint("fixed", "a:b", "c", name="k l"), name="\u65e5\u672c")
     found, made = imported(folder, text)
     assert list(found["entities"]) == ["_"]
     told = [loss.message for loss in made.losses if loss.kind == "names"]
     assert told == [
-        "the model `\u65e5\u672c` is called `_`",
-        "the link `a:b` is called `a_b`",
-        "the joint `k l` is called `k_l`",
+        "the model `\u65e5\u672c` is renamed to `_`",
+        "the link `a:b` is renamed to `a_b`",
+        "the joint `k l` is renamed to `k_l`",
     ]
 
 
@@ -553,7 +553,7 @@ def test_files_of_another_scene_are_not_replaced(folder: Path) -> None:
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
     (out / "scene.yaml").unlink()
     (out / "scene_assets/rack.yaml").write_text("mine")
-    with pytest.raises(FileExistsError, match="no earlier import"):
+    with pytest.raises(FileExistsError, match="not from an earlier import"):
         import_scene(folder / "in/world.sdf", out / "scene.yaml")
     assert (out / "scene_assets/rack.yaml").read_text() == "mine"
 

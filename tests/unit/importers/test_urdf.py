@@ -41,14 +41,14 @@ def test_a_robot_is_copied_with_its_meshes(robot: Path, tmp_path: Path) -> None:
     assert masses(tmp_path / "out/scene.yaml") == {"robot": 2}
 
 
-def test_a_robot_below_the_scene_or_in_a_root_stays(robot: Path, tmp_path: Path) -> None:
+def test_a_robot_below_the_scene_or_in_an_asset_root_is_not_copied(robot: Path, tmp_path: Path) -> None:
     assert list(import_scene(robot, tmp_path / "scene.yaml").files) == ["scene.yaml"]
     assert "urdf: in/robot.urdf" in (tmp_path / "scene.yaml").read_text()
     import_scene(robot, tmp_path / "out/scene.yaml", asset_roots=[tmp_path / "in"])
     assert "urdf: asset://robot.urdf" in (tmp_path / "out/scene.yaml").read_text()
 
 
-def test_a_robot_that_needs_repair_must_be_allowed(robot: Path, tmp_path: Path) -> None:
+def test_a_repair_of_a_robot_must_be_allowed(robot: Path, tmp_path: Path) -> None:
     robot.write_text(ROBOT.format(mesh="meshes/a.obj", ixx=-1))
     with pytest.raises(SceneError) as caught:
         import_scene(robot, tmp_path / "scene.yaml")
@@ -70,7 +70,7 @@ ZERO = 'ixx="0" iyy="0" izz="0"'
         ('<mass value="0"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>', 1000 / 6, False),
     ],
 )
-def test_a_mass_or_an_inertia_that_is_0_or_impossible_must_be_allowed(
+def test_a_zero_or_impossible_inertia_must_be_allowed(
     robot: Path, tmp_path: Path, inertial: str, mass: float, repair: bool
 ) -> None:
     robot.write_text(re.sub("<inertial>.*</inertial>", f"<inertial>{inertial}</inertial>", ROBOT, flags=re.DOTALL))
@@ -105,7 +105,7 @@ def test_a_mesh_that_may_not_be_read_is_an_error(robot: Path, tmp_path: Path, me
 
 
 @pytest.mark.parametrize("name", ["robot_arm", "robot_door"])
-def test_our_own_exports_come_back(name: str, tmp_path: Path) -> None:
+def test_an_exported_urdf_is_imported_again(name: str, tmp_path: Path) -> None:
     scene = SCENES / f"{name}.yaml"
     with open_scene(scene).build(render=False, scene_idxs=[0]) as batch:
         entities = {each.entity.name: each for each in measure_bodies(batch).scenes[0].entities}
@@ -119,7 +119,7 @@ def test_our_own_exports_come_back(name: str, tmp_path: Path) -> None:
         assert masses(file.with_suffix(".yaml")) == pytest.approx(expected, rel=1e-6)
 
 
-def test_what_does_not_build_leaves_everything_as_it_was(
+def test_a_failed_import_leaves_existing_files_unchanged(
     robot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:

@@ -81,7 +81,7 @@ def test_other_up_axes(tmp_path: Path, up: str, q: list[float] | None) -> None:
     assert entities(found)["a"].get("pose", {}).get("q") == (None if q is None else pytest.approx(q))
 
 
-def test_forces_and_masses_of_other_units(tmp_path: Path) -> None:
+def test_forces_and_masses_are_converted_to_si_units(tmp_path: Path) -> None:
     """A gram and a centimetre: a torque is g·cm²/s², and a spring's counts for a degree."""
     drive = (
         'uniform token physics:axis = "Z"\nfloat drive:angular:physics:stiffness = 5\n'
@@ -118,7 +118,7 @@ def test_forces_and_masses_of_other_units(tmp_path: Path) -> None:
          {"type": "cone", "radius": 1, "half_length": 4, "axis": "z"}),
     ],
 )  # fmt: skip
-def test_scales_are_in_the_sizes(
+def test_scales_are_applied_to_sizes(
     tmp_path: Path, kind: str, attributes: str, scale: tuple[float, float, float], expected: dict[str, Any]
 ) -> None:
     found = read(tmp_path, f'def {kind} "a" ({BODY})\n{{\n{attributes}\n{at(0, 0, 0, scale=scale)}}}')
@@ -127,7 +127,7 @@ def test_scales_are_in_the_sizes(
     assert not found.losses
 
 
-def test_a_solid_that_no_shape_can_say_is_a_hull_with_the_mass_of_the_solid(tmp_path: Path) -> None:
+def test_an_unevenly_scaled_solid_becomes_a_hull_with_its_mass(tmp_path: Path) -> None:
     found = read(tmp_path, f'def Sphere "egg" ({BODY})\n{{\ndouble radius = 1\n{at(0, 0, 0, scale=(1, 2, 3))}}}')
     (shape,) = entities(found)["egg"]["shapes"]
     assert shape["type"] == "convex_mesh"
@@ -148,7 +148,7 @@ def volume_of(asset: Asset) -> float:
     return float(np.einsum("ij,ij->", faces[:, 0], np.cross(faces[:, 1], faces[:, 2]))) / 6
 
 
-def test_a_mirrored_mesh_is_turned_inside_out_and_equal_meshes_are_equal_files(tmp_path: Path) -> None:
+def test_a_mirrored_mesh_faces_outwards_and_equal_meshes_share_a_file(tmp_path: Path) -> None:
     meshes = "".join(
         f'def Mesh "{name}" ({BODY})\n{{\n{TETRAHEDRON}{more}{at(x, 0, 0, scale=scale)}}}\n'
         for name, x, scale, more in (
@@ -181,7 +181,7 @@ def test_a_mirrored_mesh_is_turned_inside_out_and_equal_meshes_are_equal_files(t
         ("boundingSphere", "sphere"),
     ],
 )
-def test_how_meshes_collide(tmp_path: Path, approximation: str, expected: str) -> None:
+def test_each_mesh_approximation_gives_a_collision_shape(tmp_path: Path, approximation: str, expected: str) -> None:
     text = f'def Mesh "a" ({COLLIDER})\n{{\n{TETRAHEDRON}uniform token physics:approximation = "{approximation}"\n}}'
     found = entities(read(tmp_path, text))["a"]
     (shape,) = found.get("shapes") or found["collisions"]
@@ -206,7 +206,7 @@ def test_how_meshes_collide(tmp_path: Path, approximation: str, expected: str) -
          {"inertial": {"mass": 2, "inertia": [1e-7, 1e-7, 1e-7]}}),
     ],
 )  # fmt: skip
-def test_what_a_body_says_of_its_mass(tmp_path: Path, said: str, expected: dict[str, Any]) -> None:
+def test_the_mass_properties_of_a_body_are_imported(tmp_path: Path, said: str, expected: dict[str, Any]) -> None:
     """Of a cube of 2 m: what is left open follows as UsdPhysics has it."""
     found = entities(read(tmp_path, f'def Cube "a" ({BODY})\n{{\n{said}\n}}'))["a"]
     for key, value in expected.items():
@@ -221,7 +221,7 @@ def test_what_a_body_says_of_its_mass(tmp_path: Path, said: str, expected: dict[
 
 
 @pytest.mark.skipif(Version(version("usd-core")) < Version("26.11"), reason="older ones weigh what is switched off")
-def test_masses_of_colliders_and_of_those_that_are_switched_off(tmp_path: Path) -> None:
+def test_a_disabled_collider_has_no_mass(tmp_path: Path) -> None:
     heavy = COLLIDER.replace('"PhysicsCollisionAPI"', '"PhysicsCollisionAPI", "PhysicsMassAPI"')
     text = (
         f'def Xform "a" ({RIGID})\n{{\ndef Cube "x" ({heavy})\n{{\nfloat physics:mass = 3\n}}\n'
@@ -233,7 +233,7 @@ def test_masses_of_colliders_and_of_those_that_are_switched_off(tmp_path: Path) 
     assert len(found["visuals"]) == 1
 
 
-def test_an_impossible_inertia_and_a_body_without_any_are_told(tmp_path: Path) -> None:
+def test_impossible_and_missing_inertias_are_reported(tmp_path: Path) -> None:
     said = "float physics:mass = 2\nfloat3 physics:diagonalInertia = (1, 1, 5)"
     found = read(tmp_path, f'def Cube "a" ({BODY})\n{{\n{said}\n}}\ndef Xform "b" ({RIGID})\n{{\n}}')
     assert entities(found)["a"]["inertial"]["inertia"] == [1, 1, 2]
@@ -286,14 +286,14 @@ def test_materials_are_named_and_shared(tmp_path: Path) -> None:
     assert entities(found)["a"]["density"] == 200
 
 
-def test_a_texture_that_is_missing_is_told_and_one_of_the_web_is_an_error(tmp_path: Path) -> None:
+def test_a_missing_texture_is_a_loss_and_a_web_texture_is_an_error(tmp_path: Path) -> None:
     cube = 'def Cube "a" (prepend apiSchemas = ["MaterialBindingAPI"])\n{\nrel material:binding = </World/paint>\n}\n'
     assert kinds(read(tmp_path, MATERIALS.replace("FILE", "./none.png") + cube)) == ["missing-files"]
     _, sink = attempt(tmp_path, MATERIALS.replace("FILE", "https://example.com/a.png") + cube)
     assert [each.code for each in sink.diagnostics()] == ["SC403"]
 
 
-def test_faces_with_several_materials_are_several_meshes(tmp_path: Path) -> None:
+def test_a_mesh_with_several_materials_is_split(tmp_path: Path) -> None:
     subset = (
         'def GeomSubset "red" (prepend apiSchemas = ["MaterialBindingAPI"])\n{\nuniform token elementType = "face"\n'
         'uniform token familyName = "materialBind"\nint[] indices = [0, 1]\n'
@@ -309,7 +309,7 @@ def test_faces_with_several_materials_are_several_meshes(tmp_path: Path) -> None
     assert entities(found)["a"]["body_type"] == "none"
 
 
-def test_instances_and_references_are_read_where_they_are_used(tmp_path: Path) -> None:
+def test_instances_and_references_are_resolved(tmp_path: Path) -> None:
     mesh = f'def Mesh "mesh" ({COLLIDER})\n{{\n{TETRAHEDRON}uniform token physics:approximation = "convexHull"\n}}\n'
     wheel = f'#usda 1.0\n(\ndefaultPrim = "wheel"\n)\ndef Xform "wheel"\n{{\n{mesh}}}\n'
     (tmp_path / "wheel.usda").write_text(wheel, encoding="utf-8")
@@ -322,7 +322,7 @@ def test_instances_and_references_are_read_where_they_are_used(tmp_path: Path) -
     assert len({row["shapes"][0]["file"].source for row in found.values()}) == 1
 
 
-def test_what_stands_still_is_grouped_by_the_prim_above(tmp_path: Path) -> None:
+def test_static_prims_are_grouped_by_their_parent(tmp_path: Path) -> None:
     text = (
         f'def Xform "table"\n{{\n{at(0, 0, 1)}def Cube "top" ({COLLIDER})\n{{\n}}\n'
         f'def Cube "look"\n{{\n{at(0, 0, 2)}}}\n}}\n'
@@ -336,13 +336,13 @@ def test_what_stands_still_is_grouped_by_the_prim_above(tmp_path: Path) -> None:
     assert found["ground"] == {"body_type": "static", "collisions": [{"type": "plane"}]}
 
 
-def test_a_collider_and_a_visual_of_the_same_form_are_one_shape(tmp_path: Path) -> None:
+def test_a_collider_and_a_visual_of_equal_geometry_become_one_shape(tmp_path: Path) -> None:
     cubes = f'def Cube "hull" ({COLLIDER})\n{{\nuniform token purpose = "guide"\n}}\ndef Cube "look"\n{{\n}}\n'
     found = entities(read(tmp_path, f'def Xform "a" ({RIGID})\n{{\nfloat physics:density = 5\n{cubes}}}'))
     assert found["a"] == {"density": 5, "shapes": [{"type": "box", "half_size": [1, 1, 1]}]}
 
 
-def test_kinematic_bodies_and_those_that_are_switched_off(tmp_path: Path) -> None:
+def test_kinematic_and_disabled_bodies_are_imported(tmp_path: Path) -> None:
     text = (
         f'def Cube "a" ({BODY})\n{{\nbool physics:kinematicEnabled = 1\n}}\n'
         f'def Cube "b" ({BODY})\n{{\nbool physics:rigidBodyEnabled = 0\n{at(5, 0, 0)}}}\n'
@@ -362,7 +362,7 @@ def bodies(*names: str) -> str:
 MIDDLE = "point3f physics:localPos0 = (2, 0, 0)\npoint3f physics:localPos1 = (-2, 0, 0)\n"
 
 
-def test_a_chain_is_a_tree_of_links_and_what_closes_a_loop_a_constraint(tmp_path: Path) -> None:
+def test_a_chain_becomes_a_link_tree_and_a_loop_joint_a_constraint(tmp_path: Path) -> None:
     limits = 'uniform token physics:axis = "Z"\nfloat physics:lowerLimit = -90\nfloat physics:upperLimit = 45\n'
     text = bodies("a", "b", "c") + (
         joint("PhysicsFixedJoint", None, "a", name="foot")
@@ -386,7 +386,7 @@ def test_a_chain_is_a_tree_of_links_and_what_closes_a_loop_a_constraint(tmp_path
     assert loop["limits"]["twist"] == pytest.approx([-math.pi / 2, math.pi / 4])
 
 
-def test_a_joint_of_several_freedoms_is_as_many_joints_and_starts_where_the_bodies_are(tmp_path: Path) -> None:
+def test_a_joint_with_several_freedoms_becomes_joints_in_series(tmp_path: Path) -> None:
     d6 = joint("PhysicsJoint", "a", "b", MIDDLE).replace(
         '"joint"', '"joint" (prepend apiSchemas = ["PhysicsLimitAPI:transX", "PhysicsLimitAPI:transY", '
         '"PhysicsLimitAPI:transZ", "PhysicsLimitAPI:rotZ"])'
@@ -422,7 +422,7 @@ def test_a_joint_of_several_freedoms_is_as_many_joints_and_starts_where_the_bodi
          {"type": "drive", "limits": {"x": [-1, math.inf], "y": [0, 0], "z": [0, 0], "twist": [0, 0]}}),
     ],
 )  # fmt: skip
-def test_joints_that_are_kept_out_of_articulations_are_constraints(
+def test_joints_excluded_from_articulations_become_constraints(
     tmp_path: Path, kind: str, more: str, expected: dict[str, Any]
 ) -> None:
     out = "bool physics:excludeFromArticulation = 1\nbool physics:collisionEnabled = 1\n"
@@ -433,7 +433,7 @@ def test_joints_that_are_kept_out_of_articulations_are_constraints(
     assert "collision_groups" not in found.document
 
 
-def test_pairs_that_are_kept_apart_are_collision_groups(tmp_path: Path) -> None:
+def test_filtered_pairs_become_collision_groups(tmp_path: Path) -> None:
     filtered = BODY.replace("[", '["PhysicsFilteredPairsAPI", ')
     text = bodies("b", "c") + (
         f'def Cube "a" ({filtered})\n{{\nrel physics:filteredPairs = </World/b>\n{at(0, 5, 0)}}}\n'
@@ -448,12 +448,12 @@ def test_pairs_that_are_kept_apart_are_collision_groups(tmp_path: Path) -> None:
     assert apart == {frozenset("ab"), frozenset("bc")}
 
 
-def test_frames_of_a_joint_that_do_not_meet_are_told(tmp_path: Path) -> None:
+def test_joint_frames_that_do_not_coincide_are_reported(tmp_path: Path) -> None:
     found = read(tmp_path, bodies("a", "b") + joint("PhysicsRevoluteJoint", "a", "b"))
     assert kinds(found) == ["joint-frames"]
 
 
-def test_lights_and_a_camera_on_a_body(tmp_path: Path) -> None:
+def test_lights_and_a_camera_are_mounted_on_a_body(tmp_path: Path) -> None:
     text = (
         'def DistantLight "sun"\n{\nfloat inputs:intensity = 2000\ncolor3f inputs:color = (1, 0.5, 0)\n}\n'
         f'def Cube "a" ({BODY})\n{{\ndef Camera "eye"\n{{\nfloat focalLength = 10\nfloat horizontalAperture = 20\n'
@@ -469,7 +469,7 @@ def test_lights_and_a_camera_on_a_body(tmp_path: Path) -> None:
     assert (eye["width"], eye["height"]) == (640, 640)
 
 
-def test_what_nobody_reads_is_told(tmp_path: Path) -> None:
+def test_unsupported_prims_and_attributes_are_reported(tmp_path: Path) -> None:
     text = (
         f'def Cube "a" ({BODY})\n{{\nfloat physxRigidBody:cfmScale = 0.5\n'
         "float physxRigidBody:linearDamping = 0.25\n}\n"
@@ -490,7 +490,7 @@ def test_what_nobody_reads_is_told(tmp_path: Path) -> None:
     ],
 )
 @pytest.mark.parametrize("kind", ["references", "payload", "variant"])
-def test_layers_beyond_the_roots_and_in_the_web_are_errors_with_a_line(
+def test_layers_outside_the_roots_or_on_the_web_are_errors_with_a_line(
     tmp_path: Path, reference: str, code: str, kind: str
 ) -> None:
     """Also in a variant that is not chosen, since nothing is opened before all is checked."""
@@ -510,7 +510,7 @@ def test_layers_beyond_the_roots_and_in_the_web_are_errors_with_a_line(
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"\x7fELF nothing of USD", "neither text nor crate"),
+        (b"\x7fELF nothing of USD", "neither USD text nor USD crate"),
         (b"PXR-USDC" + bytes(100), "cannot read"),
         (b"#usda 1.0\ndef Xform 'a\n", "cannot read"),
         (b'#usda 1.0\ndef Xform "a" (prepend references = @./bad.usda@</a>)\n{\n}\n', "does not compose"),
@@ -518,14 +518,14 @@ def test_layers_beyond_the_roots_and_in_the_web_are_errors_with_a_line(
         (f'#usda 1.0\ndef Xform "a"\n{{\n{at(math.nan, 0, 0)}}}\n'.encode(), "not finite"),
     ],
 )  # fmt: skip
-def test_files_that_are_no_stage(tmp_path: Path, content: bytes, words: str) -> None:
+def test_a_file_that_is_not_a_stage_is_refused(tmp_path: Path, content: bytes, words: str) -> None:
     (tmp_path / "bad.usda").write_bytes(content)
     sink = Sink()
     assert read_stage(tmp_path / "bad.usda", ImportContext(sink, AssetScope(tmp_path), Options().limits)) is None
     assert words in sink.diagnostics()[0].message
 
 
-def test_a_mesh_whose_indices_are_wrong_and_sizes_below_0(tmp_path: Path) -> None:
+def test_wrong_mesh_indices_and_negative_sizes_are_losses(tmp_path: Path) -> None:
     bad = TETRAHEDRON.replace("[0, 2, 1,", "[0, 2, 999999999,")
     text = f'def Mesh "a" ({BODY})\n{{\n{bad}}}\ndef Sphere "b" ({BODY})\n{{\ndouble radius = -1\n}}'
     found = read(tmp_path, text)
@@ -543,31 +543,31 @@ def test_large_layers_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        (f'def Sphere "a" ({BODY})\n{{\nstring radius = "x"\n}}', "`radius` of /World/a is of the type `text`"),
-        (f'def Sphere "a" ({BODY})\n{{\nfloat3 physics:mass = (1, 2, 3)\n}}', "of the type `GfVec3`, not `number`"),
+        (f'def Sphere "a" ({BODY})\n{{\nstring radius = "x"\n}}', "`radius` of /World/a has type `text`"),
+        (f'def Sphere "a" ({BODY})\n{{\nfloat3 physics:mass = (1, 2, 3)\n}}', "has type `GfVec3`, not `number`"),
         (f'def Sphere "a" ({BODY})\n{{\ntoken physxRigidBody:linearDamping = "x"\n}}', "not `number`"),
         (MATERIALS.replace("float inputs:roughness = 0.25", 'string inputs:roughness = "x"'), "not `number`"),
     ],
 )
-def test_values_of_other_types_are_errors(tmp_path: Path, text: str, told: str) -> None:
+def test_attributes_of_the_wrong_type_are_errors(tmp_path: Path, text: str, told: str) -> None:
     found, sink = attempt(tmp_path, text)
     assert found is None
     assert [each.code for each in sink.diagnostics()] == ["SC430"]
     assert told in sink.diagnostics()[0].message
 
 
-def test_numbers_of_another_precision_are_read(tmp_path: Path) -> None:
+def test_numbers_of_any_precision_are_accepted(tmp_path: Path) -> None:
     found = read(tmp_path, f'def Sphere "a" ({BODY})\n{{\nhalf radius = 0.5\ndouble physics:mass = 3\n}}')
     assert entities(found)["a"]["mass"] == 3
     assert entities(found)["a"]["shapes"][0]["radius"] == 0.5
 
 
-def test_other_up_axes_are_errors(tmp_path: Path) -> None:
+def test_an_unknown_up_axis_is_an_error(tmp_path: Path) -> None:
     _, sink = attempt(tmp_path, "", head='upAxis = "Q"')
     assert "`upAxis` is `Q`" in sink.diagnostics()[0].message
 
 
-def test_a_material_without_a_surface_and_one_with_an_impossible_index_of_refraction(tmp_path: Path) -> None:
+def test_materials_without_a_surface_or_with_an_impossible_ior_are_accepted(tmp_path: Path) -> None:
     bound = "rel material:binding = </World/paint>\n"
     schemas = BODY.replace("[", '["MaterialBindingAPI", ')
     cube = f'def Cube "a" ({schemas})\n{{\n{bound}}}\n'
@@ -579,7 +579,7 @@ def test_a_material_without_a_surface_and_one_with_an_impossible_index_of_refrac
     assert "specular" not in read(tmp_path, paint + cube).document["materials"]["paint"]["visual"]
 
 
-def test_an_exception_in_the_readers_process_is_an_error_of_the_file(
+def test_an_exception_in_the_reader_process_is_reported_at_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "stage.usda"

@@ -18,7 +18,7 @@ FILES = sorted(file for suffix in ("sdf", "world") for file in (WHEELS / "pydrak
 
 
 @pytest.mark.skipif(not FILES, reason="SCENECC_WHEELS names no folder with drake")
-def test_there_are_files_to_judge_by() -> None:
+def test_wheels_contain_files_to_compare() -> None:
     assert len(FILES) >= 8
 
 

@@ -78,7 +78,7 @@ def made(folder: Path, name: str) -> Path:
         "centimetres.dae",
     ],
 )
-def test_a_file_is_what_sapien_makes_of_it(name: str, tmp_path: Path) -> None:
+def test_a_mesh_file_is_read_as_in_sapien(name: str, tmp_path: Path) -> None:
     from sapien import render
 
     path = made(tmp_path, name)
@@ -132,7 +132,7 @@ def painted(folder: Path, lines: dict[str, str]) -> Path:
     ],
     ids=["plain", "blanks", "options"],
 )
-def test_images_of_a_material_are_those_that_sapien_loads(tmp_path: Path, lines: dict[str, str]) -> None:
+def test_images_of_a_mesh_material_are_those_that_sapien_loads(tmp_path: Path, lines: dict[str, str]) -> None:
     from sapien import render
 
     path = painted(tmp_path, lines)
@@ -157,7 +157,7 @@ def test_images_of_a_material_may_have_names_with_blanks(tmp_path: Path) -> None
 
 @pytest.mark.render
 @pytest.mark.parametrize("name", ["bowl.obj", "bowl.glb"])
-def test_texture_coordinates_are_sapiens(name: str) -> None:
+def test_texture_coordinates_equal_sapiens(name: str) -> None:
     from sapien import render
 
     path = ROOT / "scenes" / "assets" / name
@@ -169,7 +169,7 @@ def test_texture_coordinates_are_sapiens(name: str) -> None:
         assert np.abs(there - row).max(axis=1).min() < 1e-6
 
 
-def test_normals_are_those_of_the_file(tmp_path: Path) -> None:
+def test_normals_come_from_the_mesh_file(tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(subdivisions=1)
     trimesh.Trimesh(ball.vertices, ball.faces, vertex_normals=ball.vertices, process=False).export(
         tmp_path / "ball.glb"
@@ -202,7 +202,7 @@ def test_files_with_the_same_content_are_read_once(tmp_path: Path) -> None:
     ("name", "data"),
     [("missing.stl", None), ("broken.glb", b"glTF and so on"), ("empty.obj", "v 0 0 0\nv 1 0 0\n")],
 )
-def test_a_file_that_cannot_be_read_is_told(name: str, data: str | bytes | None, tmp_path: Path) -> None:
+def test_an_unreadable_mesh_file_is_an_error(name: str, data: str | bytes | None, tmp_path: Path) -> None:
     path = tmp_path / name
     if data is not None:
         write(tmp_path, name, data)
@@ -211,7 +211,7 @@ def test_a_file_that_cannot_be_read_is_told(name: str, data: str | bytes | None,
     assert problem.value.code == "SC747"
 
 
-def test_roughness_and_metal_of_one_image_are_told_apart(tmp_path: Path) -> None:
+def test_roughness_and_metallic_are_separate_channels_of_one_image(tmp_path: Path) -> None:
     document, body = gltf_document()
     image = (ROOT / "scenes" / "assets" / "wear.png").read_bytes()
     document["bufferViews"].append({"buffer": 0, "byteOffset": len(body), "byteLength": len(image)})
@@ -229,7 +229,7 @@ def test_roughness_and_metal_of_one_image_are_told_apart(tmp_path: Path) -> None
     assert rough.digest == metal.digest
 
 
-def test_nothing_is_read_that_the_check_did_not_find(tmp_path: Path) -> None:
+def test_only_checked_files_of_a_mesh_are_read(tmp_path: Path) -> None:
     """A reader takes this comment for the name of a library; the check and the engine do not."""
     image = (ROOT / "scenes" / "assets" / "checker.png").read_bytes()
     write(tmp_path, "secret.mtl", "newmtl a\nKd 0 0 1\nmap_Kd secret.png\n")
@@ -244,7 +244,7 @@ def test_nothing_is_read_that_the_check_did_not_find(tmp_path: Path) -> None:
     assert part.look.base_color_image is None or part.look.base_color_image.pixels.size == (2, 2)
 
 
-def test_a_file_that_changed_since_it_was_checked_is_not_drawn(tmp_path: Path) -> None:
+def test_a_mesh_file_that_changed_since_the_check_is_an_error(tmp_path: Path) -> None:
     path = write(tmp_path, "a.stl", stl())
     file = checked(path, "visual")
     write(tmp_path, "a.stl", stl(np.eye(4, 3)))

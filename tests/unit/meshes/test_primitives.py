@@ -32,7 +32,7 @@ def sapiens(name: str) -> Any:
 
 @pytest.mark.render
 @pytest.mark.parametrize("name", NAMES)
-def test_a_primitive_is_sapiens(name: str) -> None:
+def test_a_primitive_equals_sapiens(name: str) -> None:
     mine, theirs = ours(name), sapiens(name)
     assert mine.normals is not None
     assert mine.uvs is not None
@@ -43,7 +43,7 @@ def test_a_primitive_is_sapiens(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_triangles_face_outwards_and_nothing_of_them_can_be_changed(name: str) -> None:
+def test_primitive_triangles_face_outwards_and_are_read_only(name: str) -> None:
     surface = ours(name)
     assert surface.normals is not None
     corners = surface.vertices[surface.faces].astype(np.float64)

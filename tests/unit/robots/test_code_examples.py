@@ -20,7 +20,7 @@ URDFS = [row for row in CODES.values() if "# robot.urdf: " in row.example]
 
 
 @pytest.mark.parametrize("row", URDFS, ids=lambda row: row.code)
-def test_the_file_gives_its_code(row: Code, tmp_path: Path) -> None:
+def test_each_example_of_a_code_reports_the_code(row: Code, tmp_path: Path) -> None:
     _, *files = row.example.split("   # ")
     repair: frozenset[str] = frozenset()
     for file in files:
@@ -36,5 +36,5 @@ def test_the_file_gives_its_code(row: Code, tmp_path: Path) -> None:
     assert (description is None) == (row.severity == "error")
 
 
-def test_most_rows_have_such_an_example() -> None:
+def test_most_codes_of_urdf_files_have_an_example() -> None:
     assert len(URDFS) >= 23

@@ -56,20 +56,20 @@ class Finder:
         return told.code, str(told.hint)
 
 
-def test_relative_paths_start_at_the_robot(tree: Path) -> None:
+def test_relative_paths_start_in_the_robots_folder(tree: Path) -> None:
     finder = Finder(tree)
     assert finder.find("near.obj") == ("robots/arm/near.obj", "scene/robots/arm/near.obj")
     assert finder.find("../pack/./mesh.obj") == ("robots/pack/mesh.obj", "scene/robots/pack/mesh.obj")
 
 
-def test_a_file_is_named_by_the_scheme_of_its_robot(tree: Path) -> None:
+def test_a_file_gets_the_uri_scheme_of_its_robot(tree: Path) -> None:
     finder = Finder(tree, "asset://arm/robot.urdf")
     assert finder.find("near.obj")[0] == "asset://arm/near.obj"
     assert finder.find("../pack/mesh.obj")[0] == "asset://pack/mesh.obj"
     assert finder.find("../../packs/pack/mesh.obj")[0] == "packs/pack/mesh.obj"
 
 
-def test_a_package_file_is_named_by_its_package(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_in_a_package_gets_a_pkg_uri(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tree / "site" / "lamp_pack" / "robots"
     folder.mkdir(parents=True)
     (folder.parent / "__init__.py").write_text("raise AssertionError('imported')\n")
@@ -84,7 +84,7 @@ def test_a_package_file_is_named_by_its_package(tree: Path, monkeypatch: pytest.
     assert finder.find("../../beside.obj")[0] == "SC402"
 
 
-def test_a_ros_package_is_looked_for_upwards_and_no_further_than_the_scene(tree: Path) -> None:
+def test_a_ros_package_is_searched_for_upwards_within_the_allowed_folders(tree: Path) -> None:
     finder = Finder(tree)
     assert finder.find("package://pack/mesh.obj") == ("robots/pack/mesh.obj", "scene/robots/pack/mesh.obj")
     assert finder.find("package://near.obj")[1] == "scene/robots/arm/near.obj"
@@ -96,7 +96,7 @@ def test_a_ros_package_is_looked_for_upwards_and_no_further_than_the_scene(tree:
     assert hint == f"looked for `outside/mesh.obj` in {folder} and the folders above it that may be read"
 
 
-def test_the_folder_that_the_scene_gives_comes_first(tree: Path) -> None:
+def test_package_dir_of_the_scene_is_searched_first(tree: Path) -> None:
     def in_packs(inner: str) -> ResolvedFile | Refusal:
         return resolve_path(f"packs/{inner}", base=tree / "scene", scope=finder.scope)
 
@@ -125,11 +125,11 @@ def test_the_folder_that_the_scene_gives_comes_first(tree: Path) -> None:
         ("package://" + "../" * 500 + "x", "SC402"),
     ],
 )
-def test_what_lies_outside_is_refused(tree: Path, reference: str, code: str) -> None:
+def test_a_file_outside_the_roots_is_refused(tree: Path, reference: str, code: str) -> None:
     assert Finder(tree).find(reference)[0] == code
 
 
-def test_links_do_not_lead_out(tree: Path) -> None:
+def test_symbolic_links_out_of_the_roots_are_refused(tree: Path) -> None:
     (tree / "scene" / "robots" / "arm" / "way").symlink_to(tree / "outside")
     assert Finder(tree).find("way/mesh.obj")[0] == "SC402"
     assert Finder(tree).find("package://way/mesh.obj")[0] == "SC402"

@@ -29,7 +29,7 @@ def validated(folder: Path, entities: str, limits: dict[str, int] | None = None)
 
 
 @pytest.mark.parametrize("key", ["urdf", "mjcf"])
-def test_robots_are_counted_before_they_are_lowered(key: str, tmp_path: Path) -> None:
+def test_too_many_robots_are_refused_before_lowering(key: str, tmp_path: Path) -> None:
     body = f'<robot name="r"><link name="a">{SHAPE * 4_000}</link></robot>'
     if key == "mjcf":
         body = "<mujoco><worldbody><body>" + '<geom size="1"/>' * 4_000 + "</body></worldbody></mujoco>"
@@ -42,7 +42,7 @@ def test_robots_are_counted_before_they_are_lowered(key: str, tmp_path: Path) ->
     assert_took(time.process_time() - start, most=60)
 
 
-def test_files_that_a_robot_may_be_count_each(tmp_path: Path) -> None:
+def test_each_alternative_robot_file_counts_towards_the_budget(tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text(f'<robot name="r"><link name="a">{SHAPE}</link></robot>')
     names = ", ".join("./" * i + "r.urdf" for i in range(10))
     assert not validated(tmp_path, f"r: {{urdf: {{choice: [{names}]}}}}", {"objects": 20})
@@ -58,7 +58,9 @@ FILES = {
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_large_file_at_many_scales_has_an_end(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_large_robot_file_at_many_scales_exceeds_the_budget(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(files, "MAX_READ_MEMORY", files.MAX_READ_MEMORY // 8)
     (tmp_path / "r.urdf").write_text(f'<robot name="r"><link name="a">{FILES[name]}</robot>')
     start = time.process_time()
@@ -77,7 +79,7 @@ main()
 """
 
 
-def test_a_large_file_that_many_include_has_an_end(tmp_path: Path) -> None:
+def test_a_large_file_with_many_includes_exceeds_the_budget(tmp_path: Path) -> None:
     (tmp_path / "in.xml").write_text("<x><!--" + "x" * (15 * 2**20) + "--></x>")
     for i in range(100):
         (tmp_path / f"{i}.xml").write_text(

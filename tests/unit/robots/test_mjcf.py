@@ -61,7 +61,7 @@ EXAMPLES = [row for row in CODES.values() if "# robot.xml: " in row.example]
 
 
 @pytest.mark.parametrize("row", EXAMPLES, ids=lambda row: row.code)
-def test_the_example_of_a_code_gives_it_and_no_other(row: Code, tmp_path: Path) -> None:
+def test_each_mjcf_example_of_a_code_reports_only_that_code(row: Code, tmp_path: Path) -> None:
     path = tmp_path / "robot.xml"
     path.write_text(row.example.split("# robot.xml: ")[1])
     found, diagnostics = read(path)
@@ -116,7 +116,7 @@ WRONG: dict[str, tuple[str, str, str, str]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_a_mistake_is_told_where_it_stands(name: str, tmp_path: Path) -> None:
+def test_an_mjcf_error_is_reported_at_its_line(name: str, tmp_path: Path) -> None:
     world, rest, code, where = WRONG[name]
     assert errors(world, tmp_path, rest) == [(code, where)]
 
@@ -128,7 +128,7 @@ def test_a_mistake_is_told_where_it_stands(name: str, tmp_path: Path) -> None:
         ("<sdf version='1.9'/>", "make a scene of an SDF with `scenecc import`"),
     ],
 )
-def test_another_kind_of_file_is_reported_with_what_reads_it(tmp_path: Path, text: str, hint: str) -> None:
+def test_a_file_of_another_format_is_reported_with_the_right_key(tmp_path: Path, text: str, hint: str) -> None:
     path = tmp_path / "robot.xml"
     path.write_text(text)
     found, (one,) = read(path)
@@ -136,7 +136,7 @@ def test_another_kind_of_file_is_reported_with_what_reads_it(tmp_path: Path, tex
     assert (one.code, one.hint) == ("SC453", hint)
 
 
-def test_a_mistake_in_an_included_file_is_told_there_with_what_led_to_it(tmp_path: Path) -> None:
+def test_an_error_in_an_included_file_is_reported_there_with_the_include(tmp_path: Path) -> None:
     (tmp_path / "deep").mkdir()
     (tmp_path / "deep" / "one.xml").write_text('<mujocoinclude>\n<include file="deep/two.xml"/></mujocoinclude>')
     (tmp_path / "deep" / "two.xml").write_text('<x>\n\n<worldbody><geom size="-1"/></worldbody></x>')
@@ -149,7 +149,7 @@ def test_a_mistake_in_an_included_file_is_told_there_with_what_led_to_it(tmp_pat
     assert places == [("deep/one.xml", 2), ("robot.xml", 2), ("scene.yaml", None)]
 
 
-def test_robots_come_first_and_names_are_no_others(tmp_path: Path) -> None:
+def test_robots_come_first_and_names_are_unique(tmp_path: Path) -> None:
     found = described(
         f'{GEOM}<geom name="s" size="1"/><body name="s">{GEOM}</body><body>{GEOM}</body>'
         f'<body name="a"><joint axis="0 0 1"/>{GEOM}</body><body><joint axis="0 0 1"/>{GEOM}</body>',
@@ -166,7 +166,7 @@ def test_robots_come_first_and_names_are_no_others(tmp_path: Path) -> None:
     assert [link.name for link in found.robots[1].links] == ["dummy_root_3", "body_4"]
 
 
-def test_textures_have_a_folder_of_their_own(tmp_path: Path) -> None:
+def test_textures_are_read_from_texturedir(tmp_path: Path) -> None:
     (tmp_path / "images").mkdir()
     (tmp_path / "images" / "t.png").write_bytes(b"")
     found = described(

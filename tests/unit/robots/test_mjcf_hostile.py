@@ -44,7 +44,7 @@ def test_a_file_that_includes_itself_is_refused(tmp_path: Path) -> None:
     assert codes(tmp_path / "c.xml", '<mujoco><include file="b.xml"/></mujoco>') == ["SC486"]
 
 
-def test_a_chain_of_files_has_an_end(tmp_path: Path) -> None:
+def test_a_long_chain_of_includes_is_refused(tmp_path: Path) -> None:
     for number in range(110):
         (tmp_path / f"{number}.xml").write_text(f'<mujoco><include file="{number + 1}.xml"/></mujoco>')
     (tmp_path / "110.xml").write_text('<mujoco><worldbody><geom size="1"/></worldbody></mujoco>')
@@ -54,7 +54,7 @@ def test_a_chain_of_files_has_an_end(tmp_path: Path) -> None:
     assert read(tmp_path / "0.xml", Limits(depth=120))[0] is not None
 
 
-def test_elements_may_not_stand_too_deep_through_includes(tmp_path: Path) -> None:
+def test_nesting_through_includes_is_limited(tmp_path: Path) -> None:
     deep = "<body>" * 60 + "{}" + "</body>" * 60
     (tmp_path / "in.xml").write_text(f"<x>{deep.format('')}</x>")
     whole = (
@@ -63,7 +63,7 @@ def test_elements_may_not_stand_too_deep_through_includes(tmp_path: Path) -> Non
     assert codes(tmp_path / "a.xml", whole) == ["SC452"]
 
 
-def test_files_together_are_bounded(tmp_path: Path) -> None:
+def test_the_total_size_of_included_files_is_limited(tmp_path: Path) -> None:
     for name in "ab":
         (tmp_path / f"{name}.xml").write_text("<x>" + " " * (9 * 2**20) + "</x>")
     assert codes(tmp_path / "r.xml", '<mujoco><include file="a.xml"/><include file="b.xml"/></mujoco>') == ["SC452"]
@@ -74,7 +74,7 @@ def test_a_document_type_is_refused_in_an_included_file_too(tmp_path: Path) -> N
     assert codes(tmp_path / "r.xml", '<mujoco><include file="a.xml"/></mujoco>') == ["SC451"]
 
 
-def test_a_link_to_elsewhere_is_not_followed(tmp_path: Path) -> None:
+def test_a_symbolic_link_out_of_the_roots_is_not_followed(tmp_path: Path) -> None:
     (tmp_path / "scene").mkdir()
     (tmp_path / "secret.xml").write_text("<x/>")
     (tmp_path / "scene" / "in.xml").symlink_to(tmp_path / "secret.xml")
@@ -98,7 +98,7 @@ def test_a_link_to_elsewhere_is_not_followed(tmp_path: Path) -> None:
     ],
     ids=["one name", "robots", "attributes", "mistakes", "classes"],
 )
-def test_a_large_file_takes_no_long_time(text: str, tmp_path: Path) -> None:
+def test_a_large_file_is_read_quickly(text: str, tmp_path: Path) -> None:
     path = tmp_path / "r.xml"
     path.write_text(text)
     start = time.process_time()
@@ -176,7 +176,7 @@ def elements(draw: st.DrawFn, depth: int = 0) -> str:
 
 @settings(max_examples=examples(60))
 @given(sections=st.lists(elements(), max_size=3), world=st.lists(elements(1), max_size=4))
-def test_no_file_raises_and_what_is_refused_is_told(
+def test_no_file_raises_and_refusals_are_reported(
     sections: list[str], world: list[str], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "r.xml"

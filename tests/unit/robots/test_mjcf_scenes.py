@@ -33,7 +33,7 @@ def ids(batch: Any) -> dict[str, set[tuple[int, int]]]:
     return found
 
 
-def test_one_robot_has_the_entitys_name_and_several_have_their_roots(tmp_path: Path) -> None:
+def test_one_robot_gets_the_entity_name_and_several_their_root_names(tmp_path: Path) -> None:
     assert list(build(tmp_path, f"<mujoco><worldbody>{ARM}</worldbody></mujoco>").articulations) == ["robot"]
     (tmp_path / "many").mkdir()
     batch = build(tmp_path / "many", f'<mujoco><worldbody>{ARM}<geom name="rail" size="1"/></worldbody></mujoco>')
@@ -41,7 +41,7 @@ def test_one_robot_has_the_entitys_name_and_several_have_their_roots(tmp_path: P
     assert list(batch.entities) == ["robot/rail"]
 
 
-def test_contacts_that_a_file_switches_off_are_off_between_its_robots_and_bodies_alone(tmp_path: Path) -> None:
+def test_contacts_disabled_in_a_file_are_off_only_within_the_file(tmp_path: Path) -> None:
     world = f'<worldbody>{ARM}<geom name="rail" type="box" size="1 1 .1"/></worldbody>'
     batch = build(tmp_path, f"<mujoco>{SILENT}{world}</mujoco>", one={}, two={})
     found = ids(batch)
@@ -51,14 +51,14 @@ def test_contacts_that_a_file_switches_off_are_off_between_its_robots_and_bodies
     assert found["arm"] == {(1, 0), (1, 1)}
 
 
-def test_a_body_that_stands_still_stands_where_file_and_scene_say(tmp_path: Path) -> None:
+def test_the_pose_of_a_static_body_combines_file_and_scene(tmp_path: Path) -> None:
     text = '<mujoco><worldbody><body name="s" pos="1 0 0"><geom size=".1"/></body></worldbody></mujoco>'
     batch = build(tmp_path, text, robot={"pose": {"p": [0, 0, 2], "rpy_deg": [0, 0, 90]}})
     (entity,) = batch.scenes[0].entities
     np.testing.assert_allclose(entity.pose.p, [0, 1, 2], atol=1e-6)
 
 
-def test_what_the_scene_says_replaces_what_the_file_leaves_out(tmp_path: Path) -> None:
+def test_scene_settings_apply_where_the_file_has_none(tmp_path: Path) -> None:
     text = f"<mujoco><worldbody>{ARM}</worldbody></mujoco>"
     more = {"links": {"arm": {"mass": 3}}, "joints": {"j": {"armature": 0.25}}, "drives": {"j": {"stiffness": 7}}}
     (robot,) = build(tmp_path, text, robot=more).articulations["robot"].objs
@@ -68,7 +68,7 @@ def test_what_the_scene_says_replaces_what_the_file_leaves_out(tmp_path: Path) -
     assert joint.stiffness == 7
 
 
-def test_a_mistake_in_the_file_is_an_error_of_the_scene(tmp_path: Path) -> None:
+def test_an_error_in_the_mjcf_fails_the_scene(tmp_path: Path) -> None:
     with pytest.raises(SceneError) as caught:
         build(tmp_path, '<mujoco>\n<worldbody>\n<geom type="mesh" mesh="m"/></worldbody></mujoco>')
     (one,) = [one for one in caught.value.diagnostics if one.severity == "error"]

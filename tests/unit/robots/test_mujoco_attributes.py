@@ -38,7 +38,7 @@ def elements() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("kind", elements())
-def test_the_page_has_every_attribute(kind: str) -> None:
+def test_the_mjcf_page_lists_every_attribute(kind: str) -> None:
     """A new attribute of a new MuJoCo is built or told, and then stands in the table."""
     element, page = elements()[kind], documented()
     known = {name for name in dir(element) if name[0] != "_" and not callable(getattr(element, name))}
@@ -46,7 +46,7 @@ def test_the_page_has_every_attribute(kind: str) -> None:
     assert known - page["each"] - page[kind] == set()
 
 
-def test_the_page_has_every_element() -> None:
+def test_the_mjcf_page_lists_every_element() -> None:
     assert set(documented()) == {"each", *elements()}
 
 
@@ -71,7 +71,7 @@ def actuator(attributes: str, *, kind: str = "position") -> str:
 
 KEY = "<keyframe><key name='k' {}/></keyframe>"
 SINCE_4 = {
-    "springyield": (model_of('stiffness="9" springyield="2"'), "SC484 2 springs of joints that yield"),
+    "springyield": (model_of('stiffness="9" springyield="2"'), "SC484 2 joint springs that yield"),
     "adhesion": (model_of(geom='adhesion="1"'), "SC484 3 `adhesion` of geoms is not built"),
     "surfacevel": (model_of(geom='surfacevel="1 0 0 0 0 0"'), "SC484 3 `surfacevel` of geoms"),
     "damping": (model_of(rest=actuator('kp="3" damping="2"')), "SC484 5 `damping` and `armature` of actuators"),
@@ -85,10 +85,10 @@ TOLD = {
     "delay": (model_of(rest=actuator('kp="3" delay="0.02" nsample="9"')), "SC484 5 delays of actuators are not built"),
     "condim": (model_of(geom='condim="6"'), "SC484 3 torsional and rolling friction"),
     "priority": (model_of(geom='priority="1"'), "SC490 3 contacts and limits of PhysX are stiff"),
-    "forcerange": (model_of(rest=actuator('kp="3" forcerange="0 5"')), "SC484 5 a drive has one limit of force"),
+    "forcerange": (model_of(rest=actuator('kp="3" forcerange="0 5"')), "SC484 5 a drive has one force limit"),
     "actfrcrange": (
         model_of('actuatorfrcrange="0 5"', rest=actuator('kp="3"')),
-        "SC484 2 a drive has one limit of force",
+        "SC484 2 a drive has one force limit",
     ),
     "dyntype": (
         model_of(rest=actuator('kp="3" timeconst="1"')),
@@ -96,16 +96,16 @@ TOLD = {
     ),
     "several limits": (
         model_of(rest=actuator('kp="3" forcerange="-1 1"') + "\n" + actuator('kv="3"', kind="velocity")),
-        "SC484 6 several actuators of a joint are one drive",
+        "SC484 6 several actuators of a joint become one drive",
     ),
     "qvel": (model_of(rest=KEY.format("qvel='1'")), "SC484 5 velocities of the keyframe"),
     "mpos": (
         model_of(rest="<worldbody><body mocap='true'><geom size='1'/></body></worldbody>" + KEY.format("mpos='0 0 1'")),
-        "SC484 5 poses of mocap bodies are those of the file",
+        "SC484 5 poses of mocap bodies come from the file",
     ),
     "mocap": (
         model_of().replace("<body>", "<body mocap='true'><body>").replace("</body>", "</body></body>"),
-        "SC484 1 a mocap body with joints in it is the fixed root",
+        "SC484 1 a mocap body with joints becomes the fixed root",
     ),
     "fluid": (model_of(rest='<option viscosity="1"/>'), "SC484 5 `density` and `viscosity` of <option>"),
     "override": (model_of(rest='<option><flag override="enable"/></option>'), "SC484 5 `<flag override"),
@@ -123,7 +123,7 @@ TOLD = {
 
 
 @pytest.mark.parametrize("name", TOLD)
-def test_what_is_not_built_is_told_at_its_line(tmp_path: Path, name: str) -> None:
+def test_unbuilt_attributes_are_reported_at_their_lines(tmp_path: Path, name: str) -> None:
     if name in SINCE_4 and int(mujoco.__version__.partition(".")[0]) < 4:
         pytest.skip("of MuJoCo 4")
     text, expected = TOLD[name]
@@ -132,13 +132,13 @@ def test_what_is_not_built_is_told_at_its_line(tmp_path: Path, name: str) -> Non
     assert any(one.startswith(expected) for one in found), found
 
 
-def test_what_is_the_default_is_not_told(tmp_path: Path) -> None:
+def test_default_values_are_not_reported(tmp_path: Path) -> None:
     text = model_of('margin="0"', 'condim="3" group="2"', actuator('kp="3" forcerange="-5 5" ctrlrange="-1 1"'))
     assert told(tmp_path, text.replace('margin="0"', "")) == []
     assert told(tmp_path, text.replace("<body>", '<body mocap="false">').replace('margin="0"', "")) == []
 
 
-def test_elements_are_counted(tmp_path: Path) -> None:
+def test_unbuilt_elements_are_counted(tmp_path: Path) -> None:
     second = "<worldbody><body><freejoint/><geom size='1' condim='4'/></body></worldbody>"
     found = told(tmp_path, model_of(geom='condim="6"', rest=second))
     assert found == ["SC484 3 torsional and rolling friction (`condim` of 4 and 6) is not built (there are 2)"]

@@ -50,13 +50,13 @@ def errors(folder: Path, text: str) -> list[str]:
         ('<mujoco><asset><texture type="cube" fileright="/etc/hostname"/></asset></mujoco>', "SC402"),
         ('<mujoco><asset><model name="m" file="/etc/hostname"/></asset></mujoco>', "SC402"),
         ('<mujoco><include file="/etc/hostname"/></mujoco>', "SC402"),
-        ('<mujoco><extension><plugin plugin="a"/></extension></mujoco>', "a plugin is code"),
+        ('<mujoco><extension><plugin plugin="a"/></extension></mujoco>', "plugins are code"),
         ('<mujoco><worldbody><flexcomp name="f"/></worldbody></mujoco>', "soft bodies"),
         (f'<mujoco><worldbody><replicate count="2000000">{BALL}</replicate></worldbody></mujoco>', "SC452"),
         (f'<mujoco><worldbody><replicate count="inf">{BALL}</replicate></worldbody></mujoco>', "SC"),
         (
             "<mujoco><worldbody>" + '<replicate count="999">' * 5 + BALL + "</replicate>" * 5 + "</worldbody></mujoco>",
-            "SC452 the model is too large: it makes 4e+15 elements, and 100000 are built",
+            "SC452 the model is too large: it has 4e+15 elements, and the limit is 100000",
         ),
         ('<mujoco><worldbody><composite prefix="a" type="cable" count="99999999 1 1"/></worldbody></mujoco>', "SC452"),
         (
@@ -71,13 +71,13 @@ def errors(folder: Path, text: str) -> list[str]:
                 "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody><actuator>"
                 "<position joint='j' kp='3' gear='1e200'/></actuator></mujoco>"
             ),
-            "`actuator_gear` becomes 1e+200, and the most that is built is 1e+12",
+            "`actuator_gear` becomes 1e+200, and the limit is 1e+12",
         ),
         ('<mujoco><worldbody><geom size="-1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
         ('<mujoco><worldbody><geom sise="1"/></worldbody></mujoco>', "SC481 MuJoCo refuses the file: "),
         (
             '<mujoco><worldbody><body><joint armature="-1"/><geom size="1"/></body></worldbody></mujoco>',
-            "SC481 `armature` is -1, and an inertia may not be negative",
+            "SC481 `armature` is -1, but cannot be negative",
         ),
         ("<mujoco/>", "SC480"),
     ],
@@ -91,7 +91,7 @@ def test_a_bad_file_is_an_error_with_a_place(tmp_path: Path, text: str, expected
     assert_took(time.process_time() - started, most=5)
 
 
-def test_mujocos_own_errors_stand_at_their_lines_in_included_files_too(tmp_path: Path) -> None:
+def test_mujoco_errors_are_reported_at_their_lines_even_in_included_files(tmp_path: Path) -> None:
     (tmp_path / "in.xml").write_text(
         '<x>\n  <body>\n    <joint type="slide"/>\n    <geom type="box" size="1"/>\n  </body></x>'
     )
@@ -103,7 +103,7 @@ def test_mujocos_own_errors_stand_at_their_lines_in_included_files_too(tmp_path:
     assert "file0" not in fault.message
 
 
-def test_warnings_stand_at_the_first_of_their_kind_with_a_count(tmp_path: Path) -> None:
+def test_warnings_of_a_kind_are_reported_once_with_a_count(tmp_path: Path) -> None:
     text = f"""<mujoco>
   <worldbody>
     {BALL}
@@ -122,10 +122,10 @@ def test_warnings_stand_at_the_first_of_their_kind_with_a_count(tmp_path: Path) 
     assert shown["SC490", 4].endswith("(there are 2)")
     assert shown["SC490", 6].endswith("(there are 2)")
     assert shown["SC484", 9] == "tendons are not built"
-    assert "actuators that pull on tendons, sites or bodies are not built (there are 1)" in shown["SC484", 10]
+    assert "actuators on tendons, sites or bodies are not built (there are 1)" in shown["SC484", 10]
 
 
-def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_compiler_that_takes_too_long_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "_SECONDS", 0.0)
     # A new one, which does not answer before MuJoCo is imported.
     monkeypatch.setattr(compiler, "_COMPILER", compiler._CompilerProcess())
@@ -136,7 +136,7 @@ def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pyt
     assert read(tmp_path / "robot.xml")[0] is not None
 
 
-def test_a_process_that_ends_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_compiler_without_enough_memory_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "_MEMORY", 2**20)
     own = compiler._CompilerProcess()
     monkeypatch.setattr(compiler, "_COMPILER", own)
@@ -145,7 +145,7 @@ def test_a_process_that_ends_is_an_error(tmp_path: Path, monkeypatch: pytest.Mon
     assert "SC458" in fault or "SC481" in fault
 
 
-def test_the_process_may_end_between_two_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_compiler_is_restarted_after_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The kernel ends it with the thread that started it, perhaps while another thread asks."""
     own = compiler._CompilerProcess()
     monkeypatch.setattr(compiler, "_COMPILER", own)
@@ -160,7 +160,7 @@ def test_the_process_may_end_between_two_models(tmp_path: Path, monkeypatch: pyt
     own._worker.stop()
 
 
-def test_a_forked_process_has_a_compiler_of_its_own(tmp_path: Path) -> None:
+def test_a_forked_process_starts_its_own_compiler(tmp_path: Path) -> None:
     (tmp_path / "robot.xml").write_text(f'<mujoco model="before"><worldbody>{BALL}</worldbody></mujoco>')
     assert read(tmp_path / "robot.xml")[0] is not None
     (tmp_path / "robot.xml").write_text(f'<mujoco model="after"><worldbody>{BALL}</worldbody></mujoco>')
@@ -192,14 +192,14 @@ ATTACH = '<attach model="m" prefix="{}"/>'
         ("<mujoco>\n<asset></mujoco>", "SC450"),
     ],
 )
-def test_faults_of_attached_models_stand_in_their_files(tmp_path: Path, inner: str, expected: str) -> None:
+def test_errors_in_attached_models_are_reported_in_their_files(tmp_path: Path, inner: str, expected: str) -> None:
     (tmp_path / "inner.xml").write_text(inner)
     asset = '<asset><model name="m" file="inner.xml"/></asset>'
     (first, *_) = errors(tmp_path, model_of(asset, BALL.replace("<geom", ATTACH.format("a_") + "<geom")))
     assert expected in first
 
 
-def test_what_models_attach_is_counted(tmp_path: Path) -> None:
+def test_elements_of_attached_models_are_counted(tmp_path: Path) -> None:
     many = "".join(f"<body>{ATTACH.format(number)}</body>" for number in range(30))
     for number in range(5):
         asset = f'<asset><model name="m" file="{number + 1}.xml"/></asset>'
@@ -209,13 +209,13 @@ def test_what_models_attach_is_counted(tmp_path: Path) -> None:
     assert "SC452 the model is too large" in fault
 
 
-def test_room_for_a_simulation_is_not_asked_for(tmp_path: Path) -> None:
+def test_memory_for_simulation_is_not_allocated(tmp_path: Path) -> None:
     (tmp_path / "robot.xml").write_text(f'<mujoco><size memory="6G"/><worldbody>{BALL}</worldbody></mujoco>')
     found, told = read(tmp_path / "robot.xml")
     assert found is not None, told
 
 
-def test_absolute_paths_are_files_of_the_roots(tmp_path: Path) -> None:
+def test_absolute_paths_must_be_inside_the_roots(tmp_path: Path) -> None:
     for folder in ("models", "meshes"):
         (tmp_path / folder).mkdir()
     (tmp_path / "meshes/a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
@@ -291,7 +291,7 @@ def test_a_bad_asset_is_an_error_at_the_element_that_names_it(tmp_path: Path, na
 
 
 @pytest.mark.parametrize("attribute", ["file", "fileright"])
-def test_pictures_are_not_unpacked_by_the_compiler(tmp_path: Path, attribute: str) -> None:
+def test_images_are_not_decoded_by_the_compiler(tmp_path: Path, attribute: str) -> None:
     """The scene's own checks read those that are shown."""
     (tmp_path / "t.png").write_bytes(png(2**31 - 1, 2**31 - 1))
     asset = f'<asset><texture name="t" {attribute}="t.png"/><material name="m" texture="t"/></asset>'
@@ -303,7 +303,7 @@ def test_pictures_are_not_unpacked_by_the_compiler(tmp_path: Path, attribute: st
     assert [one.code for one in told] == ([] if attribute == "file" else ["SC484"])
 
 
-def test_all_files_together_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_total_size_of_a_models_files_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for number in range(3):
         (tmp_path / f"{number}.stl").write_bytes(bytes(600))
     asset = "<asset>" + "".join(f'\n<mesh file="{number}.stl"/>' for number in range(3)) + "</asset>"
@@ -314,10 +314,10 @@ def test_all_files_together_have_a_limit(tmp_path: Path, monkeypatch: pytest.Mon
     assert read_mjcf(file, scope=AssetScope(tmp_path), sink=sink, limits=Limits()) is None
     (fault,) = sink.diagnostics()
     assert (fault.code, fault.line) == ("SC452", 4)
-    assert fault.message == "the files that the model names have together more than 1500 bytes"
+    assert fault.message == "the model's files have more than 1500 bytes together"
 
 
-def test_a_large_answer_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_large_answer_of_the_compiler_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenecc.worker.MAX_ANSWER", 10_000)
     body = "".join(f"<body pos='{number} 0 0'><freejoint/><geom size='1'/></body>" for number in range(99))
     (fault,) = errors(tmp_path, model_of("", body))
@@ -335,28 +335,28 @@ MORE = '<body pos="1 0 0"><joint name="b"/><geom size="1"/></body><body><joint n
         ('<body><joint type="ball" range="0 9"/><geom size="1"/></body>', "", "limits and the spring of a ball joint"),
         ('<body><joint type="free" damping="1"/><geom size="1"/></body>', "", "stiffness of a free joint"),
         (HINGE.format(""), '<option><flag limit="disable"/></option>', "`<flag limit"),
-        (HINGE.replace("<joint", '<joint stiffness="-3"').format(""), "", "`stiffness` and `damping` below 0"),
-        (HINGE.replace("<joint", '<joint damping="-3"').format(""), "", "`stiffness` and `damping` below 0"),
+        (HINGE.replace("<joint", '<joint stiffness="-3"').format(""), "", "negative `stiffness` and `damping`"),
+        (HINGE.replace("<joint", '<joint damping="-3"').format(""), "", "negative `stiffness` and `damping`"),
         (
             HINGE.format(MORE),
             '<equality><joint joint1="a" joint2="b"/><joint joint1="a" joint2="c"/></equality>',
-            "a joint follows one other joint, and no second",
+            "a joint can mimic only one other joint",
         ),
         (
             HINGE.format(""),
             '<actuator><general joint="a" biastype="affine" biasprm="3 0 -1"/></actuator>',
-            "a velocity actuator of which the target is not 0",
+            "a velocity actuator with a nonzero target",
         ),
     ],
 )
-def test_what_is_not_built_is_told(tmp_path: Path, body: str, rest: str, expected: str) -> None:
+def test_unbuilt_features_are_reported(tmp_path: Path, body: str, rest: str, expected: str) -> None:
     (tmp_path / "robot.xml").write_text(f"<mujoco>{rest}<worldbody>{body}</worldbody></mujoco>")
     found, told = read(tmp_path / "robot.xml")
     assert found is not None, told
     assert any(one.code == "SC484" and expected in one.message for one in told), told
 
 
-def test_frictions_and_colours_are_within_their_ranges(tmp_path: Path) -> None:
+def test_frictions_and_colours_are_clamped_to_their_ranges(tmp_path: Path) -> None:
     geom = '<body><joint damping="-3"/><geom size="1" friction="-2 0 0" rgba="-3 1e11 0.5 9"/></body>'
     (tmp_path / "robot.xml").write_text(model_of("", geom))
     found, told = read(tmp_path / "robot.xml")
@@ -366,13 +366,13 @@ def test_frictions_and_colours_are_within_their_ranges(tmp_path: Path) -> None:
     assert link.visuals[0].look.base_color == (0, 1, 0.5, 1)
 
 
-def test_powers_of_springs_are_told(tmp_path: Path) -> None:
+def test_nonlinear_springs_are_reported(tmp_path: Path) -> None:
     if int(str(compiler.mujoco_version()).partition(".")[0]) < 4:
         pytest.skip("of MuJoCo 4")
     body = '<body><joint stiffness="3 1" damping="1"/><geom size="1"/></body>'
     (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
     _, told = read(tmp_path / "robot.xml")
-    assert [one.message for one in told] == ["of stiffness and damping only the first number is built"]
+    assert [one.message for one in told] == ["only the first number of stiffness and damping is built"]
 
 
 @pytest.mark.parametrize(
@@ -387,7 +387,7 @@ def test_powers_of_springs_are_told(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_names_of_ours_give_way_to_those_of_the_file(tmp_path: Path, bodies: str, expected: int) -> None:
+def test_generated_names_avoid_names_in_the_file(tmp_path: Path, bodies: str, expected: int) -> None:
     (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
     found, told = read(tmp_path / "robot.xml")
     assert found is not None, told
@@ -407,7 +407,7 @@ def test_one_model_is_compiled_once(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize(("version", "words"), [(None, "not installed"), ("3.4.9", "from 3.5"), ("5.0.0", "below 5.0")])
-def test_without_a_fitting_mujoco_there_is_one_clear_error(
+def test_a_missing_or_unsupported_mujoco_is_one_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: str | None, words: str
 ) -> None:
     monkeypatch.setattr(compiler, "mujoco_version", lambda: version)

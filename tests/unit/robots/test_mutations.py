@@ -49,7 +49,7 @@ def mistaken(text: str, generator: random.Random) -> str:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_mistake_gives_a_description_or_an_error(name: str, tmp_path: Path) -> None:
+def test_a_mutated_robot_file_gives_a_description_or_an_error(name: str, tmp_path: Path) -> None:
     generator = random.Random(name)
     urdf, srdf = CASES[name]
     path = tmp_path / "robot.urdf"

@@ -60,7 +60,7 @@ def scene_of(*geometries: Geometry, folder: Path, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("radii", [(1, 1, 1), RADII, (0.1, 3, 20)], ids=str)
-def test_an_ellipsoid_is_a_hull_of_its_volume_that_physx_holds(radii: tuple[float, ...]) -> None:
+def test_an_ellipsoid_becomes_a_hull_with_its_volume(radii: tuple[float, ...]) -> None:
     vertices, triangles, normals, uvs = ellipsoid_surface(radii)
     mesh = trimesh.Trimesh(vertices, triangles)
     assert mesh.is_watertight
@@ -74,7 +74,7 @@ def test_an_ellipsoid_is_a_hull_of_its_volume_that_physx_holds(radii: tuple[floa
     assert uvs.shape == (len(vertices), 2)
 
 
-def test_a_mesh_of_numbers_has_a_length_of_2_along_each_axis_and_its_size_as_scale() -> None:
+def test_a_numeric_mesh_is_normalized_and_scaled_to_its_size() -> None:
     vertices, triangles, normals, uvs = ellipsoid_surface(RADII)
     made = numeric_mesh("a/b \n", vertices, triangles, normals, uvs)
     assert made.uri == "mesh://a_b__.ply"
@@ -108,7 +108,7 @@ def test_a_cache_folder_that_cannot_be_written_is_an_error(cache: Path) -> None:
         numeric_mesh("egg", *ellipsoid_surface(RADII)[:2])
 
 
-def test_a_mesh_of_numbers_goes_with_the_plan(tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_numeric_mesh_is_saved_with_the_plan(tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     egg = numeric_mesh("egg", *ellipsoid_surface(RADII))
     plan = scene_of(egg, folder=tmp_path, monkeypatch=monkeypatch).plan
     (body,) = plan.entities[0].bodies
@@ -122,7 +122,7 @@ def test_a_mesh_of_numbers_goes_with_the_plan(tmp_path: Path, cache: Path, monke
     assert egg.path.is_file()
 
 
-def test_another_mesh_of_one_name_is_a_difference(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_different_mesh_with_the_same_name_is_a_difference(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     vertices, triangles, *_ = ellipsoid_surface(RADII)
     other = vertices[:, [0, 2, 1]] * (1, 1, -1)
     a, b = (
@@ -133,7 +133,9 @@ def test_another_mesh_of_one_name_is_a_difference(tmp_path: Path, monkeypatch: p
     assert any("mesh://egg.ply" in str(one.a) for one in diff_plans(a, b))
 
 
-def test_a_plan_whose_mesh_cannot_be_kept_is_told(tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_whose_mesh_cannot_be_stored_is_an_error(
+    tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     egg = numeric_mesh("egg", *ellipsoid_surface(RADII)[:2])
     (tmp_path / "plan.json").write_text(plan_to_json(scene_of(egg, folder=tmp_path, monkeypatch=monkeypatch).plan))
     shutil.rmtree(cache)
@@ -143,14 +145,16 @@ def test_a_plan_whose_mesh_cannot_be_kept_is_told(tmp_path: Path, cache: Path, m
     assert "'mesh://egg.ply' cannot be kept in the cache folder" in told.message
 
 
-def test_data_of_another_hash_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mesh_data_with_a_wrong_hash_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     egg = numeric_mesh("egg", *ellipsoid_surface(RADII)[:2])
     text = plan_to_json(scene_of(egg, folder=tmp_path, monkeypatch=monkeypatch).plan)
     (tmp_path / "plan.json").write_text(text.replace(egg.path.stem, "0" * 64))
     assert [one.code for one in open_scene(tmp_path / "plan.json").diagnostics] == ["SC716"]
 
 
-def test_terrain_is_a_heightfield_that_collides_and_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_terrain_becomes_a_heightfield_that_collides_and_is_visible(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     heights = ((0.0, 0.5, 1.0), (0.25, 0.0, 0.0))
     scene = scene_of(HeightfieldGeometry((4, 2, 0.5), heights), folder=tmp_path, monkeypatch=monkeypatch)
     (body,) = scene.plan.entities[0].bodies
@@ -160,7 +164,7 @@ def test_terrain_is_a_heightfield_that_collides_and_is_seen(tmp_path: Path, monk
         assert shape.geometry.size.row(0).tolist() == [4, 2, 0.5]
 
 
-def test_terrain_of_a_file_counts_as_that_of_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_terrain_in_a_file_has_the_same_limit_as_in_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     large = HeightfieldGeometry((4, 2, 0.5), ((0.0,) * 1024,) * 300)
     scene = scene_of(large, folder=tmp_path, monkeypatch=monkeypatch)
     assert {one.message for one in scene.diagnostics} == {"invalid heightfield: there are more than 262144 heights"}

@@ -88,7 +88,7 @@ def cabinet(tmp_path: Path) -> tuple[Path, dict[str, float]]:
     return scene, volumes
 
 
-def test_it_builds_with_repair(cabinet: tuple[Path, dict[str, float]]) -> None:
+def test_a_partnet_robot_builds_with_repair(cabinet: tuple[Path, dict[str, float]]) -> None:
     scene, volumes = cabinet
     told = scenecc.validate(scene)
     assert [(d.code, d.message) for d in told] == [
@@ -111,7 +111,7 @@ def test_it_builds_with_repair(cabinet: tuple[Path, dict[str, float]]) -> None:
         assert np.isfinite(robot.qpos).all()
 
 
-def test_without_it_each_missing_file_is_an_error(cabinet: tuple[Path, dict[str, float]]) -> None:
+def test_without_repair_each_missing_file_is_an_error(cabinet: tuple[Path, dict[str, float]]) -> None:
     scene, _ = cabinet
     scene.write_text("scenecc: 1\nentities: {cabinet: {urdf: mobility.urdf}}\n")
     told = scenecc.validate(scene)

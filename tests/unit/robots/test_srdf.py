@@ -45,25 +45,25 @@ def robot(tmp_path: Path) -> Robot:
     return Robot(tmp_path)
 
 
-def test_each_pair_takes_a_bit_and_neighbours_none(robot: Robot) -> None:
+def test_each_pair_takes_a_bit_except_parent_and_child(robot: Robot) -> None:
     pairs = pair("l1", "l2") + pair("l0", "l3") + pair("l3", "l1", ' reason="default"') + pair("l2", "l1")
     assert robot.read(pairs) == ([0, 0b111, 0b101, 0b010, 0], [])
 
 
-def test_pairs_that_cannot_meet_are_left_out_without_a_word(robot: Robot) -> None:
+def test_adjacent_and_never_pairs_are_skipped_silently(robot: Robot) -> None:
     pairs = pair("l1", "l2", ' reason="Never"') + pair("l1", "l3", ' reason="Adjacent"')
     assert robot.read(pairs) == ([0, 0, 0, 0, 0], [])
 
 
-def test_other_reasons_are_told_with_their_count(robot: Robot) -> None:
+def test_pairs_with_other_reasons_are_reported_with_their_count(robot: Robot) -> None:
     pairs = pair("l1", "l2", ' reason="User"') + pair("l1", "l3", "") + pair("l1", "nobody", ' reason="User"')
     bits, told = robot.read(pairs)
     assert bits == [0, 0, 0, 0, 0]
-    what = "pairs not to collide with another reason than `Default`: 3, and SAPIEN ignores them"
+    what = "3 disabled pairs have a reason other than `Default`, so SAPIEN ignores them"
     assert told == [f"robot.srdf:2:1 SC474 {what}"]
 
 
-def test_the_sibling_is_read_unless_another_is_given_or_none(robot: Robot) -> None:
+def test_the_sibling_srdf_is_read_unless_the_scene_sets_srdf(robot: Robot) -> None:
     pairs = pair("l1", "l2")
     assert robot.read(pairs)[0] == [0, 1, 1, 0, 0]
     assert robot.read(pairs, srdf=None)[0] == [0, 0, 0, 0, 0]
@@ -75,18 +75,18 @@ def test_the_sibling_is_read_unless_another_is_given_or_none(robot: Robot) -> No
     ("pairs", "expected"),
     [
         (pair("l1", "l9"), "2:39 SC471 the robot has no link `l9`"),
-        (pair("l1", "l1"), "2:39 SC471 the link `l1` is paired with itself"),
+        (pair("l1", "l1"), "2:39 SC471 link `l1` is paired with itself"),
         ('\n<disable_collisions link1="l1" reason="Default"/>', "2:1 SC455 <disable_collisions> has no `link2`"),
-        ("<srdf/>", "1:1 SC453 an SRDF is a <robot>, and this is a <srdf>"),
+        ("<srdf/>", "1:1 SC453 the root of an SRDF is <robot>, not <srdf>"),
         ("<robot>", "1:8 SC450 this is not well-formed XML: the file ends before <robot> is closed"),
-        ("<!DOCTYPE x><robot/>", "1:1 SC451 a document type is not read: it may declare entities and name files"),
+        ("<!DOCTYPE x><robot/>", "1:1 SC451 document types are refused: they may declare entities and name files"),
     ],
 )
-def test_a_fault_is_told_at_its_line(robot: Robot, pairs: str, expected: str) -> None:
+def test_an_srdf_error_is_reported_at_its_line(robot: Robot, pairs: str, expected: str) -> None:
     assert robot.read(pairs) == (None, [f"robot.srdf:{expected}"])
 
 
-def test_there_is_a_bit_for_so_many_pairs(tmp_path: Path) -> None:
+def test_more_pairs_than_bits_are_an_error(tmp_path: Path) -> None:
     robot = Robot(tmp_path, 40)
     pairs = [pair("l1", f"l{i}") for i in range(2, MAX_IGNORED_PAIRS + 3)]
     bits, told = robot.read("".join(pairs[:MAX_IGNORED_PAIRS]))
@@ -95,6 +95,4 @@ def test_there_is_a_bit_for_so_many_pairs(tmp_path: Path) -> None:
     assert bits[1] == 2**31 - 1
     bits, told = robot.read("".join(pairs))
     assert bits is None
-    assert told == [
-        "robot.srdf:33:1 SC473 more than 31 pairs of links are not to collide, and there is a bit for so many"
-    ]
+    assert told == ["robot.srdf:33:1 SC473 more than 31 pairs of links must not collide, but there are no more bits"]

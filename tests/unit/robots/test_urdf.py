@@ -67,7 +67,7 @@ def folder(tmp_path: Path) -> Folder:
     return Folder(tmp_path)
 
 
-def test_what_the_loader_drops_is_described(folder: Folder) -> None:
+def test_values_that_the_loader_drops_are_described(folder: Folder) -> None:
     inner = (
         '<limit lower="-1" upper="2" effort="87" velocity="2.5"/><dynamics friction="0.25"/>'
         '<mimic joint="one" multiplier="-2" offset="0.5"/>'
@@ -87,7 +87,7 @@ def test_what_the_loader_drops_is_described(folder: Folder) -> None:
 
 
 @pytest.mark.parametrize("nothing", ["0", "inf"])
-def test_an_effort_of_nothing_is_none(folder: Folder, nothing: str) -> None:
+def test_a_zero_or_infinite_effort_means_no_limit(folder: Folder, nothing: str) -> None:
     limit = f'<limit lower="-1" upper="2" effort="{nothing}" velocity="{nothing}"/>'
     (robot,) = folder.robots(links("ab") + joint("one", "revolute", "a", "b", limit))
     one = robot.links[1].joint
@@ -95,7 +95,7 @@ def test_an_effort_of_nothing_is_none(folder: Folder, nothing: str) -> None:
     assert (one.effort, one.velocity) == (None, None)
 
 
-def test_a_scale_is_in_the_velocity_of_what_slides_and_in_no_force(folder: Folder) -> None:
+def test_the_scale_applies_to_prismatic_velocities_but_not_to_forces(folder: Folder) -> None:
     inner = (
         '<limit lower="-1" upper="2" effort="87" velocity="2.5"/><dynamics damping="0.125" friction="0.25"/>'
         '<axis xyz="0 0 1"/>'
@@ -112,7 +112,7 @@ def test_a_scale_is_in_the_velocity_of_what_slides_and_in_no_force(folder: Folde
     assert {(one.effort, one.damping, one.friction) for one in (slides, turns)} == {(87.0, 0.125, 0.25)}
 
 
-def test_what_hangs_on_a_floating_joint_is_a_robot_of_its_own(folder: Folder) -> None:
+def test_links_below_a_floating_joint_become_a_separate_robot(folder: Folder) -> None:
     first, second, third = folder.robots(
         links("abcde")
         + joint("f", "floating", "a", "b", '<origin xyz="1 2 3"/>')
@@ -138,9 +138,7 @@ def test_what_hangs_on_a_floating_joint_is_a_robot_of_its_own(folder: Folder) ->
         ("revolute", "revolute", -2.0, 0.5),
     ],
 )
-def test_a_scale_is_in_what_joints_follow_by(
-    folder: Folder, kind: str, source: str, multiplier: float, offset: float
-) -> None:
+def test_the_scale_applies_to_mimics(folder: Folder, kind: str, source: str, multiplier: float, offset: float) -> None:
     """Positions of prismatic joints are lengths: four times as far, where turns are what they were."""
     limit = '<limit lower="-1" upper="2"/>'
     inner = limit + '<mimic joint="one" multiplier="-2" offset="0.5"/>'
@@ -152,12 +150,12 @@ def test_a_scale_is_in_what_joints_follow_by(
     assert (two.mimic.source, two.mimic.multiplier, two.mimic.offset) == ("one", multiplier, offset)
 
 
-def test_one_link_is_a_body(folder: Folder) -> None:
+def test_a_robot_with_one_link_becomes_a_body(folder: Folder) -> None:
     (robot,) = folder.robots(f'<link name="a">{BOX}</link>')
     assert (robot.body_type, robot.fixed) == ("dynamic", None)
 
 
-def test_files_are_told_with_the_place_that_names_them(folder: Folder) -> None:
+def test_files_are_listed_with_the_place_that_names_them(folder: Folder) -> None:
     for name in ("a.obj", "b.png", "robot.srdf"):
         (folder.path / name).write_text("<robot/>")
     visual = '<geometry><mesh filename="a.obj"/></geometry><material name="m"><texture filename="b.png"/></material>'
@@ -169,12 +167,12 @@ def test_files_are_told_with_the_place_that_names_them(folder: Folder) -> None:
     assert shape.look == DescribedMaterial(texture=folder.path / "b.png", texture_uri="b.png")
 
 
-def test_collisions_are_seen_on_request(folder: Folder) -> None:
+def test_collision_is_visual_adds_visuals(folder: Folder) -> None:
     (robot,) = folder.robots(f'<link name="a">{BOX}{BOX}</link>', collision_is_visual=True)
     assert [shape.geometry for shape in robot.links[0].visuals] == [c.geometry for c in robot.links[0].collisions]
 
 
-def test_a_missing_mesh_is_told_at_its_line_and_led_back_to_the_scene(folder: Folder) -> None:
+def test_a_missing_mesh_is_reported_at_its_line_with_the_scene(folder: Folder) -> None:
     (folder.path / "hand.obj").write_text("")
     mesh = '<visual><geometry>\n  <mesh filename="hond.obj"/></geometry></visual>'
     description, (found,) = folder.read(f'\n<link name="a">{mesh}</link>')
@@ -206,36 +204,36 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
     "unknown links": (
         links("ab") + joint("j", "fixed", "base", "c"),
         [
-            "2:44 SC461 the joint `j` has the parent `base`, and there is no such link",
-            "2:64 SC461 the joint `j` has the child `c`, and there is no such link",
+            "2:44 SC461 the parent of joint `j` is `base`, but there is no such link",
+            "2:64 SC461 the child of joint `j` is `c`, but there is no such link",
         ],
     ),
-    "itself": (links("a") + joint("j", "fixed", "a", "a"), ["2:1 SC461 the joint `j` leads from `a` to itself"]),
+    "itself": (links("a") + joint("j", "fixed", "a", "a"), ["2:1 SC461 joint `j` connects `a` to itself"]),
     "two parents": (
         links("abc") + joint("i", "fixed", "a", "c") + joint("j", "fixed", "b", "c"),
         ["3:1 SC462 the link `c` is the child of two joints, `i` and `j`"],
     ),
     "two roots": (
         links("ab") + "\n" + links("c") + joint("j", "fixed", "b", "c"),
-        ["1:33 SC463 2 links are children of no joint, and a robot has one root: `a`, `b`"],
+        ["1:33 SC463 2 links have no parent, but a robot has one root: `a`, `b`"],
     ),
     "circle": (
         links("abcd") + joint("i", "fixed", "b", "c") + joint("j", "fixed", "c", "d") + joint("k", "fixed", "d", "b"),
-        ["4:1 SC463 links hang on one another in a circle: `b` → `c` → `d` → `b`"],
+        ["4:1 SC463 links form a cycle: `b` → `c` → `d` → `b`"],
     ),
     "floating": (
         links("abc") + joint("i", "fixed", "a", "b") + joint("j", "floating", "b", "c"),
-        ["3:23 SC464 the floating joint `j` hangs on `b`, which is not the root"],
+        ["3:23 SC464 the floating joint `j` has the parent `b`, which is not the root"],
     ),
     "planar": (
         links("ab") + joint("j", "planar", "a", "b"),
-        ["2:23 SC464 a planar joint is not supported, by SAPIEN neither"],
+        ["2:23 SC464 neither scenecc nor SAPIEN supports planar joints"],
     ),
-    "type": (links("ab") + joint("j", "hinge", "a", "b"), ["2:23 SC464 `hinge` is no type of joint"]),
+    "type": (links("ab") + joint("j", "hinge", "a", "b"), ["2:23 SC464 `hinge` is not a joint type"]),
     "no limit": (links("ab") + joint("j", "revolute", "a", "b"), ["2:1 SC465 the revolute joint `j` has no <limit>"]),
     "half a limit": (
         links("ab") + joint("j", "prismatic", "a", "b", "\n<limit lower='1'/>"),
-        ["3:1 SC465 <limit> has no `upper`, which SAPIEN wants"],
+        ["3:1 SC465 <limit> has no `upper`, which SAPIEN requires"],
     ),
     "crossed limits": (
         links("ab") + joint("j", "prismatic", "a", "b", '\n<limit lower="1" upper="0.5"/>'),
@@ -243,43 +241,46 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
     ),
     "limits beyond": (
         links("ab") + joint("j", "prismatic", "a", "b", '\n<limit lower="inf" upper="inf"/>'),
-        ["3:15 SC465 the limits leave nothing"],
+        ["3:15 SC465 the limits exclude every position"],
     ),
     "friction": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<dynamics friction="-1" damping="-2"/>'),
-        ["3:21 SC466 the friction is -1, which is below 0", "3:34 SC466 the damping is -2, which is below 0"],
+        [
+            "3:21 SC466 the friction is -1, but cannot be negative",
+            "3:34 SC466 the damping is -2, but cannot be negative",
+        ],
     ),
     "mimic of none": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<mimic joint="i"/>'),
-        ["3:15 SC472 the joint `j` follows `i`, and its robot has no such joint"],
+        ["3:15 SC472 joint `j` mimics `i`, but its robot has no such joint"],
     ),
     "mimic of itself": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<mimic joint="j"/>'),
-        ["3:15 SC472 the joint `j` follows itself, by way of `j`"],
+        ["3:15 SC472 joint `j` mimics itself, through `j`"],
     ),
     "mimic by nothing": (
         links("abc")
         + joint("i", "continuous", "a", "b")
         + joint("j", "continuous", "a", "c", '\n<mimic joint="i" multiplier="0"/>'),
-        ["4:30 SC472 the multiplier of <mimic> is 0: the joint follows nothing"],
+        ["4:30 SC472 the multiplier of <mimic> is 0, so the joint never moves"],
     ),
     "geometry": ('<link name="a"><visual/></link>', ["1:32 SC455 <visual> has no <geometry>"]),
     "shape": (
         '<link name="a"><visual><geometry><plane/></geometry></visual></link>',
         [
-            "1:40 SC455 <geometry> holds none of <box>, <sphere>, <capsule>, <cylinder>, <mesh>",
-            "1:50 SC454 <plane> in <geometry> is not known and not read",
+            "1:40 SC455 <geometry> contains none of <box>, <sphere>, <capsule>, <cylinder>, <mesh>",
+            "1:50 SC454 <plane> in <geometry> is unknown and ignored",
         ],
     ),
     "two shapes": (
         '<link name="a"><visual><geometry><sphere radius="1"/>\n<sphere radius="1"/></geometry></visual></link>',
-        ["2:1 SC455 <geometry> holds more than one of <box>, <sphere>, <capsule>, <cylinder>, <mesh>"],
+        ["2:1 SC455 <geometry> contains more than one of <box>, <sphere>, <capsule>, <cylinder>, <mesh>"],
     ),
     "sizes": (
         '<link name="a"><visual><geometry>\n<cylinder radius="0" length="-1"/></geometry></visual></link>',
         [
-            "2:19 SC466 the `radius` of <cylinder> holds 0, which is not above 0",
-            "2:30 SC466 the `length` of <cylinder> holds -1, which is not above 0",
+            "2:19 SC466 the `radius` of <cylinder> contains 0, which is not above 0",
+            "2:30 SC466 the `length` of <cylinder> contains -1, which is not above 0",
         ],
     ),
     "numbers": (
@@ -288,9 +289,9 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
             '<geometry>\n<box size="1,2,3"/></geometry></visual></link>'
         ),
         [
-            "1:53 SC456 the `xyz` of <origin> wants 3 numbers, parted by blanks, and has 2",
-            "1:63 SC456 the `rpy` of <origin> holds `nan`, which is no finite number",
-            "2:12 SC456 the `size` of <box> wants 3 numbers, parted by blanks, and has 1",
+            "1:53 SC456 the `xyz` of <origin> must have 3 numbers separated by blanks, and has 2",
+            "1:63 SC456 the `rpy` of <origin> contains `nan`, which is not a finite number",
+            "2:12 SC456 the `size` of <box> must have 3 numbers separated by blanks, and has 1",
         ],
     ),
     "no numbers": (
@@ -299,8 +300,8 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
             '<visual><geometry>\n<sphere radius="1e39"/></geometry></visual></link>'
         ),
         [
-            "2:17 SC456 the `radius` of <sphere> holds `1_0`, which is no number",
-            "3:17 SC456 the `radius` of <sphere> holds `1e39`, beyond the engine's single precision",
+            "2:17 SC456 the `radius` of <sphere> contains `1_0`, which is not a number",
+            "3:17 SC456 the `radius` of <sphere> contains `1e39`, which does not fit in single precision",
         ],
     ),
     "color": (
@@ -308,11 +309,11 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
         + '\n<link name="b"><visual><geometry><sphere radius="1"/></geometry>'
         + '<material name="m"><color rgba="1 0 0"/></material></visual></link>'
         + joint("j", "fixed", "a", "b"),
-        ["2:97 SC456 the `rgba` of <color> wants 4 numbers, parted by blanks, and has 3"],
+        ["2:97 SC456 the `rgba` of <color> must have 4 numbers separated by blanks, and has 3"],
     ),
     "mass": (
         f'<link name="a"><inertial>\n<mass value="-1"/>{INERTIA}</inertial></link>',
-        ["2:14 SC467 the mass is -1 kg, which is below 0"],
+        ["2:14 SC467 the mass is -1 kg, but cannot be negative"],
     ),
     "inertia": (
         '<link name="a"><inertial>\n<mass value="1"/></inertial></link>',
@@ -322,7 +323,7 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
         '<link name="a"><visual><geometry>\n<mesh scale="1 0 1"/></geometry></visual></link>',
         [
             "2:1 SC455 <mesh> has no `filename`",
-            "2:14 SC466 the `scale` of <mesh> holds 0, which leaves nothing of it",
+            "2:14 SC466 the `scale` of <mesh> contains 0",
         ],
     ),
     "what is 0 in single precision": (
@@ -331,22 +332,22 @@ FAULTS: dict[str, tuple[str, list[str]]] = {
             '<mesh scale="1 -1e-40 1"/></geometry></visual></link>'
         ),
         [
-            "2:17 SC466 the `radius` of <sphere> holds 1e-40, which single precision does not hold",
+            "2:17 SC466 the `radius` of <sphere> contains 1e-40, which does not fit in single precision",
             "3:1 SC455 <mesh> has no `filename`",
-            "3:14 SC466 the `scale` of <mesh> holds what single precision does not hold",
+            "3:14 SC466 the `scale` of <mesh> contains a number that does not fit in single precision",
         ],
     ),
 }
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_a_fault_is_told_at_its_line(folder: Folder, name: str) -> None:
+def test_a_urdf_error_is_reported_at_its_line(folder: Folder, name: str) -> None:
     content, expected = FAULTS[name]
     assert folder.read(content)[0] is None
     assert folder.told(content) == expected
 
 
-def test_faults_are_told_all_at_once(folder: Folder) -> None:
+def test_all_urdf_errors_are_reported_together(folder: Folder) -> None:
     content = "".join(content for content, _ in FAULTS.values() if "link>" in content)
     codes = {line.split()[1] for line in folder.told(content)}
     assert {"SC455", "SC456", "SC460", "SC466", "SC467"} <= codes
@@ -356,20 +357,20 @@ WARNINGS: dict[str, tuple[str, list[str]]] = {
     "misspelt": (
         '<link nam="x" name="a"><inertal/></link><link name="b"><inertal/></link>' + joint("j", "fixed", "a", "b"),
         [
-            "1:28 SC454 `nam` of <link> is not known and not read",
-            "1:72 SC454 <inertal> in <link> is not known and not read",
+            "1:28 SC454 `nam` of <link> is unknown and ignored",
+            "1:72 SC454 <inertal> in <link> is unknown and ignored",
         ],
     ),
-    "xacro": (links("a") + '<xacro:arm n="1"/>', ["1:33 SC454 <xacro:arm> in <robot> is not known and not read"]),
+    "xacro": (links("a") + '<xacro:arm n="1"/>', ["1:33 SC454 <xacro:arm> in <robot> is unknown and ignored"]),
     "axis": (
         links("ab") + joint("j", "continuous", "a", "b", '\n<axis xyz="0 1e-6 0"/>'),
-        ["3:12 SC469 the axis of the joint `j` has no length: x is taken, as SAPIEN does"],
+        ["3:12 SC469 the axis of joint `j` has zero length: x is used, as in SAPIEN"],
     ),
     "actuators below 0": (
         links("ab") + joint("j", "revolute", "a", "b", '\n<limit lower="-1" upper="2" effort="-1" velocity="-2"/>'),
         [
-            "3:37 SC487 the effort is -1, which limits nothing: none is taken",
-            "3:51 SC487 the velocity is -2, which limits nothing: none is taken",
+            "3:37 SC487 the effort is -1, but a limit cannot be negative: it is ignored",
+            "3:51 SC487 the velocity is -2, but a limit cannot be negative: it is ignored",
         ],
     ),
     "degrees": (
@@ -385,19 +386,19 @@ WARNINGS: dict[str, tuple[str, list[str]]] = {
     ),
     "inertial": (
         f'<link name="a"><inertial>\n<mass value="0"/>{INERTIA}</inertial></link>',
-        ["1:32 SC475 the mass is 0, so that SAPIEN leaves the whole <inertial> out"],
+        ["1:32 SC475 the mass is 0, so SAPIEN ignores the whole <inertial>"],
     ),
 }
 
 
 @pytest.mark.parametrize("name", WARNINGS)
-def test_a_warning_stops_nothing(folder: Folder, name: str) -> None:
+def test_a_urdf_with_warnings_is_read(folder: Folder, name: str) -> None:
     content, expected = WARNINGS[name]
     assert folder.read(content)[0] is not None
     assert folder.told(content) == expected
 
 
-def test_what_other_programs_have_is_left_out_without_a_word(folder: Folder) -> None:
+def test_elements_of_other_programs_are_ignored_silently(folder: Folder) -> None:
     plain = '\n<dynamics damping="1"/>'
     inner = '\n<safety_controller k_velocity="1"/><calibration rising="0"/><dynamics damping="1" D="2" K="3"/>'
     others = '\n<gazebo><x/></gazebo><transmission name="t"><y/></transmission><mujoco><compiler/></mujoco>'
@@ -407,7 +408,7 @@ def test_what_other_programs_have_is_left_out_without_a_word(folder: Folder) -> 
     assert found == folder.read(links("ab") + joint("j", "continuous", "a", "b", plain))[0]
 
 
-def test_links_are_counted(folder: Folder) -> None:
+def test_a_robot_with_too_many_links_is_an_error(folder: Folder) -> None:
     def chain(count: int) -> str:
         names = [f'<link name="l{i}"/>' for i in range(count)]
         return "".join(names) + "".join(joint(f"j{i}", "fixed", f"l{i - 1}", f"l{i}") for i in range(1, count))
@@ -416,7 +417,7 @@ def test_links_are_counted(folder: Folder) -> None:
     assert [line.split()[1] for line in folder.told(chain(MAX_LINKS + 1))] == ["SC477"]
 
 
-def test_a_long_circle_and_many_faults_take_little_time(folder: Folder) -> None:
+def test_a_long_cycle_and_many_errors_are_reported_quickly(folder: Folder) -> None:
     count = MAX_SHAPES
     names = "".join(f'<link name="l{i}"/>' for i in range(count))
     circle = "".join(joint(f"j{i}", "fixed", f"l{i}", f"l{(i + 1) % count}") for i in range(count))
@@ -436,7 +437,7 @@ def test_a_long_circle_and_many_faults_take_little_time(folder: Folder) -> None:
         ("<html/>", None),
     ],
 )
-def test_another_kind_of_file_is_reported_with_what_reads_it(tmp_path: Path, text: str, hint: str | None) -> None:
+def test_a_file_of_another_format_is_reported_with_the_right_key(tmp_path: Path, text: str, hint: str | None) -> None:
     file = tmp_path / "hand.xml"
     file.write_text(text)
     sink = Sink()

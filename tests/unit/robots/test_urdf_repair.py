@@ -66,12 +66,12 @@ def build(folder: Path, content: str, *repair: str) -> Any:
 
 
 @pytest.mark.parametrize("inertia", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
-def test_an_impossible_inertia_becomes_that_of_the_colliding_shapes(tmp_path: Path, inertia: str) -> None:
+def test_an_impossible_inertia_is_computed_from_the_collision_shapes(tmp_path: Path, inertia: str) -> None:
     content = f'<link name="a"><inertial><mass value="3"/>{inertia}</inertial>{BOX}</link><link name="b"/>'
     links, told = read(tmp_path, content + joint("fixed"), "inertia")
     assert links is not None
     assert [line[:5] for line in told] == ["SC488"]
-    assert "of its 1 colliding shape, scaled to 3 kg" in told[0]
+    assert "of its 1 collision shape, scaled to 3 kg" in told[0]
     base = build(tmp_path, content + joint("fixed"), "inertia").links[0]
     # A solid box: m / 12 · (b² + c²).
     expected = [3 / 12 * (2**2 + 0.5**2), 3 / 12 * (1 + 0.5**2), 3 / 12 * (1 + 2**2)]
@@ -79,7 +79,7 @@ def test_an_impossible_inertia_becomes_that_of_the_colliding_shapes(tmp_path: Pa
     assert sorted(base.inertia) == pytest.approx(sorted(expected), rel=1e-5)
 
 
-def test_a_link_without_colliding_shapes_gets_the_inertia_of_a_ball_of_water(tmp_path: Path) -> None:
+def test_a_link_without_collision_shapes_gets_the_inertia_of_a_water_sphere(tmp_path: Path) -> None:
     inertial = '<inertial><origin xyz="0 0 0.3"/><mass value="2"/></inertial>'
     content = f'<link name="a">{BOX}</link><link name="b">{inertial}</link>' + joint("fixed")
     links, told = read(tmp_path, content, "inertia")
@@ -88,7 +88,7 @@ def test_a_link_without_colliding_shapes_gets_the_inertia_of_a_ball_of_water(tmp
     radius = (3 * 2 / (4 * math.pi * 1000)) ** (1 / 3)
     assert links[1].inertial.inertia == pytest.approx([0.4 * 2 * radius**2] * 3)
     assert links[1].inertial.com[:3] == pytest.approx((0, 0, 0.3))
-    assert "a ball of water of 2 kg" in told[0]
+    assert "a sphere of water of 2 kg" in told[0]
 
 
 def test_an_inertial_without_mass_is_left_out(tmp_path: Path) -> None:
@@ -112,64 +112,64 @@ SEEN_ONLY = ['cylinder radius="1" length="0"', 'box size="1 0 1"']
 
 
 @pytest.mark.parametrize("what", UNSEEN)
-def test_a_visual_of_which_nothing_is_seen_is_left_out(tmp_path: Path, what: str) -> None:
+def test_an_invisible_visual_is_left_out(tmp_path: Path, what: str) -> None:
     seen = BOX.replace("collision", "visual")
     content = f'<link name="foot">{shape("visual", what)}{seen}{BOX}</link>'
     links, told = read(tmp_path, content)
     assert links is not None
     assert len(links[0].visuals) == 1
     assert [line[:5] for line in told] == ["SC491"]
-    assert f"a <{what.split(maxsplit=1)[0]}> of `foot` has the size" in told[0]
+    assert f"<{what.split(maxsplit=1)[0]}> of `foot` has size" in told[0]
 
 
 @pytest.mark.parametrize("what", SEEN_ONLY)
-def test_a_visual_of_which_something_is_seen_is_an_error(tmp_path: Path, what: str) -> None:
+def test_a_visual_with_a_partly_zero_size_is_an_error(tmp_path: Path, what: str) -> None:
     links, told = read(tmp_path, f'<link name="a">{shape("visual", what)}{BOX}</link>', "shapes")
     assert (links, [line[:5] for line in told]) == (None, ["SC466"])
 
 
 @pytest.mark.parametrize("what", [*UNSEEN, *SEEN_ONLY])
-def test_a_collision_without_volume_is_left_out_if_the_scene_says_so(tmp_path: Path, what: str) -> None:
+def test_a_collision_without_volume_is_left_out_with_repair_shapes(tmp_path: Path, what: str) -> None:
     inertial = '<inertial><mass value="3"/></inertial>'
     content = f'<link name="foot">{shape("collision", what)}{BOX}{inertial}</link>'
     links, told = read(tmp_path, content, "inertia", "shapes")
     assert links is not None
     assert len(links[0].collisions) == 1
-    assert told[0].endswith("with which nothing collides: the <collision> is left out")
-    assert "that of its 1 colliding shape," in told[1]
+    assert told[0].endswith("and no volume: the <collision> is left out")
+    assert "that of its 1 collision shape," in told[1]
     alone, told = read(tmp_path, content.replace(BOX, ""), "inertia", "shapes")
     assert alone is not None
-    assert "that of a ball of water" in told[1]
+    assert "that of a sphere of water" in told[1]
     write(tmp_path, content)
     (tmp_path / "scene.yaml").write_text(
         "scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [inertia, limits, files]}}\n", encoding="utf-8"
     )
     found = [each for each in scenecc.validate(tmp_path / "scene.yaml") if each.severity == "error"]
     assert {each.code for each in found} == {"SC466"}
-    assert all("let the scene say `repair: [shapes]`" in (each.hint or "") for each in found)
+    assert all("set `repair: [shapes]` in the scene" in (each.hint or "") for each in found)
 
 
 @pytest.mark.parametrize("what", ['sphere radius="-1"', 'box size="0 -1 1"', 'capsule radius="1" length="0"'])
-def test_other_sizes_stay_errors(tmp_path: Path, what: str) -> None:
+def test_invalid_sizes_stay_errors_with_repair_shapes(tmp_path: Path, what: str) -> None:
     links, told = read(tmp_path, f'<link name="a">{shape("collision", what)}{BOX}</link>', "shapes")
     assert (links, {line[:5] for line in told}) == (None, {"SC466"})
 
 
-def test_a_pair_of_links_that_are_not_there_is_left_out(tmp_path: Path) -> None:
+def test_a_pair_of_unknown_links_is_left_out_with_repair_files(tmp_path: Path) -> None:
     content = "".join(f'<link name="{name}">{BOX}</link>' for name in "abc")
     content += joint("fixed") + joint("continuous", name="c", ends="bc")
     pairs = "".join(f'<disable_collisions link1="a" link2="{name}" reason="Default"/>' for name in ("c", "x", "y"))
     (tmp_path / "robot.srdf").write_text(f'<robot name="r">{pairs}</robot>', encoding="utf-8")
     links, told = read(tmp_path, content, "files")
     assert links is not None
-    assert told == ["SC488 pairs of links that the robot does not have: 2, which are left out"]
+    assert told == ["SC488 2 pairs with links that the robot does not have are left out"]
     assert [link.ignore_bits for link in links] == [1, 0, 1]
     links, told = read(tmp_path, content, "inertia", "limits")
     assert links is None
     assert [line[:5] for line in told] == ["SC471", "SC471"]
 
 
-def test_the_scale_of_the_file_is_in_what_is_repaired(tmp_path: Path) -> None:
+def test_a_repaired_mass_is_scaled(tmp_path: Path) -> None:
     content = f'<link name="a"><inertial><mass value="3"/></inertial>{BOX}</link>'
     file, sink = write(tmp_path, content), Sink()
     scope = AssetScope(tmp_path)
@@ -190,7 +190,7 @@ def test_the_scale_of_the_file_is_in_what_is_repaired(tmp_path: Path) -> None:
         ("prismatic", '<limit upper="0.5"/>', "prismatic", (-math.inf, 0.5)),
     ],
 )
-def test_a_limit_that_is_left_out_is_none(
+def test_a_missing_limit_means_no_limit_with_repair_limits(
     tmp_path: Path, kind: str, limit: str, type_: str, limits: tuple[float, float]
 ) -> None:
     content = f'<link name="a">{BOX}</link><link name="b">{BOX}</link>' + joint(kind, limit)
@@ -228,7 +228,7 @@ def test_files_that_are_not_needed_to_collide_may_be_missing(tmp_path: Path) -> 
     assert len(scenecc.load_scene(plan, render=False).articulations["r"].objs[0].links) == 2
 
 
-def test_files_that_meshes_name_and_that_are_left_out_are_counted(tmp_path: Path) -> None:
+def test_files_that_meshes_refer_to_and_that_are_left_out_are_counted(tmp_path: Path) -> None:
     shapes = ""
     for name in ("one", "two", "three"):
         (tmp_path / f"{name}.obj").write_text(f"mtllib {name}.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n")
@@ -262,7 +262,7 @@ def test_an_image_that_a_gltf_lacks_is_an_error(tmp_path: Path) -> None:
     assert "OBJ meshes only" in (error.hint or "")
 
 
-def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -> None:
+def test_a_visual_with_an_unknown_uri_scheme_may_be_left_out(tmp_path: Path) -> None:
     mesh = shape("visual", 'mesh filename="file:///usr/arm.obj"')
     content = f'<link name="a">{mesh}{BOX}</link>'
     links, told = read(tmp_path, content, "files")
@@ -276,7 +276,7 @@ def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -
     assert (links, [line[:5] for line in told]) == (None, ["SC402"])
 
 
-def test_so_many_missing_files_are_looked_for(tmp_path: Path) -> None:
+def test_the_number_of_missing_files_searched_for_is_limited(tmp_path: Path) -> None:
     names = [f"gone{number}.obj" for number in range(MAX_MISSING + 1)]
     visuals = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in [*names[:-1], names[0]]]
     links, told = read(tmp_path, f'<link name="a">{BOX}{"".join(visuals)}</link>', "files")
@@ -285,18 +285,18 @@ def test_so_many_missing_files_are_looked_for(tmp_path: Path) -> None:
     links, told = read(tmp_path, f'<link name="a">{BOX}{"".join(visuals)}</link>', "files")
     assert links is None
     assert [line for line in told if line.startswith("SC452")] == [
-        f"SC452 more than {MAX_MISSING} files that it names are missing, and the others are not looked for"
+        f"SC452 more than {MAX_MISSING} of its files are missing; the rest are not checked"
     ]
 
 
-def test_a_mesh_that_collides_is_not_left_out(tmp_path: Path) -> None:
+def test_a_missing_collision_mesh_is_an_error(tmp_path: Path) -> None:
     content = '<link name="a"><collision><geometry><mesh filename="gone.obj"/></geometry></collision></link>'
     links, told = read(tmp_path, content, "inertia", "limits", "files")
     assert links is None
     assert [line[:5] for line in told] == ["SC401"]
 
 
-def test_a_refusal_names_the_repair_that_would_take_it(tmp_path: Path) -> None:
+def test_an_error_hints_at_the_repair_that_accepts_the_file(tmp_path: Path) -> None:
     inertial = f'<inertial><mass value="1"/><inertia ixx="0" iyy="1" izz="1" {ZEROS}/></inertial>'
     visual = '<visual><geometry><mesh filename="gone.obj"/></geometry></visual>'
     write(tmp_path, f'<link name="a">{inertial}{visual}</link><link name="b"/>' + joint("revolute"))
@@ -310,12 +310,12 @@ def test_a_refusal_names_the_repair_that_would_take_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("repair", ["inertia", ["inertia", "inertia"], ["everything"]], ids=str)
-def test_what_is_no_list_of_repairs_is_refused(repair: object) -> None:
+def test_an_invalid_list_of_repairs_is_refused(repair: object) -> None:
     found = scenecc.validate({"scenecc": 1, "entities": {"r": {"urdf": "r.urdf", "repair": repair}}})
     assert any(d.severity == "error" and "repair" in str(d.path) for d in found)
 
 
-def test_a_joint_that_follows_a_fixed_one_stays(tmp_path: Path) -> None:
+def test_a_joint_that_mimics_a_fixed_joint_stays_at_its_offset(tmp_path: Path) -> None:
     content = "".join(f'<link name="{name}">{BOX}</link>' for name in "abc")
     content += joint("fixed", name="f") + joint("continuous", '<mimic joint="f" offset="0.5"/>', ends="bc")
     robot = build(tmp_path, content)
@@ -323,21 +323,21 @@ def test_a_joint_that_follows_a_fixed_one_stays(tmp_path: Path) -> None:
     assert robot.qpos == pytest.approx([0.5])
 
 
-def test_a_fixed_joint_follows_nothing(tmp_path: Path) -> None:
+def test_the_mimic_of_a_fixed_joint_is_ignored(tmp_path: Path) -> None:
     content = "".join(f'<link name="{name}">{BOX}</link>' for name in "abc")
     content += joint("continuous", name="c") + joint("fixed", '<mimic joint="c"/>', ends="bc")
     links, told = read(tmp_path, content)
     assert links is not None
     assert links[2].joint is not None
     assert links[2].joint.mimic is None
-    assert told == ["SC489 the joint `j` is fixed and follows nothing"]
+    assert told == ["SC489 joint `j` is fixed, so its <mimic> is ignored"]
 
 
 ARM = '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.04 0.04"/></geometry></collision>'
 SMALL = f'<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" {ZEROS}/>'
 
 
-def test_a_joint_follows_over_a_fixed_joint(tmp_path: Path) -> None:
+def test_a_joint_mimics_across_a_fixed_joint(tmp_path: Path) -> None:
     axis, far = '<axis xyz="0 1 0"/>', '<origin xyz="0.4 0 0.1" rpy="0.2 0.3 0.4"/>'
     content = "".join(f'<link name="{name}">{ARM}</link>' for name in "abcd")
     content += joint("continuous", axis + '<dynamics damping="5"/>', name="s")
@@ -346,8 +346,8 @@ def test_a_joint_follows_over_a_fixed_joint(tmp_path: Path) -> None:
     links, told = read(tmp_path, content)
     assert links is not None
     message = (
-        "SC489 a fixed joint lies between `j` and `s`, which it follows: the link `d` hangs on `b` in place of `c`, "
-        "at the same pose"
+        "SC489 a fixed joint lies between `j` and `s`, which it mimics: link `d` becomes a child of `b` instead of `c`,"
+        " at the same pose"
     )
     assert told == [message]
     assert [link.parent for link in links] == [None, 0, 1, 1]
@@ -360,7 +360,7 @@ def test_a_joint_follows_over_a_fixed_joint(tmp_path: Path) -> None:
     assert poses[0] == pytest.approx(poses[1], abs=1e-6)
 
 
-def test_two_joints_of_fixed_links_follow_one_another(tmp_path: Path) -> None:
+def test_joints_of_links_fixed_together_may_mimic_each_other(tmp_path: Path) -> None:
     """The tendon hangs on the link that both are fixed to. One arm falls, and the other one with it."""
     content = "".join(f'<link name="{name}"/>' for name in "abc")
     content += f'<link name="d">{ARM}</link><link name="e"><inertial><mass value="0.01"/>{SMALL}</inertial></link>'
@@ -413,7 +413,7 @@ def test_an_image_that_cannot_be_read_is_left_out(tmp_path: Path, pictured: str)
     assert all("with `repair: [files]` in the scene it is left out" in (each.hint or "") for each in errors)
 
 
-def test_a_copy_without_the_image_is_seen(tmp_path: Path, pictured: str) -> None:
+def test_a_copy_without_the_unreadable_image_is_rendered(tmp_path: Path, pictured: str) -> None:
     write(tmp_path, pictured)
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [files]}}\n", encoding="utf-8")
@@ -442,7 +442,7 @@ def test_an_image_is_left_out_of_a_file_with_windows_line_ends(tmp_path: Path, p
 
 @pytest.mark.render
 @pytest.mark.usefixtures("held_renderer")
-def test_what_is_left_out_does_not_end_a_picture(tmp_path: Path, pictured: str) -> None:
+def test_a_robot_with_left_out_files_is_rendered(tmp_path: Path, pictured: str) -> None:
     write(tmp_path, pictured)
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf, repair: [files]}}\n", encoding="utf-8")

@@ -33,7 +33,7 @@ def notes(finding: Diagnostic) -> list[tuple[Any, ...]]:
     return [(note.message, note.location.line, note.location.column) for note in finding.related]
 
 
-def test_every_entity_that_names_a_file_is_told_of_its_faults(tmp_path: Path) -> None:
+def test_errors_of_a_robot_file_name_every_entity_that_uses_it(tmp_path: Path) -> None:
     text = "  one: {urdf: r.urdf}\n  two: {urdf: r.urdf}\n  three: {urdf: r.urdf, scale: 2}\n"
     (fault,) = found(tmp_path, text + "  four: {urdf: r.urdf, scale: 2}\n", r_urdf=TORN)
     assert (fault.code, fault.line) == ("SC461", 3)
@@ -47,7 +47,7 @@ def test_every_entity_that_names_a_file_is_told_of_its_faults(tmp_path: Path) ->
     ]
 
 
-def test_of_many_ten_are_shown_and_copies_of_one_entity_counted(tmp_path: Path) -> None:
+def test_ten_users_of_a_file_are_listed_and_repeats_counted(tmp_path: Path) -> None:
     text = "".join(f"  e{i}: {{urdf: r.urdf}}\n" for i in range(20))
     (fault,) = found(tmp_path, text, r_urdf=TORN)
     assert fault.message.endswith("(and in 19 other uses)")
@@ -57,13 +57,13 @@ def test_of_many_ten_are_shown_and_copies_of_one_entity_counted(tmp_path: Path) 
     assert [line for _, line, _ in notes(fault)] == [3]
 
 
-def test_a_warning_names_all_users_too_and_so_does_an_mjcf(tmp_path: Path) -> None:
+def test_warnings_and_mjcf_errors_name_all_users_of_a_file(tmp_path: Path) -> None:
     world = '<worldbody><body><geom type="sphere" size="1"/></body><camera/></worldbody>'
     (doubt,) = found(tmp_path, "  a: {mjcf: r.xml}\n  b: {mjcf: r.xml}\n", r_xml=f"<mujoco>{world}</mujoco>")
     assert (doubt.code, [line for _, line, _ in notes(doubt)]) == ("SC490", [3, 4])
 
 
-def test_faults_of_an_srdf_lead_to_the_key_that_names_it(tmp_path: Path) -> None:
+def test_errors_of_an_srdf_refer_to_the_key_that_names_it(tmp_path: Path) -> None:
     text = "  one:\n    urdf: ok.urdf\n    srdf: bad.srdf\n  two:\n    urdf: ok.urdf\n    srdf: bad.srdf\n"
     text += "  three: {urdf: ok.urdf, srdf: none}\n"
     (fault,) = found(tmp_path, text, ok_urdf=WHOLE, bad_srdf=PAIRS)

@@ -34,7 +34,7 @@ def parsed(data: bytes) -> SourceElement:
     return root
 
 
-def test_places_count_lines_and_characters() -> None:
+def test_locations_count_lines_and_characters() -> None:
     text = '<?xml version="1.0" encoding="latin-1"?>\r\n<ré a="1"\r\n  bü="x\r\ny" >\r\n é<b x="é" y=\'2 3\'/>t</ré>'
     root = parsed(text.encode())
     assert (root.location.line, root.location.column, root.location.end_column) == (2, 1, 4)
@@ -57,12 +57,12 @@ def test_children_are_found_by_name() -> None:
     assert root.find("d") is None
 
 
-def test_a_byte_order_mark_and_entities_of_xml_itself_are_read() -> None:
+def test_a_byte_order_mark_and_predefined_entities_are_read() -> None:
     assert parsed(b"\xef\xbb\xbf<a b='&lt;&#65;&amp;'>&gt;</a>").attributes == {"b": "<A&"}
 
 
 @given(st.lists(st.text("abc é\n\t", max_size=5), min_size=1, max_size=6))
-def test_attributes_are_found_wherever_they_stand(gaps: list[str]) -> None:
+def test_attribute_locations_are_found_on_any_line(gaps: list[str]) -> None:
     blanks = ["".join(c for c in gap if c in " \n\t") or " " for gap in gaps]
     text = (
         "<e"
@@ -89,14 +89,14 @@ def test_attributes_are_found_wherever_they_stand(gaps: list[str]) -> None:
         (b"<a/><a/>", "r.urdf:1:5: error SC450: this is not well-formed XML: junk after document element"),
         (b"<a>&x;</a>", "r.urdf:1:4: error SC450: this is not well-formed XML: undefined entity"),
         (b"<a b='1' b='2'/>", "r.urdf:1:10: error SC450: this is not well-formed XML: duplicate attribute"),
-        (b"<a>\n \xff</a>", "r.urdf:2:2: error SC450: this is not UTF-8 text: byte 5 (0xFF) belongs to no character"),
+        (b"<a>\n \xff</a>", "r.urdf:2:2: error SC450: this is not UTF-8 text: byte 5 (0xFF) is invalid"),
         (
             b'<?x?>\n <!DOCTYPE a SYSTEM "file:///etc/passwd">\n<a/>',
-            "r.urdf:2:2: error SC451: a document type is not read: it may declare entities and name files",
+            "r.urdf:2:2: error SC451: document types are refused: they may declare entities and name files",
         ),
     ],
 )
-def test_what_is_no_xml_is_told_where_it_ends(data: bytes, expected: str) -> None:
+def test_malformed_xml_is_reported_at_its_place(data: bytes, expected: str) -> None:
     root, found = parse(data)
     assert root is None
     assert found == [expected]
@@ -120,7 +120,7 @@ HOSTILE: dict[str, tuple[bytes, str | None]] = {
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_files_take_little_time(name: str) -> None:
+def test_hostile_xml_is_refused_quickly(name: str) -> None:
     data, code = HOSTILE[name]
     start = time.process_time()
     root, found = parse(data)
@@ -129,7 +129,7 @@ def test_hostile_files_take_little_time(name: str) -> None:
     assert [code for line in found if f" {code}: " in line] == ([code] if code else [])
 
 
-def test_bounds_are_kept_to_the_element() -> None:
+def test_the_bounds_of_xml_are_exact() -> None:
     bounds = XmlBounds(size=60, depth=2, elements=3, equals=2)
     assert parse(b"<a><b/><c/></a>", bounds)[0] is not None
     for data in (
@@ -144,7 +144,7 @@ def test_bounds_are_kept_to_the_element() -> None:
         assert "SC452" in found[0]
 
 
-def test_findings_lead_back_to_the_scene() -> None:
+def test_xml_errors_refer_to_the_scene() -> None:
     sink = Sink()
     assert parse_xml(b"<a>", "r.urdf", FileReport(sink, SCENE)) is None
     (found,) = sink.diagnostics()
@@ -152,7 +152,7 @@ def test_findings_lead_back_to_the_scene() -> None:
     assert [(related.message, related.location.file) for related in found.related] == [("used from here", "scene.yaml")]
 
 
-def test_files_that_cannot_be_read_are_told(tmp_path: Path) -> None:
+def test_an_unreadable_robot_file_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "long").write_bytes(b"x" * 11)
     for name, code in (("none", "SC450"), (".", "SC450"), ("long", "SC452")):
         sink = Sink()

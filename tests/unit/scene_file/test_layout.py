@@ -75,14 +75,14 @@ def read_back(text: str) -> Any:
 
 
 @given(DATA)
-def test_what_is_written_is_read_back(data: dict[str, Any]) -> None:
+def test_written_documents_read_back_unchanged(data: dict[str, Any]) -> None:
     text = scene_text(data)
     assert is_same(data, read_back(text)), text
     assert is_same(data, strictly_read(text)), text
 
 
 @pytest.mark.parametrize("file", SCENES, ids=lambda file: str(file.relative_to(ROOT)))
-def test_scenes_are_written_within_the_width_and_read_back(file: Path) -> None:
+def test_scenes_are_written_within_the_line_width_and_read_back(file: Path) -> None:
     data = read_back(file.read_text("utf-8"))
     text = scene_text(data, comments={(): "A head."})
     assert is_same(data, read_back(text))
@@ -90,7 +90,7 @@ def test_scenes_are_written_within_the_width_and_read_back(file: Path) -> None:
     assert not long
 
 
-def test_the_order_of_keys_names_keys_of_the_language() -> None:
+def test_the_key_order_lists_only_known_keys() -> None:
     schema = json_schema()
     models = [schema, *schema["$defs"].values()]
     keys = {key for model in models for key in model.get("properties", {})}
@@ -124,7 +124,7 @@ def test_numbers_are_as_short_as_they_can_be(number: Any, text: str) -> None:
     assert number_text(number) == text
 
 
-def test_a_scene_as_a_person_writes_it() -> None:
+def test_a_scene_is_laid_out_as_a_person_writes_it() -> None:
     box = {"type": "box", "half_size": [0.1, 0.1, 0.2], "pose": [0.0, 0.0, float(np.float32(0.3))]}
     scene = {
         "entities": {

@@ -18,7 +18,7 @@ def box(*pose: float, **keys: Any) -> dict[str, Any]:
     return {"type": "box", "half_size": [0.1, 0.1, 0.4], "pose": list(pose), **keys}
 
 
-def test_equal_shapes_in_a_row_are_repeated() -> None:
+def test_runs_of_equal_shapes_become_a_repeat() -> None:
     legs = [box(x, y, -0.5) for x in (-0.4, 0.4) for y in (-0.3, 0.3)]
     scene = {"scenecc": 1, "entities": {"table": {"shapes": [box(0, 0, 0, density=500.0), *legs]}}}
     found = simplify(scene)
@@ -31,7 +31,7 @@ def test_equal_shapes_in_a_row_are_repeated() -> None:
     assert compiled(found) == compiled(scene)
 
 
-def test_numbered_bodies_are_repeated_and_others_stay() -> None:
+def test_runs_of_numbered_bodies_become_a_repeat() -> None:
     balls = {
         f"ball_{i}": {"pose": [0.1 * i, 0.0, 1.0 + i], "shapes": [{"type": "sphere", "radius": 0.05}]} for i in range(4)
     }
@@ -43,14 +43,14 @@ def test_numbered_bodies_are_repeated_and_others_stay() -> None:
     assert compiled(found) == compiled(scene)
 
 
-def test_bodies_that_something_refers_to_keep_their_entries() -> None:
+def test_bodies_with_references_are_not_repeated() -> None:
     balls = {f"ball_{i}": {"shapes": [{"type": "sphere", "radius": 0.05}]} for i in range(4)}
     camera = {"mount": "ball_1", "fovy_deg": 60.0}
     found = simplify({"scenecc": 1, "entities": balls, "cameras": {"eye": camera}})
     assert "ball_1" in found["entities"]
 
 
-def test_materials_that_are_used_twice_get_names() -> None:
+def test_materials_used_twice_get_names() -> None:
     rubber = {"physical": {"static_friction": 2.0, "dynamic_friction": 2.0, "restitution": 0.0}}
     shapes = [box(0, 0, 0, material=rubber), box(0, 0, 1, material=rubber, density=20.0)]
     scene = {"scenecc": 1, "entities": {"stack": {"shapes": shapes}}}
@@ -59,7 +59,7 @@ def test_materials_that_are_used_twice_get_names() -> None:
     assert compiled(found)[0] == compiled(scene)[0]
 
 
-def test_scenes_that_differ_in_numbers_are_one_document_with_forms() -> None:
+def test_scenes_that_differ_in_numbers_merge_into_forms() -> None:
     def scene(index: int) -> dict[str, Any]:
         ball = {"pose": [0.0, 0.0, 1.0 + index], "shapes": [{"type": "sphere", "radius": 0.1 + 0.1 * (index % 2)}]}
         thing = {

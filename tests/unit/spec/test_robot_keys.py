@@ -20,7 +20,7 @@ ARM = '<mujoco><worldbody><body name="a"><joint name="j"/><geom size="0.1"/></bo
         ({"urdf": "a.urdf", "repair": "inertia"}, "SC103", "repairs are a list: `repair: [inertia]`"),
         ({"urdf": "a.urdf", "repair": ["shapes", "shapes"]}, "SC104", "name each repair once"),
         ({"mjcf": "a.xml", "visual_groups": [0, 0]}, "SC104", "name each group once"),
-        ({"mjcf": "a.xml", "keyframe": "home"}, "SC482", "it has none: leave the key out"),
+        ({"mjcf": "a.xml", "keyframe": "home"}, "SC482", "it has none: remove the key"),
     ],
 )
 def test_a_mistake_has_a_hint(keys: dict[str, Any], code: str, hint: str, tmp_path: Path) -> None:
