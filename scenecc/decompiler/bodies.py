@@ -434,7 +434,7 @@ def _fresh_material() -> Node:
 def _looks_of_file(filename: str, files: FileNamer) -> list[Node]:
     """Returns the materials of a mesh file's parts.
 
-    The cache serves one `decompile`, which creates one `Files`: texture paths depend on its base.
+    The cache serves one `decompile`, which creates one `FileNamer`: texture paths depend on its base.
     """
     mesh = render.RenderShapeTriangleMesh(filename, [1, 1, 1], None)
     return [visual_material(part.material, files) for part in mesh.parts]
