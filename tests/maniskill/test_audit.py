@@ -122,11 +122,11 @@ CASES: dict[str, tuple[Callable[[Any], object], str]] = {
     "order": (reorder, "'ground' in scene 2: the engine holds entity 0 of the build order = 'scene-2_cube'"),
     "missing": (
         lambda scene: scene.remove_entity(find(scene, "scene-2_cube")),
-        "the scene in scene 2: the engine holds entities in the scene = 3, and the plan asks for 4",
+        "the scene in scene 2: the engine holds entities in the scene = 3, but the plan asks for 4",
     ),
     "constraint": (
         untie,
-        "'tie' in scene 2: the engine holds constraints of 'cube' = none, and the plan asks for 'tie'",
+        "'tie' in scene 2: the engine holds constraints of 'cube' = none, but the plan asks for 'tie'",
     ),
 }
 
@@ -156,7 +156,7 @@ def test_a_shape_that_the_builder_drops(monkeypatch: pytest.MonkeyPatch) -> None
             attach(component, shape, row)
 
     monkeypatch.setattr(builder, "attach_shape", forgetful)
-    assert any("the engine holds collision_shapes = 1, and the plan asks for 33" in one for one in loaded(monkeypatch))
+    assert any("the engine holds collision_shapes = 1, but the plan asks for 33" in one for one in loaded(monkeypatch))
 
 
 def test_on_a_gpu_links_are_not_yet_where_their_joints_say(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -98,7 +98,7 @@ def test_what_is_the_same_everywhere_is_no_view() -> None:
 
 def test_variants_of_several_types_are_refused() -> None:
     variants = [{"shapes": CUBE["shapes"]}, {"shapes": CUBE["shapes"], "body_type": "static"}]
-    with pytest.raises(SceneError, match="bodies of the types dynamic and static") as caught:
+    with pytest.raises(SceneError, match="have different body types: dynamic and static") as caught:
         load({"thing": {"variants": variants, "pick": {"cycle": [0, 1]}}})
     assert [d.code for d in caught.value.diagnostics] == ["SC811"]
 

@@ -37,7 +37,7 @@ def refused(text: str, tmp_path: Path, num_envs: int = 1, loads: int = 1) -> lis
 
 def test_a_name_that_the_environment_has(tmp_path: Path) -> None:
     found = refused(SCENE, tmp_path, loads=2)
-    assert found == [("SC809", 3, "the environment has an object 'cube' already")]
+    assert found == [("SC809", 3, "the environment already has an object 'cube'")]
 
 
 def test_a_robot_that_the_agent_has_already() -> None:
@@ -49,7 +49,7 @@ def test_a_robot_that_the_agent_has_already() -> None:
     with pytest.raises(SceneError) as caught:
         load_into(scene, document)
     (told,) = caught.value.diagnostics
-    assert (told.code, told.message) == ("SC809", "the environment has an object 'panda' already")
+    assert (told.code, told.message) == ("SC809", "the environment already has an object 'panda'")
     assert told.hint is not None
     assert "derive the task from the class that `register_env` returns" in told.hint
 
@@ -57,22 +57,22 @@ def test_a_robot_that_the_agent_has_already() -> None:
 @pytest.mark.parametrize(
     ("key", "path", "told"),
     [
-        ("timestep: 0.005", "timestep", "0.005 here, and the environment has 0.01"),
-        ("gravity: [0, 0, -1.62]", "gravity", "[0.0, 0.0, -1.62] here, and the environment has [0.0, 0.0, -9.81]"),
-        ("enable_ccd: true", "enable_ccd", "true here, and the environment has false"),
-        ("contact_offset: 0.03", "contact_offset", "0.03 here, and the environment has 0.02"),
-        ("sleep_threshold: 0.1", "sleep_threshold", "0.1 here, and the environment has 0.005"),
-        ("cpu_workers: 2", "cpu_workers", "2 here, and the environment has 0"),
-        ("scene_spacing: 7", "scene_spacing", "7.0 here, and the environment has 5"),
+        ("timestep: 0.005", "timestep", "0.005, but the environment has 0.01"),
+        ("gravity: [0, 0, -1.62]", "gravity", "[0.0, 0.0, -1.62], but the environment has [0.0, 0.0, -9.81]"),
+        ("enable_ccd: true", "enable_ccd", "true, but the environment has false"),
+        ("contact_offset: 0.03", "contact_offset", "0.03, but the environment has 0.02"),
+        ("sleep_threshold: 0.1", "sleep_threshold", "0.1, but the environment has 0.005"),
+        ("cpu_workers: 2", "cpu_workers", "2, but the environment has 0"),
+        ("scene_spacing: 7", "scene_spacing", "7.0, but the environment has 5"),
         (
             "gpu_memory: {heap_capacity: 1048576}",
             "gpu_memory.heap_capacity",
-            "1048576 here, and the environment has 67108864",
+            "1048576, but the environment has 67108864",
         ),
         (
             "default_material: {static_friction: 1, dynamic_friction: 0.3, restitution: 0}",
             "default_material.static_friction",
-            "1.0 here, and the environment has 0.3",
+            "1.0, but the environment has 0.3",
         ),
     ],
 )

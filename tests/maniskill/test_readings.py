@@ -63,5 +63,5 @@ def test_what_is_not_there(loaded: LoadedScene, monkeypatch: pytest.MonkeyPatch)
         loaded.actors["cub"]
     monkeypatch.setattr(loaded, "scene", SimpleNamespace(gpu_sim_enabled=True))
     for read in (loaded.contacts, lambda: loaded.net_contact_force("cube")):
-        with pytest.raises(RuntimeError, match="on a GPU: ask ManiSkill's get_net_contact_forces"):
+        with pytest.raises(RuntimeError, match="on a GPU: use get_net_contact_forces"):
             read()

@@ -107,7 +107,7 @@ def test_numbers_of_joints_are_set_and_read(arm: ArticulationBatch, name: str) -
     setattr(arm, name, [0.0] * 4)
     assert not getattr(arm, name).any()
     for wrong in ([0.0] * 3, np.zeros((2, 4)), 0.0, np.zeros((3, 4, 1))):
-        with pytest.raises(ValueError, match=rf"{name} is \(4,\) or \(3, 4\) here"):
+        with pytest.raises(ValueError, match=rf"{name} must be \(4,\) or \(3, 4\)"):
             setattr(arm, name, wrong)
     with pytest.raises(ValueError, match=f"{name} must be finite"):
         setattr(arm, name, [0, 0, np.nan, 0])
@@ -154,7 +154,7 @@ def test_taken_out_of_one_scene_by_hand_it_is_set_in_the_others(name: str) -> No
     state = batch.state([0, 2]).articulations["arm"]
     assert getattr(state, name).tolist() == [numbers.tolist()] * 2
     if name in {"qpos", "qvel", "qf"}:
-        gone = "'arm' is removed in scene 1: the engine knows nothing of its joints there"
+        gone = "'arm' is removed in scene 1, so the engine has no values for its joints"
         with pytest.raises(RuntimeError, match=gone):
             getattr(arm, name)
         for asked in (None, [1], [0, 1]):
@@ -184,7 +184,7 @@ def test_scenes_with_robots_of_their_own() -> None:
     assert robot.objs[1].qpos.tolist() == [np.float32(0.4)]
     assert robot.links["l3"][1] is None
     assert robot.links["l1"][1] is not None
-    with pytest.raises(ValueError, match="other joints in other scenes"):
+    with pytest.raises(ValueError, match="different joints in different scenes"):
         _ = robot.active_joint_names
     state = batch.state()
     batch.step(20)
@@ -229,13 +229,13 @@ def test_too_many_links() -> None:
     assert built(alone(chain(255))).articulations["robot"].dof == 254
     found = complaints(alone(chain(256, origin=ROOT.child("entities", "robot"))))
     assert [(d.code, d.message) for d in found] == [
-        ("SC808", "an articulation of 256 links; PhysX on the CPU takes 255 at most")
+        ("SC808", "an articulation has 256 links; PhysX on the CPU supports at most 255")
     ]
     assert found[0].path == "entities.robot"
 
 
 REFUSED: dict[str, tuple[ArticulationStructure, str]] = {
-    "velocity": (chain(2, fix_root_link=True, linear_velocity=constant([1, 0, 0])), "a root that is fixed has no"),
+    "velocity": (chain(2, fix_root_link=True, linear_velocity=constant([1, 0, 0])), "a fixed root has no"),
     "damping": (
         ArticulationStructure((Link("l", BodyStructure("link", sleep_threshold=constant(1))),)),
         "a link has no sleep_threshold",
@@ -312,7 +312,7 @@ def test_links_and_joints_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(build, "fill_scenes", filled)
     messages = [d.message for d in audit_complaints(replace(plan, entities=(*plan.entities, other)))]
-    for words in ("links = 5, and the plan asks for 6", "dof = 3, and the plan asks for 4"):
+    for words in ("links = 5, but the plan asks for 6", "dof = 3, but the plan asks for 4"):
         assert f"'arm' in scene 0 (and in 2 more): the engine holds {words}" in messages
 
 

@@ -140,7 +140,7 @@ def test_a_part_of_a_mesh_that_the_builder_drops_in_one_scene(plan: ScenePlan, m
 
     monkeypatch.setattr(builder, "attach_shape", forgetful)
     (found,) = complaints(plan)
-    assert "'table' in scene 2: the engine holds collision_shapes = 31, and the plan asks for 32" in found.message
+    assert "'table' in scene 2: the engine holds collision_shapes = 31, but the plan asks for 32" in found.message
 
 
 def alike(plan: ScenePlan) -> ScenePlan:
@@ -163,7 +163,7 @@ def test_two_entities_that_are_built_in_each_others_place(
     monkeypatch.setattr(build, "fill_scenes", filled)
     messages = [d.message for d in complaints(alike(plan))]
     words = (
-        f"'cube' in scene {number}: the engine holds entity 1 of the build order = 'post', and the plan asks for 'cube'"
+        f"'cube' in scene {number}: the engine holds entity 1 of the build order = 'post', but the plan asks for 'cube'"
     )
     assert any(words in message for message in messages), messages
 
@@ -195,7 +195,7 @@ def test_constraints_are_counted_on_their_bodies(plan: ScenePlan, monkeypatch: p
     monkeypatch.setattr(build, "ConstraintSet", forgetful)
     (found,) = complaints(tied)
     assert (
-        "'a' in scene 2: the engine holds constraints of 'cube' = 'b', and the plan asks for 'a', 'b'" in found.message
+        "'a' in scene 2: the engine holds constraints of 'cube' = 'b', but the plan asks for 'a', 'b'" in found.message
     )
 
 

@@ -185,10 +185,10 @@ def test_remove_and_add_refuse(batch: SceneBatch) -> None:
         batch.remove("cub")
     with pytest.raises(KeyError, match="no entity 'cub'"):
         batch.add("cub")
-    with pytest.raises(ValueError, match="'cube' is there"):
+    with pytest.raises(ValueError, match="'cube' is in the scenes; only"):
         batch.add("cube")
     batch.remove("cube")
-    with pytest.raises(ValueError, match="removed already"):
+    with pytest.raises(ValueError, match="already removed"):
         batch.remove("cube")
 
 

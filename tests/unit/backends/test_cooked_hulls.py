@@ -84,7 +84,7 @@ def test_a_file_that_sapien_misreads(kind: str, tmp_path: Path) -> None:
     write(tmp_path, "counting.ply", ply(kind="ascii").replace(b"comment made", b"comment 2"))
     (one,) = found(tmp_path, entity(f"type: {kind}\n        scale: 2\n        file: counting.ply"))
     assert (one.code, one.line, one.column) == ("SC423", 8, 15)
-    assert one.message == "counting.ply: SAPIEN reads another mesh: its hull has 30000% of the volume"
+    assert one.message == "counting.ply: SAPIEN reads a different mesh: its hull has 30000% of the volume"
     assert one.hint == "export the mesh again, as GLB or OBJ"
 
 

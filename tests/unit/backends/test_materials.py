@@ -37,7 +37,7 @@ print(len(load(1, 1)))
 def test_as_many_as_the_engine_can_number_are_built_and_no_more() -> None:
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", _CHILD], check=False, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
-    refused = "these scenes need 1 physical materials beside 65534 of other batches; a process holds 65534"
+    refused = "these scenes need 1 physical materials beside 65534 of other batches, and a process can hold 65534"
     assert done.stdout.splitlines() == ["302", refused, "1"]
 
 

@@ -69,7 +69,7 @@ def test_a_link_that_some_scenes_lack_is_nan_there() -> None:
     assert (np.isnan(velocity).all(axis=2) == np.isnan(pose).all(axis=2)).all()
     assert np.isnan(batch.net_contact_force("robot/l1")).all(axis=1).tolist() == [False, True, False]
     assert not batch.net_contact_force("robot").any()
-    with pytest.raises(ValueError, match="other joints in other scenes"):
+    with pytest.raises(ValueError, match="different joints in different scenes"):
         robot.joint_index("j1")
 
 
@@ -90,7 +90,7 @@ def test_names_that_are_near(batch: SceneBatch) -> None:
         batch.cameras["eye"]
     with pytest.raises(KeyError, match="no light 'lamp'"):
         batch.lights["lamp"]
-    with pytest.raises(KeyError, match="no constraint 'weld'; there is none"):
+    with pytest.raises(KeyError, match="no constraint 'weld'; there are none"):
         batch.constraints["weld"]
     with pytest.raises(KeyError, match="no link 'tpi' of 'arm'"):
         batch.articulations["arm"].links["tpi"]
@@ -131,7 +131,7 @@ def test_a_pose_can_be_assigned(batch: SceneBatch) -> None:
     cube = batch.entities["cube"]
     cube.pose = [1, 2, 3, 0, 1, 0, 0]
     assert (cube.pose == [1, 2, 3, 0, 1, 0, 0]).all()
-    with pytest.raises(ValueError, match="a pose is"):
+    with pytest.raises(ValueError, match="a pose must be"):
         cube.pose = [1, 2]
 
 

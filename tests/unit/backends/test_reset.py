@@ -176,7 +176,7 @@ def test_given_draws_are_taken_in_place_of_drawing(batch: SceneBatch) -> None:
         ({"scene_idxs": 3}, TypeError, r"scene indices, as in \[0, 2\] or range\(4\), not 3"),
         ({"scene_idxs": ["0"]}, TypeError, "a scene index is an integer, not '0'"),
         ({"scene_idxs": np.array([True, False])}, TypeError, "mask"),
-        ({"draws": {"half": [1] * 4}}, ValueError, "cannot change a shared draw 'half'; those that it can: push"),
+        ({"draws": {"half": [1] * 4}}, ValueError, "cannot change the shared draw 'half', only these: push"),
         ({"draws": {"push": [1, 2]}}, ValueError, r"must be of shape \(4,\)"),
         ({"draws": {"push": 1.0}}, ValueError, r"must be of shape \(4,\)"),
         ({"draws": {"push": [[1, 2]] * 4}}, ValueError, r"must be of shape \(4,\), .* not \(4, 2\)"),
@@ -184,7 +184,7 @@ def test_given_draws_are_taken_in_place_of_drawing(batch: SceneBatch) -> None:
         ({"draws": {"push": ["a"] * 4}}, ValueError, "must be of numbers, as the file declares, not of texts"),
         ({"draws": {"push": [[1], [1, 2], [1], [1]]}}, ValueError, "must have rows of one length"),
         ({"draws": {"push": [0, 0, np.nan, 0]}}, ValueError, "must be of finite numbers: row 2 is nan"),
-        ({"draws": {"push": [0, 1e39, 0, 0]}}, ValueError, "'body_0' in scene 1: its linear_velocity is drawn as"),
+        ({"draws": {"push": [0, 1e39, 0, 0]}}, ValueError, "'body_0' in scene 1: the drawn linear_velocity is"),
     ],
     ids=str,
 )
