@@ -385,7 +385,7 @@ class SceneBatch:
         return self._rendering.subject(scene_idx, focus)
 
     def body_poses(self, scene_idx: int) -> dict[str, NDArray[np.float64]]:
-        """Returns poses (7,) of all bodies in a scene by name, links as ENTITY/LINK. Raises RuntimeError once closed."""
+        """Returns poses (7,) of all bodies in a scene by name (links: ENTITY/LINK). Raises RuntimeError once closed."""
         self._check_open()
         assert self._rendering is not None
         return self._rendering.poses(scene_idx)

@@ -73,11 +73,11 @@ def test_nothing_that_is_said_of_a_joint_or_of_the_whole_is_dropped() -> None:
 @pytest.mark.parametrize(
     ("structure", "words"),
     [
-        (dataclasses.replace(crawler(), fix_root_link=True), "a root that is fixed has no `linear_velocity`"),
+        (dataclasses.replace(crawler(), fix_root_link=True), "a fixed root has no `linear_velocity`"),
         (dataclasses.replace(ARM, mimics=(Mimic("left slide", "elbow", literal(1), literal(0)),)), "fixed joint"),
         (
             ArticulationStructure((Link("only", linked(sleep_threshold=literal(1))),)),
-            "a body of type link without visible shapes has no `sleep_threshold`",
+            "a body of type link without visuals has no `sleep_threshold`",
         ),
     ],
     ids=["root", "mimic", "link"],
@@ -93,15 +93,15 @@ def test_the_file_that_it_was_read_from_is_named_and_not_needed(tmp_path: Path) 
     files = (*plan.files[:2], AssetFile("robots/arm.urdf", tmp_path / "gone.urdf"))
     text = emit(dataclasses.replace(plan, files=files), "python", Sink())
     assert text is not None
-    assert "    # As in robots/arm.urdf.\n" in text
-    assert text.count("arm.urdf") == text.count("    # As in robots/arm.urdf.\n")
+    assert "    # From robots/arm.urdf.\n" in text
+    assert text.count("arm.urdf") == text.count("    # From robots/arm.urdf.\n")
 
 
 def test_what_only_people_see_is_said() -> None:
     text, _ = written(ARM, hidden=True)
     assert text is not None
-    assert "# Only people see it" in text
-    assert "# Only people see it" not in (written(ARM)[0] or "")
+    assert "# Hidden from sensors" in text
+    assert "# Hidden from sensors" not in (written(ARM)[0] or "")
 
 
 def test_hostile_names_are_only_ever_strings() -> None:
@@ -147,4 +147,4 @@ def test_more_links_than_the_engine_counts_are_an_error() -> None:
     assert written(chain(255))[1] == []
     text, messages = written(chain(256))
     assert text is None
-    assert messages == ["`robot`: an articulation of 256 links; PhysX on the CPU counts 255"]
+    assert messages == ["`robot`: an articulation has 256 links; PhysX on the CPU supports at most 255"]

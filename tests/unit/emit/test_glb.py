@@ -224,7 +224,7 @@ def test_two_images_that_gltf_has_in_one_are_sampled_alike_or_told() -> None:
         (
             {},
             {"filter_mode": "nearest"},
-            ["`metallic_texture` (wear) has the sampler of `roughness_texture`: glTF stores both in one image"],
+            ["`metallic_texture` (wear) uses the sampler of `roughness_texture`: glTF stores both in one image"],
         ),
         ({}, {}, []),
         (None, {"address_mode": "border"}, ["`address_mode: border` of wear is written as `edge`"]),

@@ -85,5 +85,5 @@ def test_a_flat_triangle_mesh_is_left_out_with_a_warning(tmp_path: Path) -> None
     path = tmp_path / "scene.yaml"
     path.write_text(f"scenecc: 1\nentities: {{floor: {floor}}}\n")
     model, messages = compile_exported(path)
-    assert any("flat mesh" in message for message in messages)
+    assert any("flat collision mesh" in message for message in messages)
     assert not model.geom_contype.any()

@@ -316,7 +316,7 @@ def test_no_setting_of_the_simulation_is_dropped() -> None:
     texts = {script(dataclasses.replace(plan, physics=physics)) for _, physics in variants_of(plan.physics, set())}
     # Only a GPU simulation has a spacing and a memory; a remark says once for both that they are left out.
     assert len(texts - {script(plan)}) == len(given_fields) - 2
-    assert "concern scenes that share a GPU simulation" in script(plan)
+    assert "apply to a shared GPU simulation" in script(plan)
     for name, sdf in variants_of(SdfConfig(0.1, 2, 3), set()):
         assert script(ScenePlan("p", 1, (), Physics(sdf=sdf))) != script(
             ScenePlan("p", 1, (), Physics(sdf=SdfConfig(0.1, 2, 3)))
@@ -398,7 +398,7 @@ def test_files_of_packages_and_asset_roots_are_found_at_run_time(tmp_path: Path)
     for path in (tmp_path / "root/deep/mesh.obj", tmp_path / "abs.obj", tmp_path / "beside.obj"):
         path.touch()
     text = script(ScenePlan("p", 1, (), Physics(), files=files), base=tmp_path)
-    bound = "# It finds its files by paths from its own folder: "
+    bound = "# It finds its files relative to its own folder: "
     assert bound in text
     assert bound not in script(ScenePlan("p", 1, (), Physics(), files=files[:1]), base=tmp_path)
     (tmp_path / "scenes.py").write_text(text + "\nprint(len(FILES))\n")
@@ -407,7 +407,7 @@ def test_files_of_packages_and_asset_roots_are_found_at_run_time(tmp_path: Path)
         environment = {"SCENECC_ASSET_PATH": str(tmp_path / root), "PATH": "/usr/bin:/bin"}
         done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=100)
         assert done.returncode == code, done.stderr
-        assert code == 0 or "deep/mesh.obj is in no folder of SCENECC_ASSET_PATH" in done.stderr
+        assert code == 0 or "deep/mesh.obj is not in a folder of SCENECC_ASSET_PATH" in done.stderr
 
 
 def test_ten_thousand_bodies_and_many_scenes_are_quick() -> None:
