@@ -57,9 +57,9 @@ class Fields:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A value of the plan under the name that a scene file has for it.
+    """A value of the plan under its name in scene files.
 
-    `drawn`: what it is in the scenes at hand, where less is known of all that it can be.
+    `drawn`: its values in the current scenes, if its bounds are not known.
     """
 
     label: str
@@ -70,7 +70,7 @@ class _Found:
 
 
 def _shown_bounds(value: Value) -> tuple[ValueBounds, bool]:
-    """The bounds to show for a value, and whether they are those of its drawn data: if nothing else bounds it."""
+    """Returns the bounds to show for a value, and whether they come from its drawn data, since it has no others."""
     support = value.bounds
     if support.alternatives is not None or not value.may_vary or _is_finite(support.low, support.high):
         return support, False
@@ -78,7 +78,7 @@ def _shown_bounds(value: Value) -> tuple[ValueBounds, bool]:
 
 
 def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str = "") -> str:
-    """The possible values of a field, for people. `name`: of the field in scene files."""
+    """Returns the possible values of a field, for people. `name`: of the field in scene files."""
     support, drawn = _shown_bounds(value)
     start, end = ("", ", as drawn") if drawn else _around(support)
     words = _words(name, support, files)
@@ -87,7 +87,7 @@ def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str
 
 
 def pose_words(value: Value) -> tuple[str, str]:
-    """The possible positions [m] and rotations (wxyz) of a pose, likewise."""
+    """Returns the possible positions [m] and rotations (wxyz) of a pose, for people."""
     support, drawn = _shown_bounds(value)
     if support.low is None:
         return ("by an expression", "by an expression")
@@ -108,12 +108,12 @@ _FILES: Final = frozenset({"file", "px", "nx", "py", "ny", "pz", "nz"})
 
 
 def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
-    """The fields of an entity, and which of them vary. Those of all its structures are one field."""
+    """Returns the fields of an entity, and which of them vary. Equal fields of its structures count once."""
     return _fields((replace(entity, structures=()), *entity.structures), plan)
 
 
 def object_fields(one: Constraint | Light | Camera | Environment, plan: ScenePlan) -> Fields:
-    """The fields of another object, likewise."""
+    """Returns the fields of another object, and which of them vary."""
     return _fields((one,), plan)
 
 
@@ -129,12 +129,12 @@ def _fields(nodes: Iterable[Any], plan: ScenePlan) -> Fields:
 
 
 def is_file(name: str) -> bool:
-    """Whether a field is an index of a file."""
+    """Returns whether a field is an index of a file."""
     return name in _FILES or name.endswith("texture")
 
 
 def is_pose(label: str) -> bool:
-    """Whether a field is shown as position and rotation."""
+    """Returns whether a field is shown as position and rotation."""
     return label.rsplit(".", 1)[-1] in {"pose", "com", "pose_in_parent", "pose_in_child", "target"}
 
 
@@ -151,12 +151,12 @@ def _values(node: Any, plan: ScenePlan) -> Iterator[_Found]:
 
 
 def _label(path: str) -> str:
-    """A file is all that differs of a texture."""
+    """Returns the label of a field; a texture gets that of its file, since nothing else of it can differ."""
     return path.removesuffix(".file") if path.endswith("texture.file") else path
 
 
 def _material(where: str, materials: list[Any]) -> Iterator[_Found]:
-    """Each field of the materials that a shape may have, over all of them."""
+    """Yields each field of the materials that a shape may have, over all of them."""
     rows = [
         {_label(path): value for path, kind, value in walk_fields(material, where) if isinstance(kind, Quantity)}
         for material in materials
@@ -191,7 +191,7 @@ def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[Var
 
 
 def _around(support: ValueBounds) -> tuple[str, str]:
-    """Words around bounds: those of an expression may be wider than its values."""
+    """Returns words around bounds, because those of an expression may be wider than its values."""
     return ("", "") if support.exact or support.alternatives is not None else ("within ", "")
 
 

@@ -180,7 +180,7 @@ def test_robots_of_the_file_that_no_agent_controls_are_told() -> None:
             env.close()
         told = [str(one.message) for one in found if "no agent controls" in str(one.message)]
         assert len(told) == warned, name
-        assert all("('fetch')" in text and "'panda' beside them" in text for text in told)
+        assert all("('fetch')" in text and "'panda' in addition" in text for text in told)
 
 
 def test_an_articulation_of_the_agents_name_is_its_robot() -> None:
@@ -293,7 +293,7 @@ def test_a_time_step_that_is_no_part_of_a_second(table: Path) -> None:
     from scenecc.maniskill import sim_config
 
     table.write_text("scenecc: 1\nphysics:\n  timestep: 0.003\n")
-    with pytest.raises(SceneError, match=r"of 0\.003 s there are 333\.333") as caught:
+    with pytest.raises(SceneError, match=r"0\.003 s gives 333\.333") as caught:
         sim_config(table)
     assert [(d.code, d.location.line) for d in caught.value.diagnostics] == [("SC810", 3)]
 
