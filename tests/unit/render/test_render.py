@@ -34,9 +34,9 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
     [
         ({"what": "colour"}, "what must be one of color, depth"),
         ({"film": "avi", "steps": 1}, "film must be one of gif, mp4"),
-        ({"film": "mp4"}, "a film needs steps"),
-        ({"every": 2}, "every is for a film"),
-        ({"film": "gif", "steps": 3, "every": 4}, "at most its steps"),
+        ({"film": "mp4"}, "film needs at least 1 step"),
+        ({"every": 2}, "every needs a film"),
+        ({"film": "gif", "steps": 3, "every": 4}, "must not exceed its steps"),
         ({"film": "gif", "steps": 3, "every": 0}, "every must be at least 1"),
         ({"size": (0, 4)}, "a size must be at least 1"),
         ({"size": (16385, 4)}, "1 to 16384 pixels a side"),
@@ -45,15 +45,15 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
         ({"samples": 1000}, "samples must be 1 to 256, not 1000"),
         ({"samples": 4, "what": "depth"}, "samples is for pictures in colour, not for depth"),
         ({"labels": True, "what": "segmentation"}, "labels is for pictures in colour"),
-        ({"background": "chartreus"}, "background must be '#rrggbb' or a name of CSS"),
+        ({"background": "chartreus"}, "background must be '#rrggbb' or a CSS colour name"),
         ({"background": "#ff000080"}, "background must be"),
-        ({"eye": (1, 2, 3), "look_at": (1.0, 2.0, 3.0)}, "look_at must not be the point where the camera stands"),
+        ({"eye": (1, 2, 3), "look_at": (1.0, 2.0, 3.0)}, "look_at must not be the position of the camera"),
         ({"eye": (1, 2, float("nan"))}, "eye must be within"),
         ({"camera": "wide", "focus": "cube"}, "focus is for the camera that frames the scene"),
         ({"contacts": True}, "contacts needs steps"),
         ({"legend": True}, "legend is for depth and segmentation, not for color"),
         ({"legend": True, "what": "depth", "film": "gif", "steps": 3}, "legend is for a picture, not for a film"),
-        ({"shader": "minimal", "what": "normal"}, "`minimal` sees no normals"),
+        ({"shader": "minimal", "what": "normal"}, "`minimal` cannot render normals"),
         ({"preset": "stage"}, "preset must be one of studio, plain, dark"),
     ],
 )
@@ -70,9 +70,9 @@ def test_an_argument_out_of_its_range_is_a_value_error(arguments: dict[str, Any]
         (
             {"size": (4000, 3000), "samples": 64},
             "SC912",
-            "a picture of 4000 × 3000 pixels with 64 samples each takes more",
+            "a picture of 4000 × 3000 pixels with 64 samples each exceeds",
         ),
-        ({"size": (16384, 16384)}, "SC912", "pixels is more than"),
+        ({"size": (16384, 16384)}, "SC912", "pixels is larger than"),
     ],
 )
 def test_what_the_plan_does_not_have_or_nobody_waits_for_is_refused(
