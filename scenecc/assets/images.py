@@ -210,12 +210,7 @@ def _check_bmp_header(data: bytes) -> None:
 
 
 def _check_png_length(data: bytes) -> None:
-    """Checks that the pixels of a PNG end. SAPIEN unpacks everything after them, and hangs at 2 GB.
-
-    Raises:
-        ValueError: they unpack to over twice the size of the image, have no end (SAPIEN then unpacks zeros), or SAPIEN
-            unpacks them differently.
-    """
+    """Raises ValueError if the pixels of a PNG unpack to too much or differently: SAPIEN hangs at 2 GB."""
     most, unpacked, at = 2 * _read_size(data, "Png").unpacked + 2**16, 0, 8
     unpacker = zlib.decompressobj()
     while (kind := data[at + 4 : at + 8]) not in {b"IEND", b""}:

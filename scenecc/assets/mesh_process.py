@@ -190,11 +190,7 @@ _PLY_HEADER = re.compile(rb"ply\s.*?\bend_header\b", re.DOTALL)
 
 
 def _plain_text(data: bytes, suffix: str) -> bytes:
-    """Returns a text file in the form that trimesh needs: valid UTF-8, and without tabs for an OBJ.
-
-    Raises:
-        ValueError: an STL is neither binary nor text.
-    """
+    """Returns a text file in the form that trimesh needs: UTF-8, and without tabs for an OBJ. May raise ValueError."""
     if suffix == ".obj":
         data = data.replace(b"\t", b" ")
     header = _PLY_HEADER.match(data) if suffix == ".ply" else None
@@ -248,7 +244,7 @@ def _collada_parts(collada: Any, data: bytes) -> Iterator[Triangles]:
     if document.scene is None:
         raise ValueError("it does not have exactly one visual scene")
     if len(document.controllers):
-        raise AssetError("SC410", "the COLLADA has a skin or a morph", "export the mesh alone, as GLB")
+        raise AssetError("SC410", "the COLLADA has a skin or a morph", "export only the mesh, as GLB")
     unit = float(document.assetInfo.unitmeter or 1.0)
     for number, geometry in enumerate(document.scene.objects("geometry")):
         if number == _MOST_INSTANCES:

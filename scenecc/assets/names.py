@@ -46,11 +46,7 @@ class MeshNames:
 
 
 def scan_names(data: bytes, suffix: str) -> MeshNames:
-    """Returns the files that a mesh file names.
-
-    Args:
-        data: the file.
-        suffix: its suffix in lower case.
+    """Returns the files that a mesh file names. `suffix`: in lower case.
 
     Raises:
         AssetError: the file is broken (SC412), has content that SAPIEN does not read (SC410), or names too many

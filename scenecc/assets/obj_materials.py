@@ -80,18 +80,9 @@ def _file_exists(path: str) -> bool:
 def keep_named_images(
     mesh: bytes, path: Path, named: Mapping[str, Path], read: Callable[[Path], bytes]
 ) -> bytes | None:
-    """Returns the materials of an OBJ as one MTL with only existing images, by absolute paths.
+    """Returns the materials of an OBJ as one MTL with only existing images, or None if no image is missing.
 
-    SAPIEN fails if an image is missing.
-
-    Args:
-        mesh: content of the OBJ.
-        path: its path.
-        named: material files and images that may be opened, by their names in the files.
-        read: returns the content of one.
-
-    Returns:
-        None: no image is missing, and the OBJ may be opened as it is.
+    SAPIEN fails if an image is missing. `named`: paths of files that may be opened, by their names in the OBJ or MTL.
     """
     kept: list[str] = []
     is_whole = True

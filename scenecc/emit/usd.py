@@ -441,16 +441,7 @@ def _write_drive_api(
     strength: tuple[float, float, float],
     target: tuple[float, float],
 ) -> None:
-    """Writes the drive of an axis.
-
-    Args:
-        stage: has the joint.
-        made: the joint.
-        axis: "linear", "angular", or a degree of freedom: "transX", "rotX".
-        mode: "force" or "acceleration".
-        strength: stiffness, damping and force limit, in radians for a rotation.
-        target: position and velocity [m, m/s or rad, rad/s].
-    """
+    """Writes the drive of an axis: stiffness, damping and force limit, and target position and velocity [m, rad]."""
     drive = stage.physics.DriveAPI.Apply(made.GetPrim(), axis)
     each = math.radians(1) if axis.startswith(("rot", "angular")) else 1.0
     stiffness, damping, force_limit = strength

@@ -35,12 +35,7 @@ if TYPE_CHECKING:
 def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float] | None:
     """Returns the extents of a body along the axes of its own frame [m], visual shapes included.
 
-    Args:
-        structure: the body.
-        row: row of the scene among the entity's scenes.
-
-    Returns:
-        None if a shape is a mesh, or an infinite plane without a visual.
+    None if a shape is a mesh, or an infinite plane without a visual. `row`: of the scene among the entity's scenes.
     """
     corners: list[NDArray[np.float64]] = []
     seen_plane = any(isinstance(shape.geometry, VisualPlane) for shape in structure.visuals)
@@ -126,14 +121,7 @@ Made = tuple[int, "MeasuredEntity"]
 
 
 def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made | None) -> Item:
-    """Returns the item of an entity.
-
-    Args:
-        entity: must be in `scene`, if that is given.
-        plan: has the entity.
-        scene: the scene to describe. None: all of them.
-        made: the measured entity. None: nothing was built.
-    """
+    """Returns the item of an entity in a scene (None: in all). `made`: the measured entity, if it was built."""
     row = None if scene is None else entity.scene_idxs.index(scene)
     structures = entity.structures if row is None else (entity.structure(row),)
     one = structures[0]

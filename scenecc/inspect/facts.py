@@ -150,13 +150,7 @@ class Facts:
         self.units = units
 
     def of(self, node: Any, place: str = "", *, without: Container[str] = ()) -> Iterator[Fact]:
-        """Yields facts of all fields of a dataclass and of those nested in it.
-
-        Args:
-            node: the dataclass. None: yields nothing.
-            place: prefix of the names.
-            without: fields to omit.
-        """
+        """Yields facts of all fields of a dataclass and of those nested in it. `place`: prefix of the names."""
         if node is None:
             return
         for item in fields(node):

@@ -35,12 +35,7 @@ _FARTHEST: Final = 65535
 
 
 def encoded(what: What, pixels: NDArray[Any]) -> NDArray[Any]:
-    """Returns the pixels of a PNG: (H, W) uint16 for a depth [mm], otherwise (H, W, 3) uint8.
-
-    Args:
-        what: what the picture shows.
-        pixels: (H, W, C) from a camera.
-    """
+    """Returns the pixels of a PNG: (H, W) uint16 for a depth [mm], otherwise (H, W, 3) uint8."""
     return millimetres(pixels) if what == "depth" else shown(what, pixels)
 
 

@@ -97,12 +97,7 @@ def _ticks(low: float, high: float, height: int) -> list[float]:
 
 
 def with_names(picture: NDArray[np.uint8], rows: Sequence[tuple[str, str]]) -> NDArray[np.uint8]:
-    """Returns a picture (H, W, 3) with colours and names on its right, in as many columns as needed.
-
-    Args:
-        picture: (H, W, 3).
-        rows: colour as #rrggbb, and name.
-    """
+    """Returns a picture (H, W, 3) with colours (#rrggbb) and names on its right, in as many columns as needed."""
     from PIL import Image, ImageDraw
 
     height, width, _ = picture.shape

@@ -95,11 +95,9 @@ class Overlay:
             self.lines.append((start.tolist(), end.tolist(), color, width))
 
     def add_labels(self, ids: NDArray[np.int32], names: Mapping[int, str]) -> None:
-        """Adds a label on each visible object, without overlaps. The caption counts those without space.
+        """Adds a label on each visible object, without overlaps. `ids`: (H, W); several ids may have one name.
 
-        Args:
-            ids: (H, W) ids of the visible objects.
-            names: id → name; several ids may have one name.
+        The caption counts labels without space.
         """
         numbers: dict[str, list[int]] = {}
         for number in np.unique(ids).tolist():

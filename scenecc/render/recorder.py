@@ -113,7 +113,7 @@ class FrameRecorder:
         return cell_size(self._subject(self._batch.scene_idxs[0])) if self._choices.get("ground") else None
 
     def estimate(self, pictures: int) -> float:
-        """Returns the expected time for ray tracing so many pictures [s], from a small one of the first scene."""
+        """Returns the expected time for ray tracing a number of pictures [s], from a small one of the first scene."""
         setup, index = self._setup, self._batch.scene_idxs[0]
         factor = min(1.0, _TILE_SIDE / max(setup.width, setup.height))
         width, height = (max(1, round(factor * side)) for side in (setup.width, setup.height))

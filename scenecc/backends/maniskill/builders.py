@@ -253,11 +253,7 @@ def camera_configs(
 ) -> list[Any]:
     """Returns ManiSkill's configuration of each camera, by its name in the plan.
 
-    Args:
-        plan: without rendering, cameras that `unsupported_cameras` rejects are skipped.
-        actors: by entity.
-        articulations: by entity.
-        on_gpu: whether the simulation runs on a GPU.
+    Without rendering, cameras that `unsupported_cameras` rejects are skipped. `on_gpu`: simulation on a GPU.
     """
     return [
         _camera_config(camera, actors, articulations)

@@ -164,12 +164,7 @@ COACD_CODE = "SC806"
 
 
 class _CoacdInput(NamedTuple):
-    """The mesh to decompose.
-
-    Attributes:
-        mesh: path and hash of the mesh.
-        buffers: path and hash of each buffer of a glTF, by its name in the glTF.
-    """
+    """The mesh to decompose: path and hash of the file, and of each buffer of a glTF by its name."""
 
     mesh: tuple[str, str]
     buffers: dict[str, tuple[str, str]]
@@ -366,15 +361,11 @@ _live_materials: Final[WeakSet[Any]] = WeakSet()
 
 
 class Resources:
-    """The tables of a plan as engine objects.
+    """The tables of a plan as engine objects. `drawn` receives the materials that a reset draws again.
 
     All shapes that name a material share it, in all scenes where its numbers are the same, as in a script that makes
     each material once: a later change of its friction applies to all of them. A material that a reset draws again is
     shared only within a scene.
-
-    Args:
-        plan: has the tables.
-        drawn: receives the materials that a reset draws again.
     """
 
     def __init__(self, plan: ScenePlan, drawn: DrawnObjects | None = None) -> None:
@@ -492,11 +483,7 @@ class Resources:
         return [paths[i] for i in indices.tolist()]
 
     def _files(self, indices: NDArray[np.int64], code: str) -> Iterator[tuple[int, AssetFile]]:
-        """Yields files by index.
-
-        Raises:
-            EngineFailure: with `code`, if a file is missing. SAPIEN's own message does not help.
-        """
+        """Yields files by index. Raises EngineFailure with `code` if one is missing."""
         for i in dict.fromkeys(map(int, indices)):
             file = self._plan.files[i]
             check_files_unchanged([file])

@@ -84,17 +84,7 @@ class _Divergence(NamedTuple):
 def check_divergence(
     plan: ScenePlan, present: Iterable[BodyObjects | ArticulationObjects], steps: Mapping[int, int], sink: Sink
 ) -> None:
-    """Checks that every moving body is finite and within `DIVERGENCE_LIMIT`.
-
-    Args:
-        plan: gives the origins of the entities.
-        present: the objects that are in the scenes now.
-        steps: scene index → number of steps simulated.
-        sink: receives the diagnostic.
-
-    Raises:
-        SceneError: a body diverged.
-    """
+    """Raises SceneError if a body is not finite or is beyond `DIVERGENCE_LIMIT`. `steps`: number of steps by scene."""
     found: list[_Divergence] = []
     for objects in present:
         found += _diverged_links(objects) if isinstance(objects, ArticulationObjects) else _diverged_bodies(objects)

@@ -114,13 +114,7 @@ NOT_RENDERED = (
 
 
 class RenderComponentBatch(ComponentBatch):
-    """A light or a camera of the plan, in every scene that has it.
-
-    Args:
-        name: in the plan.
-        scene_idxs: the scenes of the batch that have it, ascending.
-        objs: its components in this order. None: the batch does not render.
-    """
+    """A light or a camera of the plan, in every scene that has it. `objs` is None if the batch does not render."""
 
     def __init__(self, name: str, scene_idxs: tuple[int, ...], objs: list[Any] | None) -> None:
         super().__init__(name, scene_idxs, [] if objs is None else objs)
@@ -185,8 +179,7 @@ class CameraBatch(RenderComponentBatch):
                 - "position": (B, H, W, 3) float32 [m] in the frame of SAPIEN's pictures: x right, y up, z backwards;
                   `objs[i].get_model_matrix()` transforms it to the world. 0 where there is nothing.
                 - "normal": (B, H, W, 3) float32 surface normals in the frame of "position", 0 where there is nothing.
-                    Only if
-                  requested, because not every shader pack has it.
+                  Only if requested, because not every shader pack has it.
             scene_idxs: scenes to show, in this order. Default: all.
             human: show what the plan hides from sensors.
             shift: how far to shift the image right and down [px]. The mean of pictures with shifts within a pixel has
@@ -309,14 +302,8 @@ def render_bodies(entity: Any) -> list[Any]:
 
 
 def attach_component(component: Any, item: Light | Camera, row: int, lookup: EntityLookup, number: int) -> None:
-    """Adds a component to a scene.
-
-    Args:
-        component: a component of SAPIEN that is in no entity yet.
-        item: the light or camera in the plan.
-        row: its row in the plan's values.
-        lookup: finds entities in the scenes.
-        number: of the scene.
+    """Adds a component, which is in no entity yet, to the scene with this number. `row`: of `item` in the plan's
+    values.
 
     Raises:
         EngineFailure: the renderer cannot create it.

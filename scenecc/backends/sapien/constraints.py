@@ -250,14 +250,7 @@ class ConstraintSet:
         )
 
     def again(self, batch: Batch) -> TargetCalls:
-        """Samples the start targets of drives, without setting them.
-
-        Args:
-            batch: the scenes that are reset.
-
-        Raises:
-            ValueError: a drawn value is undefined.
-        """
+        """Samples the start targets of drives, without setting them. Raises ValueError if a value is undefined."""
         steps: TargetCalls = []
         for prepared in self._prepared:
             steps += sample_targets(prepared, self.batches[prepared.constraint.name].objs, batch)

@@ -63,11 +63,7 @@ class _Point(NamedTuple):
 
 
 class ContactReader:
-    """Reads the contacts of SAPIEN's scenes by the names of the plan.
-
-    Args:
-        entities: name → the engine's objects.
-    """
+    """Reads the contacts of SAPIEN's scenes by the names of the plan."""
 
     def __init__(self, entities: Mapping[str, BodyObjects | ArticulationObjects]) -> None:
         self._entities = entities

@@ -177,13 +177,7 @@ class FieldWrite(NamedTuple):
 
 
 class DrawnFieldSet:
-    """The fields of a batch that a reset draws again.
-
-    Args:
-        holders: have fields and objects.
-        drawn: what the build has kept for resets.
-        rendered: whether to include visual fields.
-    """
+    """The fields of a batch that a reset draws again. `rendered`: include visual fields."""
 
     def __init__(self, holders: Iterable[Holder], drawn: DrawnObjects, *, rendered: bool) -> None:
         self._rendered = rendered
@@ -368,13 +362,7 @@ def plan_holders(
 ) -> Iterator[Holder]:
     """Yields everything in a plan that has fields which a reset may draw again, with its objects.
 
-    Args:
-        plan: of the batch.
-        scene_idxs: the scenes that are built.
-        objects: bodies and articulations by name.
-        drawn: what the build has kept for resets.
-        components: constraints, lights and cameras, by section and name: "lights/lamp".
-        render_systems: by scene; empty if nothing renders.
+    `components` are constraints, lights and cameras, by section and name: "lights/lamp".
     """
     for entity in plan.entities:
         present, rows = rows_in_scenes(entity, scene_idxs)

@@ -228,14 +228,7 @@ def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) ->
 
 
 def unknown_name(name: str, known: Sequence[str], what: str, owner: str | None = None) -> KeyError:
-    """Returns the error for an unknown name, with the closest known name.
-
-    Args:
-        name: the unknown name.
-        known: the existing names.
-        what: kind of the names: "link".
-        owner: name of their owner.
-    """
+    """Returns the error for an unknown name, with the closest known name. `what`: kind of the names: "link"."""
     whose = "" if owner is None else f" of '{owner}'"
     return KeyError(f"no {what} '{name}'{whose}; {suggest(name, known) or 'there are none'}")
 

@@ -215,14 +215,9 @@ def part_in_scenes(batch: Batch, scene_idxs: Container[int]) -> Batch | None:
 
 
 def sample_value(batch: Batch, node: Node, who: str, what: str, *, cite: bool = False) -> NDArray[np.float64]:
-    """Returns what a reset draws, a row for each scene.
+    """Returns what a reset draws, a row for each scene. `who`, `what`: names of owner and value for messages.
 
-    Args:
-        batch: the scenes.
-        node: what to draw.
-        who: name of its owner in the plan.
-        what: name of the value, for messages.
-        cite: name the expression of the file that has no value, which may belong to a shared draw.
+    `cite`: name the expression of the file that has no value, which may belong to a shared draw.
 
     Raises:
         ValueError: the value is undefined.

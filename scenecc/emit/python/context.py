@@ -167,15 +167,7 @@ def scene_block(
 ) -> Generator[tuple[SourceWriter, SceneValues]]:
     """Yields a source for the statements that build one object in `scene`, and runs them in each of its scenes.
 
-    Writes nothing if there are none.
-
-    Args:
-        source: the body of `build_scenes`.
-        title: a comment before them.
-        name: prefix of the names of lists of its values.
-        scene_idxs: the scenes that have the object.
-        num_scenes: number of all scenes.
-        names: identifiers of the script.
+    Writes nothing if there are none. `title`: a comment before them; `name`: prefix of the names of lists of values.
     """
     columns = SceneValues(name, np.arange(len(scene_idxs)), names)
     inner = SourceWriter(depth=source.depth + (len(scene_idxs) > 1))

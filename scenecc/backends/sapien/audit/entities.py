@@ -126,11 +126,7 @@ def entity_differences(
 ) -> Iterator[Difference]:
     """Yields differences in the entities of each scene, in build order and pose.
 
-    Args:
-        blocks: in build order.
-        lookup: the scenes.
-        shared: whether the scenes also hold other entities.
-        poses: whether to compare poses, if every scene has the right entities.
+    `shared`: the scenes also hold other entities. `poses`: compare poses, if every scene has the right entities.
     """
     # Environments of ManiSkill may share one `sapien.Scene`.
     scenes = {id(scene): (index, scene) for index, scene in zip(lookup.scene_idxs, lookup.scenes, strict=True)}

@@ -108,13 +108,7 @@ def _differences(built: BuiltScenes) -> Iterator[Difference]:
 
 @dataclass(frozen=True, slots=True)
 class _BodyGroup:
-    """A body, or a link of an articulation, in the scenes in which it has one structure.
-
-    Attributes:
-        part: the scenes, and the structure of the body.
-        components: of the engine, in the order of the scenes.
-        link: its name; "" for a body.
-    """
+    """A body, or a link of an articulation, in the scenes in which it has one structure."""
 
     prepared: PreparedEntity
     part: StructureRows[BodyStructure]
