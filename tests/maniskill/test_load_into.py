@@ -35,12 +35,12 @@ def refused(text: str, tmp_path: Path, num_envs: int = 1, loads: int = 1) -> lis
     return [(d.code, d.location.line, d.message) for d in caught.value.diagnostics]
 
 
-def test_a_name_that_the_environment_has(tmp_path: Path) -> None:
+def test_a_name_that_the_environment_has_is_refused(tmp_path: Path) -> None:
     found = refused(SCENE, tmp_path, loads=2)
     assert found == [("SC809", 3, "the environment already has an object 'cube'")]
 
 
-def test_a_robot_that_the_agent_has_already() -> None:
+def test_a_robot_with_the_name_of_the_agents_robot_is_refused() -> None:
     """As in a task with `robot_uids="panda"`, whose file brings a `panda`."""
     robot = {"root": {"name": "base", "shapes": [{"type": "sphere", "radius": 0.1}]}}
     document = {"scenecc": 1, "entities": {"panda": robot}}
@@ -76,22 +76,22 @@ def test_a_robot_that_the_agent_has_already() -> None:
         ),
     ],
 )
-def test_settings_that_contradict_the_environment(key: str, path: str, told: str, tmp_path: Path) -> None:
+def test_settings_that_contradict_the_environment_are_reported(key: str, path: str, told: str, tmp_path: Path) -> None:
     assert refused(f"{SCENE}physics:\n  {key}\n", tmp_path) == [("SC810", 5, f"`{path}` is {told}")]
 
 
-def test_settings_that_the_environment_has_are_welcome(tmp_path: Path) -> None:
+def test_settings_that_equal_those_of_the_environment_are_accepted(tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     file.write_text(f"{SCENE}physics: {{timestep: 0.01, contact_offset: 0.02, solver_position_iterations: 15}}\n")
     assert list(load_into(new_scene(), file).actors) == ["cube"]
 
 
-def test_arguments_that_are_the_environments() -> None:
+def test_arguments_that_the_environment_determines_are_refused() -> None:
     with pytest.raises(ValueError, match="not taken with scene"):
         scenecc.load_scene({"scenecc": 1}, scene=new_scene(), num_scenes=3)  # pyright: ignore[reportCallIssue]
 
 
-def test_a_mesh_that_cannot_be_cooked_is_told_and_nothing_is_left_out(tmp_path: Path) -> None:
+def test_an_environment_reports_a_mesh_that_cannot_be_cooked(tmp_path: Path) -> None:
     (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     text = "scenecc: 1\nentities:\n  a:\n    collisions:\n      - {type: convex_mesh, file: flat.obj}\n"
     found = refused(text, tmp_path)
@@ -101,7 +101,9 @@ def test_a_mesh_that_cannot_be_cooked_is_told_and_nothing_is_left_out(tmp_path: 
 @pytest.mark.parametrize(
     ("content", "code"), [(ply(POINTS * [0.003, 0.003, 3]), "SC423"), ((TETRA + "p 9\n").encode(), "SC801")]
 )
-def test_a_mesh_that_the_engine_takes_for_another_or_refuses(content: bytes, code: str, tmp_path: Path) -> None:
+def test_an_environment_reports_a_mesh_that_sapien_misreads_or_refuses(
+    content: bytes, code: str, tmp_path: Path
+) -> None:
     name = "a.ply" if code == "SC423" else "a.obj"
     (tmp_path / name).write_bytes(content)
     text = f"scenecc: 1\nentities:\n  a:\n    collisions:\n      - type: convex_mesh\n        file: {name}\n"

@@ -41,7 +41,7 @@ def loaded(keys: str, **options: Any) -> scenecc.SceneBatch:
     return scenecc.load_scene(io.StringIO(TEXT.format(keys=keys)), num_scenes=3, render=False, **options)
 
 
-def test_what_may_be_drawn_anew_can_be_set_and_nothing_else() -> None:
+def test_exactly_the_fields_that_a_reset_may_draw_can_be_set() -> None:
     allowed = {
         (holder, slot.name)
         for holder in HOLDERS
@@ -70,7 +70,7 @@ def test_what_may_be_drawn_anew_can_be_set_and_nothing_else() -> None:
         ),
     ],
 )
-def test_what_the_engine_cannot_hold_changes_nothing(keys: str, given: float, message: str) -> None:
+def test_a_reset_with_values_out_of_range_changes_nothing(keys: str, given: float, message: str) -> None:
     batch = loaded(f"{keys}, pose: [0, 0, '${{u}}']")
     before = batch.state()
     with pytest.raises(ValueError, match=message):
@@ -78,7 +78,7 @@ def test_what_the_engine_cannot_hold_changes_nothing(keys: str, given: float, me
     assert batch.state() == before
 
 
-def test_materials_that_are_drawn_count_for_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_drawn_materials_count_towards_the_limit_of_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
     gc.collect()  # batches that other tests have dropped
     monkeypatch.setattr(assets, "_MATERIAL_LIMIT", len(assets._live_materials) + 2)  # pyright: ignore[reportPrivateUsage]
     with pytest.raises(scenecc.SceneError, match="SC821"):

@@ -57,7 +57,7 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
         ({"preset": "stage"}, "preset must be one of studio, plain, dark"),
     ],
 )
-def test_an_argument_out_of_its_range_is_a_value_error(arguments: dict[str, Any], words: str) -> None:
+def test_a_render_argument_out_of_range_is_a_value_error(arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         scenecc.render_scene(SCENE, **arguments)
 
@@ -75,9 +75,7 @@ def test_an_argument_out_of_its_range_is_a_value_error(arguments: dict[str, Any]
         ({"size": (16384, 16384)}, "SC912", "pixels is larger than"),
     ],
 )
-def test_what_the_plan_does_not_have_or_nobody_waits_for_is_refused(
-    arguments: dict[str, Any], code: str, words: str
-) -> None:
+def test_unknown_names_and_too_large_pictures_are_refused(arguments: dict[str, Any], code: str, words: str) -> None:
     with pytest.raises(scenecc.SceneError) as caught:
         scenecc.render_scene(SCENE, **arguments)
     (told,) = caught.value.diagnostics
@@ -108,7 +106,7 @@ def test_a_missing_encoder_is_named_with_the_way_to_get_it(monkeypatch: pytest.M
 
 
 @pytest.mark.render
-def test_a_renderer_that_fails_is_the_machines_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_renderer_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     from scenecc.backends.sapien import cameras
 
     def failing(*_: object) -> None:
@@ -122,7 +120,7 @@ def test_a_renderer_that_fails_is_the_machines_fault(monkeypatch: pytest.MonkeyP
     assert "ErrorOutOfDeviceMemory" in told.message
 
 
-def test_a_plan_for_a_camera_has_it_alone() -> None:
+def test_a_plan_for_one_camera_has_no_other() -> None:
     plan = scenecc.compile_scene(SCENE)
     wide, _ = plan.cameras
     assert restrict_to_camera(plan, wide, collision=False).cameras == (wide,)
@@ -130,7 +128,7 @@ def test_a_plan_for_a_camera_has_it_alone() -> None:
     assert restrict_to_camera(plan, None, collision=False).entities == plan.entities
 
 
-def test_a_plan_for_what_collides_has_nothing_that_is_seen() -> None:
+def test_a_plan_for_collision_pictures_has_no_visuals() -> None:
     plan = scenecc.compile_scene(SCENE)
     bare = restrict_to_camera(plan, None, collision=True)
     for before, after in zip(plan.entities, bare.entities, strict=True):
