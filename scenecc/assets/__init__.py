@@ -1,4 +1,4 @@
-"""Reads meshes and images, once for each content, with one library per format.
+"""Reads meshes and images, each content once, with one library per format.
 
-What no library reads and SAPIEN does (HDR, EXR and KTX images) is checked here.
+HDR, EXR and KTX images, which SAPIEN reads but no library here does, are checked by our own code.
 """

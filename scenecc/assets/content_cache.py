@@ -1,4 +1,4 @@
-"""Results that follow from the content of files: kept in memory, and in the user's cache folder for other processes."""
+"""A cache of results by file content, in memory and in the user's cache folder."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any, Final
 from scenecc.files import cache_folder, keep_result, read_result
 
 _MOST_KEPT: Final = 4096
-"""Results of a kind in memory."""
+"""Largest number of results of one kind in memory."""
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,9 @@ class ContentCache:
     """Results of one kind, each a JSON value.
 
     Attributes:
-        kind: the folder below the cache folder.
-        version: of what is kept. Raise it where a result is another one for the same content.
-        packages: those whose version a result depends on.
+        kind: the folder in the cache folder.
+        version: of the results. Increase it if the result for the same content changes.
+        packages: packages whose version a result depends on.
     """
 
     kind: str
@@ -36,15 +36,15 @@ class ContentCache:
         return (self.version, *map(version, self.packages))
 
     def key(self, *identity: object) -> str:
-        """The key of a result: a hash of versions and of `identity`, of which `repr` tells all."""
+        """Returns the key of a result: a hash of versions and of the `repr` of `identity`."""
         return sha256(repr((self._versions, identity)).encode()).hexdigest()
 
     def file(self, key: str) -> Path:
-        """Where a result is kept."""
+        """Returns the path of a result."""
         return cache_folder(self.kind) / key
 
     def find(self, key: str) -> Any:
-        """What was kept; None if nothing was."""
+        """Returns a stored result, or None."""
         if key not in self._results:
             content = read_result(self.file(key))
             if content is None:
@@ -53,7 +53,7 @@ class ContentCache:
         return self._results[key]
 
     def keep(self, key: str, result: Any) -> None:
-        """Keeps a result. A file that cannot be written is left out."""
+        """Stores a result. A file that cannot be written is skipped."""
         self._remember(key, result)
         keep_result(self.file(key), json.dumps(result).encode())
 

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from scenecc.plan.body import AssetFile
 
 _MEMORY: Final = 12 * 2**30
-"""Address space of the process, of which SAPIEN's libraries take the most [bytes]."""
+"""Limit of the process's address space, most of which SAPIEN's libraries need [bytes]."""
 
 _SECONDS: Final = 60.0
-"""Longest time for one mesh."""
+"""Timeout for one mesh [s]."""
 
 _TRUSTED: Final = ("pkg://", "asset://", "mesh://")
 
@@ -33,13 +33,13 @@ _READER = Worker(
 )
 
 _READ: Final = ContentCache("engine", 1, ("sapien",))
-"""The meshes that SAPIEN could read."""
+"""Meshes that SAPIEN could read."""
 
 
 def engine_fault(file: AssetFile, use: MeshUse) -> str | None:
-    """Why SAPIEN cannot read a mesh for a use; None: it can, or the file is trusted.
+    """Returns why SAPIEN cannot read a mesh for a use, or None if it can or the file is trusted.
 
-    What it could read once is kept in the user's cache folder, by content and SAPIEN's version.
+    Successful reads are cached in the user's cache folder, by content and SAPIEN's version.
     """
     if _is_trusted(file):
         return None
@@ -62,7 +62,7 @@ def engine_fault(file: AssetFile, use: MeshUse) -> str | None:
 
 
 def _is_trusted(file: AssetFile) -> bool:
-    """Whether a file is of an installed package or an asset root. A pack has packages and roots of its own."""
+    """Returns whether a file is in an installed package or an asset root. A pack has its own packages and roots."""
     if not file.uri.startswith(_TRUSTED):
         return False
     packs = os.path.realpath(cache_folder(PACKS))
@@ -70,5 +70,5 @@ def _is_trusted(file: AssetFile) -> bool:
 
 
 def _is_unchanged(file: AssetFile) -> bool:
-    """Whether SAPIEN has read what was checked. What changed is reported by the build."""
+    """Returns whether SAPIEN has read the checked content. The build reports changed files."""
     return all(one.path is None or one.state is None or state_now(one.path) == one.state for one in (file, *file.names))

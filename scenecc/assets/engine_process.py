@@ -1,4 +1,4 @@
-"""Meshes of strangers as SAPIEN reads and cooks them, in a process of its own: some broken files end the process."""
+"""The process in which SAPIEN reads and cooks untrusted meshes, because some broken files crash it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ if TYPE_CHECKING:
 _UNSCALED = [1.0, 1.0, 1.0]
 
 _NOT_LOADED = "failed to load scene"
-"""In SAPIEN's error where its renderer cannot load a file either. What it only cannot cook may still be shown."""
+"""In SAPIEN's error if its renderer cannot load the file either. Otherwise the mesh can still be rendered."""
 
 
 def prepare() -> Answer:
-    """What answers a request."""
+    """Returns the function that answers requests."""
     physx: Any = importlib.import_module("sapien.physx")
     material = physx.get_default_material()
 
     def answer(header: dict[str, Any], parts: list[bytes]) -> Message:
-        """Reads the file `path` for a `use`; a header with `error` says why SAPIEN refuses it."""
+        """Reads the file `path` for a `use`. If SAPIEN refuses it, the returned header has the reason as `error`."""
         del parts
         physx.clear_cache()
         path = header["path"]
@@ -30,7 +30,7 @@ def prepare() -> Answer:
                     physx.PhysxCollisionShapeConvexMesh(path, _UNSCALED, material)
                 case "parts":
                     physx.PhysxCollisionShapeConvexMesh.load_multiple(path, _UNSCALED, material)
-                case _:  # the renderer reads a file as PhysX does for a triangle mesh
+                case _:  # for a triangle mesh, the renderer reads a file as PhysX does
                     physx.PhysxCollisionShapeTriangleMesh(path, _UNSCALED, material)
         except RuntimeError as error:
             if header["use"] != "visual" or _NOT_LOADED in str(error):

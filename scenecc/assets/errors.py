@@ -1,4 +1,4 @@
-"""Why an asset cannot be used, and the files that an asset names."""
+"""Errors of assets, and references from assets to other files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scenecc.diagnostics.coded_error import CodedError
 
 
 class AssetError(CodedError):
-    """Why an asset cannot be used: a code of band 4 or 6, a message and what to do."""
+    """An asset cannot be used. Has a code SC4xx or SC6xx, a message and a hint."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,9 +18,9 @@ class AssetReference:
 
     Attributes:
         uri: as written.
-        kind: images and OBJ material files matter to visual meshes, buffers to all; "fallback" is a file that the
-            engine opens in place of a missing material file.
-        escaped: it has percent escapes, which SAPIEN does not decode: it would look for a file of that very name.
+        kind: images and OBJ material files matter only for visual meshes, buffers for all. "fallback" is a file that
+            the engine opens if a material file is missing.
+        escaped: whether it has percent escapes. SAPIEN does not decode these, and would look for the escaped name.
     """
 
     uri: str

@@ -1,4 +1,4 @@
-"""Hashes and reads the files of a plan and of its assets. Unchanged files are not read again."""
+"""Reads and hashes the files of a plan and of its assets. Unchanged files are not read again."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ if TYPE_CHECKING:
     from scenecc.plan.body import AssetFile
 
 ResolveNamed = Callable[[str, "AssetFile"], "Path | tuple[str, str, str | None]"]
-"""Finds a file that an asset names: its path, or why it may not be read (code, message, hint)."""
+"""Finds a file that an asset names. Returns its path, or why it may not be read (code, message, hint)."""
 
 _USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 _MOST_HASHED = 16_384
 
 _digests: dict[tuple[Path, State], str] = {}
-"""SHA-256 of files that this process has read, in the states in which it read them."""
+"""SHA-256 of the files that this process has read, by path and state."""
 
 
 _MOST_NAME_BYTES = 1000
-"""Of the name of a file in a mesh: SAPIEN cuts one at 1023, and would open another file."""
+"""Largest length of a file name in a mesh. SAPIEN truncates one at 1023 bytes, and would open another file."""
 
 _IMAGES: Final = ContentCache("images", 3, ("pillow",))
-"""Sizes of images that `check_image` takes. Its version is another one wherever that refuses something else."""
+"""Sizes of valid images. Increase its version if `check_image` rejects something else."""
 
 
 class MissingError(AssetError):
-    """There is no such file."""
+    """A file does not exist."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +53,10 @@ class AssetFiles:
     """The files of one compilation.
 
     Attributes:
-        resolve_named: finds the files that an asset names, inside what the scene may read.
-        max_bytes: the limit `asset_bytes`, of a file and of what it unpacks to.
-        opened: hash and state of each file that was asked for, by its path.
-        last_content: of the file that was read last. A mesh that is not known yet is read for several measures.
+        resolve_named: finds the files that an asset names, within what the scene may read.
+        max_bytes: the limit `asset_bytes`, for a file and its decompressed content.
+        opened: hash and state of each requested file, by its path.
+        last_content: of the file that was read last, because a new mesh is read for several measures.
     """
 
     resolve_named: ResolveNamed
@@ -65,7 +65,7 @@ class AssetFiles:
     last_content: dict[Path, bytes] = field(default_factory=dict[Path, bytes])
 
     def digest(self, path: Path) -> str:
-        """The SHA-256 of a file. Raises AssetError."""
+        """Returns the SHA-256 of a file. Raises AssetError."""
         if path not in self.opened:
             _check_encoding(path)
             try:
@@ -79,7 +79,7 @@ class AssetFiles:
         return self.opened[path][0]
 
     def content(self, path: Path) -> bytes:
-        """The content of a file. Raises AssetError."""
+        """Returns the content of a file. Raises AssetError."""
         if path in self.last_content:
             return self.last_content[path]
         try:
@@ -91,7 +91,7 @@ class AssetFiles:
         if max(state[2], len(data)) > self.max_bytes:
             raise AssetError(
                 "SC607",
-                f"{path.name} has {state[2]} bytes, and the limit asset_bytes is {self.max_bytes}",
+                f"{path.name} has {state[2]} bytes, but the limit asset_bytes is {self.max_bytes}",
                 f"make it smaller, or raise the limit with --limit asset_bytes={state[2]}",
             )
         if len(_digests) >= _MOST_HASHED:
@@ -103,7 +103,7 @@ class AssetFiles:
         return data
 
     def image(self, path: Path) -> ImageSize:
-        """The size of an image, which is checked unless this content was before. Raises AssetError."""
+        """Returns the size of an image, and checks its content if it is new. Raises AssetError."""
         key = _IMAGES.key(self.digest(path), path.suffix)
         kept = _IMAGES.find(key)
         size = None if kept is None else ImageSize(**kept)
@@ -113,15 +113,15 @@ class AssetFiles:
         return size
 
     def resolve(self, asset: AssetFile, reference: AssetReference) -> Path:
-        """The path of a file that an asset names.
+        """Returns the path of a file that an asset names.
 
         Raises:
-            AssetError: it cannot be used; `MissingError`: it is not there.
+            AssetError: the file cannot be used; `MissingError`: it does not exist.
         """
         by_mtl = reference.kind == "image" and asset.path.suffix.lower() == ".obj"
         it = "its MTL" if by_mtl else "it"
         if len(reference.uri.encode(errors="surrogatepass")) > _MOST_NAME_BYTES:
-            raise AssetError("SC419", f"{it} names a file by more than {_MOST_NAME_BYTES} bytes", "rename the file")
+            raise AssetError("SC419", f"{it} names a file with more than {_MOST_NAME_BYTES} bytes", "rename the file")
         if "\ufffd" in reference.uri:
             message = f"{it} names `{reference.uri[:60]}`, which is not in UTF-8"
             raise AssetError("SC419", message, f"save {'the MTL' if by_mtl else 'the mesh'} in UTF-8")
@@ -131,7 +131,7 @@ class AssetFiles:
         if reference.escaped:
             raise AssetError(
                 "SC418",
-                f"{it} names `{reference.uri[:60]}`, and SAPIEN does not decode percent escapes",
+                f"{it} names `{reference.uri[:60]}`, but SAPIEN does not decode percent escapes",
                 "rename the file so that its name needs none, and export the asset again",
             )
         if not isinstance(found, Path):
@@ -140,26 +140,26 @@ class AssetFiles:
         return found
 
     def mesh(self, asset: AssetFile) -> MeshRecord:
-        """What is known of a mesh. Raises AssetError."""
+        """Returns the record of a mesh. Raises AssetError."""
         return read_mesh(self._mesh_content(asset))
 
     def triangles(self, asset: AssetFile) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
-        """Vertices (n, 3) [m] and faces (m, 3) of each part of a mesh. Raises AssetError."""
+        """Returns vertices (n, 3) [m] and faces (m, 3) of each part of a mesh. Raises AssetError."""
         check_measures(self.mesh(asset))
         return read_triangles(self._mesh_content(asset))
 
     def hull_parts(self, asset: AssetFile) -> tuple[Measures, ...]:
-        """Measures of the convex parts that SAPIEN makes of a mesh. Raises AssetError."""
+        """Returns measures of the convex parts that SAPIEN makes from a mesh. Raises AssetError."""
         return read_parts(self._mesh_content(asset))
 
     def _mesh_content(self, asset: AssetFile) -> MeshContent:
         suffix = Path(asset.path).suffix.lower()
         if suffix in _USD_SUFFIXES:
             what = "SAPIEN converts USD and writes the result next to the file"
-            raise AssetError("SC411", what, "convert it to GLB once, and name that")
+            raise AssetError("SC411", what, "convert it to GLB and use that")
         if suffix not in MESH_SUFFIXES:
-            kind = f"`{suffix}` is not a mesh format" if suffix else "a file without a suffix is not a mesh"
-            raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
+            kind = f"`{suffix}` is not a supported mesh format" if suffix else "a file without a suffix is not a mesh"
+            raise AssetError("SC410", f"{kind}", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
 
         def open_buffer(reference: AssetReference) -> tuple[str, Callable[[], bytes]]:
             path = self.resolve(asset, reference)
@@ -174,12 +174,12 @@ def _check_encoding(path: Path) -> None:
     try:
         str(path).encode()
     except UnicodeEncodeError as error:
-        message = f"the path of {path.name} is not in UTF-8, and SAPIEN cannot open it"
+        message = f"the path of {path.name} is not in UTF-8, so SAPIEN cannot open it"
         raise AssetError("SC403", message, "rename its folders and the file") from error
 
 
 def check_measures(mesh: MeshRecord) -> Measures:
-    """The measures of a mesh. Raises AssetError where it has no triangles, or vertices where nothing may be."""
+    """Returns the measures of a mesh. Raises AssetError if it has no triangles, or vertices out of range."""
     if mesh.whole is None:
         raise AssetError("SC413", "the mesh has no triangles", "export it with its faces")
     with np.errstate(over="ignore"):
@@ -189,7 +189,7 @@ def check_measures(mesh: MeshRecord) -> Measures:
     if reach > MAX_COORDINATE:
         raise AssetError(
             "SC417",
-            f"the mesh reaches {reach:.3g} m from its origin, and {MAX_COORDINATE:.0e} m is the most",
+            f"the mesh reaches {reach:.3g} m from its origin; the limit is {MAX_COORDINATE:.0e} m",
             "export it in metres, about its own centre",
         )
     return mesh.whole

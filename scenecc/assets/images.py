@@ -1,7 +1,7 @@
-"""Checks that images are whole, and reads their sizes. Pillow decodes PNG, JPEG, BMP and TGA.
+"""Checks that images are complete, and reads their sizes. Pillow decodes PNG, JPEG, BMP and TGA.
 
-Pillow does not read HDR, EXR and KTX. They are checked as far as SAPIEN needs it: a truncated HDR hangs it, and a
-truncated KTX ends the process. A damaged EXR it reports itself.
+Pillow does not read HDR, EXR and KTX. They are checked as far as SAPIEN needs it: a truncated HDR hangs SAPIEN, and a
+truncated KTX crashes it. It reports a damaged EXR itself.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".hdr", ".exr", ".ktx
 
 @dataclass(frozen=True, slots=True)
 class ImageSize:
-    """Size of an image, and bytes per pixel once it is decompressed.
+    """Size of an image, and bytes per pixel after decompression.
 
     Attributes:
         sides: 6 for a cube map.
-        levels: number of mipmap levels in the file, the image itself included; 0: the format has none.
-        grey: SAPIEN loads it as a texture of one channel, which is red.
+        levels: number of mipmap levels in the file, including the image itself; 0: the format has none.
+        grey: whether SAPIEN loads it as a texture with one channel, red.
     """
 
     columns: int
@@ -47,7 +47,7 @@ class ImageSize:
 
     @property
     def level_bytes(self) -> list[int]:
-        """Bytes of one side at each mipmap level, each with half the columns and rows of the one before."""
+        """Returns the bytes of one side at each mipmap level, each with half the columns and rows of the one before."""
         return [
             max(1, self.columns >> level) * max(1, self.rows >> level) * self.pixel_bytes
             for level in range(self.levels or 1)
@@ -55,12 +55,12 @@ class ImageSize:
 
     @property
     def unpacked(self) -> int:
-        """Its size once it is decompressed, all sides and levels [bytes]."""
+        """Returns the decompressed size of all sides and levels [bytes]."""
         return sum(self.level_bytes) * self.sides
 
     @property
     def has_all_levels(self) -> bool:
-        """Whether its mipmap levels go down to a single pixel, if the format has any."""
+        """Returns whether its mipmap levels go down to a single pixel, or its format has none."""
         return self.levels in {0, max(self.columns, self.rows).bit_length()}
 
 
@@ -69,8 +69,8 @@ def check_image(data: bytes, max_bytes: float, suffix: str = "") -> ImageSize:
 
     Args:
         data: the content of the file.
-        max_bytes: maximum size once it is decompressed [bytes]. No pixel of a larger image is decompressed.
-        suffix: of its name, by which SAPIEN recognizes EXR and KTX; "": it is embedded in another file.
+        max_bytes: maximum decompressed size [bytes]. No pixel of a larger image is decompressed.
+        suffix: of the file, by which SAPIEN recognizes EXR and KTX. "": it is embedded in another file.
 
     Raises:
         AssetError: it is damaged, truncated, too large, or of a format that SAPIEN does not load.
@@ -89,14 +89,14 @@ def check_image(data: bytes, max_bytes: float, suffix: str = "") -> ImageSize:
     if size.unpacked > max_bytes:
         raise AssetError(
             "SC607",
-            f"the image has {size}, unpacked {size.unpacked} bytes, and the limit asset_bytes is {max_bytes}",
+            f"the image has {size}, unpacked {size.unpacked} bytes, but the limit asset_bytes is {max_bytes}",
             f"make it smaller, or raise the limit with --limit asset_bytes={size.unpacked}",
         )
     return size
 
 
 def read_heights(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]:
-    """The rows of a grey PNG from its top, 0 for black and 1 for white.
+    """Returns the rows of a grey PNG from the top, 0 for black and 1 for white.
 
     Args:
         data: the content of the file.
@@ -111,7 +111,7 @@ def read_heights(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]:
         picture = _open_with_pillow(data, "Png")
         columns, rows = picture.size
         if columns * rows > max_pixels:
-            raise ValueError(f"it has {columns} × {rows} pixels, and a heightfield at most {max_pixels}")
+            raise ValueError(f"it has {columns} × {rows} pixels, but a heightfield may have at most {max_pixels}")
         if picture.mode not in _GREY_MODES - {"1"} or "transparency" in picture.info:
             raise ValueError("it is not a grey PNG of 8 or 16 bits without alpha")
         _check_pixels(data, "Png")
@@ -121,7 +121,7 @@ def read_heights(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]:
 
 _WORDED_ERRORS = (OSError, SyntaxError, ValueError)
 _OTHER_ERRORS = (ArithmeticError, AttributeError, EOFError, LookupError, TypeError, struct.error, zlib.error)
-"""What Pillow raises for a damaged file: with words for a user, and without."""
+"""Errors that Pillow raises for damaged files, some without a text for users."""
 
 _PLAIN_WORDS = {
     "Truncated File Read": "it is truncated",
@@ -133,13 +133,13 @@ _PLAIN_WORDS = {
 
 @contextmanager
 def _reading() -> Generator[None]:
-    """Turns whatever a reader raises into a ValueError with plain words, and keeps Pillow's warnings quiet."""
+    """Converts any error of a reader to a ValueError in plain words, and suppresses Pillow's warnings."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             yield
     except (*_WORDED_ERRORS, *_OTHER_ERRORS) as error:
-        # Pillow makes SyntaxErrors of others, and keeps the words.
+        # Pillow wraps other errors in a SyntaxError with the same text.
         worded = isinstance(error, _WORDED_ERRORS) and not isinstance(error.__cause__, _OTHER_ERRORS)
         words = str(error) if worded else ""
         raise ValueError(_PLAIN_WORDS.get(words, words)) from error
@@ -155,11 +155,11 @@ _SIGNATURES = {
     b"\xabKTX 11\xbb\r\n\x1a\n": ".ktx",
     b"\xabKTX 20\xbb\r\n\x1a\n": ".ktx",
 }
-"""First bytes → format. A TGA has none. Pillow's module and class of a format have its name."""
+"""First bytes → format. A TGA has none. Pillow's module and class of a format have the same name."""
 
 
 def _detect_format(data: bytes, suffix: str) -> str:
-    """The format of an image, which SAPIEN recognizes by its first bytes, and EXR and KTX by the suffix."""
+    """Returns the format of an image as SAPIEN does: by its first bytes, and EXR and KTX by the suffix."""
     found = next((kind for start, kind in _SIGNATURES.items() if data.startswith(start)), "Tga")
     if suffix in {".exr", ".ktx"} and found != suffix:
         raise ValueError(f"it is not an image of the format that its suffix `{suffix}` names")
@@ -181,18 +181,18 @@ _GREY_MODES = {"1", "L", "I", "I;16"}
 """Pillow's modes of images with one channel and without alpha."""
 
 _MOST_SCANS = 128
-"""A scan of 50 bytes covers the whole JPEG, so that a small file could take hours. Usual ones have 1 to 10 scans."""
+"""Each scan of 50 bytes covers the whole JPEG, so a small file could take hours. Usual files have 1 to 10 scans."""
 
 
 def _check_pixels(data: bytes, kind: str) -> None:
-    """Checks what comes after the header. Raises what `_reading` catches."""
+    """Checks what comes after the header. Raises errors that `_reading` catches."""
     if kind == ".exr":
         _check_exr_blocks(data)
     elif kind == "hdr":
         _check_hdr_rows(data)
     elif kind != ".ktx":
         if kind == "Png":
-            _open_with_pillow(data, kind).verify()  # the checksums of chunks, which `load` does not read
+            _open_with_pillow(data, kind).verify()  # checks the chunks' checksums, which `load` ignores
             _check_png_length(data)
         elif kind == "Bmp":
             _check_bmp_header(data)
@@ -202,7 +202,7 @@ def _check_pixels(data: bytes, kind: str) -> None:
 
 
 def _check_bmp_header(data: bytes) -> None:
-    """Raises ValueError for what SAPIEN 3.0 shows other pixels of, as was measured with each number of bits."""
+    """Raises ValueError for files of which SAPIEN 3.0 shows wrong pixels, as measured for each bit depth."""
     if int.from_bytes(data[14:18], "little") == 12:
         raise ValueError("it is a BMP of OS/2, which SAPIEN misreads")
     if int.from_bytes(data[28:30], "little") == 1:
@@ -210,18 +210,13 @@ def _check_bmp_header(data: bytes) -> None:
 
 
 def _check_png_length(data: bytes) -> None:
-    """Checks that the pixels of a PNG end. SAPIEN unpacks whatever follows them, and hangs at 2 GB.
-
-    Raises:
-        ValueError: they unpack to twice as much as pixels of its size need at most, or have no end, behind which SAPIEN
-            unpacks zeros, or SAPIEN unpacks them otherwise.
-    """
+    """Raises ValueError if the pixels of a PNG unpack to too much or differently: SAPIEN hangs at 2 GB."""
     most, unpacked, at = 2 * _read_size(data, "Png").unpacked + 2**16, 0, 8
     unpacker = zlib.decompressobj()
     while (kind := data[at + 4 : at + 8]) not in {b"IEND", b""}:
         start, end = at + 8, at + 8 + int.from_bytes(data[at : at + 4], "big")
         if kind == b"CgBI":
-            raise ValueError("it is a PNG of Xcode, which only Apple's programs read")
+            raise ValueError("it is an Xcode PNG, which only Apple's programs read")
         for part in range(start, end if kind == b"IDAT" else start, 2**14):
             if unpacker.eof:
                 return
@@ -234,9 +229,9 @@ def _check_png_length(data: bytes) -> None:
 
 
 def _open_with_pillow(data: bytes, kind: str) -> Any:
-    """An image whose pixels are not decompressed yet.
+    """Opens an image without decompressing its pixels.
 
-    `PIL.Image.open` has a limit of pixels of its own, for the whole process, and loads the readers of more formats.
+    `PIL.Image.open` has its own process-wide limit of pixels, and loads the readers of more formats.
     """
     try:
         return getattr(import_module(f"PIL.{kind}ImagePlugin"), f"{kind}ImageFile")(io.BytesIO(data))
@@ -252,7 +247,7 @@ _HDR_HEADER = re.compile(
 
 
 def _parse_hdr_header(data: bytes) -> tuple[int, int, int]:
-    """Columns, rows, and where the pixels begin."""
+    """Returns columns, rows, and the position of the pixels."""
     match = _HDR_HEADER.match(data, 0, 1 << 16)
     if match is None:
         raise ValueError("its header is not `FORMAT=32-bit_rle_rgbe`, an empty line, and `-Y rows +X columns`")
@@ -272,7 +267,7 @@ def _check_hdr_rows(data: bytes) -> None:
         if data[at : at + 4] != struct.pack(">BBH", 2, 2, columns):
             raise ValueError("the length of a row differs from the header")
         at += 4
-        for _ in range(4):  # red, green, blue and exponent, each as runs of one byte and as plain bytes
+        for _ in range(4):  # red, green, blue and exponent, each as runs of one byte or plain bytes
             left = columns
             while left:
                 count = data[at]
@@ -288,7 +283,7 @@ def _check_hdr_rows(data: bytes) -> None:
 _EXR_TILED_OR_IN_PARTS, _EXR_LONG_NAMES = 0x1200, 0x400
 
 _EXR_BLOCK_ROWS = (1, 1, 1, 16, 32, 16, 32, 32, 32, 256)
-"""Rows per block, by compression method; SAPIEN knows no further methods."""
+"""Rows per block, by compression method; SAPIEN supports no further methods."""
 
 
 _EXR_ATTRIBUTE = re.compile(rb"([^\0]{1,255})\0[^\0]{1,255}\0(.{4})", re.DOTALL)
@@ -296,7 +291,7 @@ _EXR_ATTRIBUTE = re.compile(rb"([^\0]{1,255})\0[^\0]{1,255}\0(.{4})", re.DOTALL)
 
 
 def _parse_exr_header(data: bytes) -> tuple[dict[bytes, bytes], int, int]:
-    """The attributes, the flags, and where the header ends."""
+    """Returns the attributes, the flags, and the end of the header."""
     (version,) = struct.unpack_from("<I", data, 4)
     flags = version & ~0xFF
     if version & 0xFF != 2 or flags & ~(_EXR_TILED_OR_IN_PARTS | _EXR_LONG_NAMES):
@@ -313,7 +308,7 @@ def _parse_exr_header(data: bytes) -> tuple[dict[bytes, bytes], int, int]:
 
 
 def _exr_size(data: bytes) -> ImageSize:
-    """The size of an EXR; the renderer stores four half-floats per pixel."""
+    """Returns the size of an EXR, of which the renderer stores four half-floats per pixel."""
     left, top, right, bottom = struct.unpack("<4i", _parse_exr_header(data)[0][b"dataWindow"])
     return ImageSize(right - left + 1, bottom - top + 1, 8)
 
@@ -335,11 +330,11 @@ _KTX1_RGBA8 = (0x1401, 0x1908, 0x8058)
 """GL_UNSIGNED_BYTE, GL_RGBA, GL_RGBA8."""
 
 _KTX2_RGBA8, _KTX2_COMPRESSIONS = 37, (0, 2, 3)
-"""None, Zstandard and zlib; the transcoded scheme has no format of its own."""
+"""None, Zstandard and zlib. The Basis scheme has no format of its own."""
 
 
 def _ktx_size(data: bytes) -> ImageSize:
-    """The size of a KTX, all of whose mipmap levels must be there."""
+    """Returns the size of a KTX, and checks that all its mipmap levels are complete."""
     order, at, scheme = "<", 0, 0
     first = data.startswith(b"\xabKTX 11")
     if first:
@@ -351,7 +346,7 @@ def _ktx_size(data: bytes) -> ImageSize:
         kind, _, *numbers, scheme = struct.unpack_from("<9I", data, 12)
         supported = kind == _KTX2_RGBA8 and scheme in _KTX2_COMPRESSIONS
     if not supported:
-        raise ValueError("SAPIEN loads KTX of the format R8G8B8A8 (UNORM) only")
+        raise ValueError("SAPIEN only loads KTX in the format R8G8B8A8 (UNORM)")
     columns, rows, depth, elements, sides, levels = numbers
     if depth or elements or sides not in {1, 6}:
         raise ValueError("it is neither a single image nor a cube map")

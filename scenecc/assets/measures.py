@@ -1,4 +1,4 @@
-"""Measures of triangles, and the convex parts that SAPIEN makes of a mesh file."""
+"""Measures of triangles, and the convex parts that SAPIEN makes from a mesh file."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ if TYPE_CHECKING:
     """Vertices (n, 3) [m] and faces (m, 3)."""
 
 _CHUNK: Final = 2**18
-"""How many triangles or points are measured at once: numbers in between take several times their size."""
+"""Number of triangles or points that are measured at once. Intermediate values need several times their memory."""
 
 
 PLANE_TOLERANCE: Final = 0.0007
 """`PxCookingParams::planeTolerance`: how far outside a hull PhysX drops a vertex [m], times half the sum of the sides
-of its bounding box where that is above 1 m."""
+of its bounding box if that exceeds 1 m.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +32,11 @@ class Measures:
     """Measures of triangles, without scale.
 
     Attributes:
-        vertices, faces: how many there are.
+        vertices, faces: their numbers.
         low, high: corners of the bounding box (3,) [m].
-        thickness, length: extents along the principal axes, the smallest and the largest [m].
-        degenerate: whether no triangle has an area in single precision.
-        hull_volume: of the convex hull [m³]; None: not computed.
+        thickness, length: smallest and largest extent along the principal axes [m].
+        degenerate: whether every triangle has area 0 in float32.
+        hull_volume: of the convex hull [m³]. None: not computed.
     """
 
     vertices: int
@@ -49,7 +50,7 @@ class Measures:
 
     @property
     def reach(self) -> float:
-        """The largest coordinate [m]; NaN or infinite where one is."""
+        """The largest absolute coordinate [m]; NaN or infinite if one is."""
         return float(np.abs([self.low, self.high]).max())
 
     @property
@@ -59,7 +60,7 @@ class Measures:
 
 
 def measure_triangles(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:
-    """Measures of triangles. Vertices that no face uses count as well."""
+    """Measures triangles. Vertices that no face uses are included."""
     with np.errstate(over="ignore"):
         measurable = np.isfinite(vertices.astype(np.float32)).all()
     thickness, length = _principal_extents(vertices) if measurable else (0.0, 0.0)
@@ -69,13 +70,13 @@ def measure_triangles(vertices: NDArray[np.floating], faces: NDArray[np.integer]
 
 
 def measure_hull(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Measures:
-    """`measure`, with the volume of the convex hull if it has one."""
+    """Measures like `measure`, and adds the volume of the convex hull if it has one."""
     found = measure_triangles(vertices, faces)
     return replace(found, hull_volume=hull_volume(vertices) if found.thickness > 0 and len(vertices) > 3 else 0.0)
 
 
 def _principal_extents(vertices: NDArray[np.floating]) -> tuple[float, float]:
-    """Thickness and length of a cloud of points, finite in single precision, (n, 3), along its principal axes [m]."""
+    """Returns thickness and length along the principal axes [m] of points (n, 3) that are finite in float32."""
     centre = vertices.mean(axis=0, dtype=np.float64)
     pieces = range(0, len(vertices), _CHUNK)
     spread = np.zeros((3, 3))
@@ -92,7 +93,7 @@ def _principal_extents(vertices: NDArray[np.floating]) -> tuple[float, float]:
 
 
 def _is_degenerate(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> bool:
-    """Whether PhysX drops all triangles: the square of a normal's length is 0 in single precision."""
+    """Returns whether PhysX drops all triangles, because the squared length of every normal is 0 in float32."""
     with np.errstate(all="ignore"):
         for start in range(0, len(faces), _CHUNK):
             corners = vertices[faces[start : start + _CHUNK]].astype(np.float32)
@@ -103,30 +104,30 @@ def _is_degenerate(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -
 
 
 CONNECTED_SUFFIXES: Final = (".ply", ".stl", ".dae")
-"""Formats in which SAPIEN takes triangles that share vertices for one convex part; of others, each part of the file."""
+"""Formats in which SAPIEN takes connected triangles as one convex part. In others it takes each part of the file."""
 
 
 def hull_parts(parts: Sequence[Triangles], suffix: str) -> list[Triangles]:
-    """What SAPIEN cooks to one convex shape each, of the parts of a mesh file."""
+    """Returns the meshes that SAPIEN cooks to one convex shape each, from the parts of a mesh file."""
     if suffix not in CONNECTED_SUFFIXES:
         return list(parts)
-    # Vertices of an STL have no numbers, and a COLLADA becomes a PLY in which equal vertices are one.
+    # An STL has no vertex indices, and a COLLADA becomes a PLY with equal vertices merged.
     joined = parts if suffix == ".ply" else [weld(*part) for part in parts]
     return [one for part in joined for one in _connected_parts(*part)]
 
 
 def weld(vertices: NDArray[np.floating], faces: NDArray[np.int64]) -> Triangles:
-    """The same triangles with one vertex for all that are equal in single precision."""
-    # In the order of the values: emitted Python has the same.
+    """Returns the triangles with vertices merged that are equal in float32."""
+    # Ordered by value, as in emitted Python.
     _, first, index = np.unique(vertices.astype(np.float32), axis=0, return_index=True, return_inverse=True)
     return vertices[first], index.reshape(-1)[faces]
 
 
 def _connected_parts(vertices: NDArray[np.floating], faces: NDArray[np.int64]) -> list[Triangles]:
-    """The parts of a mesh that share no vertex. Vertices in the same place are two."""
+    """Splits a mesh into parts that share no vertex. Vertices in the same place may differ."""
     label = np.arange(len(vertices))
     while True:
-        # The lowest of the trees that meet in a triangle takes the others, root and all: their number halves at least.
+        # In each triangle, the lowest root takes over the other trees. Their number at least halves each time.
         roots = label[faces]
         lowest = roots.min(axis=1)
         if bool((roots == lowest[:, None]).all()):

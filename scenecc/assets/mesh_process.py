@@ -1,4 +1,4 @@
-"""Mesh files as trimesh and pycollada read them, in a process of its own: a file in, triangles and measures out.
+"""The process that reads mesh files with trimesh and pycollada: a file in, triangles and measures out.
 
 A part is what SAPIEN loads as one mesh: a mesh of a glTF or a primitive of a COLLADA, once for each node that shows it;
 an object or group of an OBJ; a whole STL or PLY.
@@ -36,21 +36,21 @@ if TYPE_CHECKING:
 
 
 TRIANGLES_RATIO = 3
-"""How much more than the limit of a file its triangles may take."""
+"""Largest size of the triangles, relative to the limit of a file."""
 
 _TRIANGLE_BYTES = 24
-"""Of a vertex, and of the indices of a face."""
+"""Size of a vertex, and of the indices of a face."""
 
 _UNUSED = ("networkx", "scipy", "shapely")
-"""Packages that trimesh imports if they are there, which takes longer than all else. Nothing here needs them."""
+"""Packages that trimesh imports if they are installed, which is slow. They are not needed here."""
 
 
 _HULLS = {"hull": (False, measure_hull), "hulls": (True, measure_hull), "parts": (True, measure_triangles)}
-"""What is wanted of hulls: whether of all convex parts, and what is measured."""
+"""Requested measures of hulls: whether of all convex parts, and the measuring function."""
 
 
 def prepare() -> Answer:
-    """What answers a request: the libraries are imported now, since the process may open no file later."""
+    """Imports the libraries, since the process may not open files later, and returns the function for requests."""
     for name in _UNUSED:
         sys.modules[name] = None  # pyright: ignore[reportArgumentType] - importing it raises ImportError
     libraries = import_module("trimesh"), import_module("collada")
@@ -60,16 +60,15 @@ def prepare() -> Answer:
         """Reads one file.
 
         Args:
-            header: `suffix` of the file in lower case; `buffers`, the names of further parts, or None where they are
-                not known yet; `max_bytes` of an image, and a third of the most that triangles may take; `wanted`:
-                "record", "triangles", "hull", "hulls" or "parts".
+            header: `suffix` of the file in lower case; `buffers`, the names of further parts, or None if they are not
+                known yet; `max_bytes` of an image, and a third of the limit of triangles; `wanted`: "record",
+                "triangles", "hull", "hulls" or "parts".
             parts: content of the file and of its buffers.
 
         Returns:
-            A header with `error` (code, message, hint), or with what `MeshRecord` holds; with only `names` where it
-            needs buffers. If triangles are wanted, vertices (float64) and faces (int64) of each part follow; if a hull
-            is, those of all convex parts ("hulls") or these without their volumes ("parts"), the header has their
-            measures as `hulls`.
+            A header with `error` (code, message, hint), or with the data of `MeshRecord`, or with only `names` if
+                buffers are needed. For triangles, vertices (float64) and faces (int64) of each part follow. For "hull",
+                all convex parts ("hulls") or these without volumes ("parts"), the header has measures as `hulls`.
         """
         try:
             names = scan_names(parts[0], header["suffix"])
@@ -99,7 +98,7 @@ def prepare() -> Answer:
 
 
 def _check_images(names: MeshNames, max_bytes: float) -> tuple[list[AssetError], int]:
-    """Why a mesh cannot be rendered, and the size of its largest image [bytes]."""
+    """Returns why a mesh cannot be rendered, and the size of its largest image [bytes]."""
     faults = [] if names.visual_fault is None else [names.visual_fault]
     largest = 0
     for image in names.images:
@@ -115,13 +114,13 @@ def _triangle_bytes(parts: list[Triangles]) -> int:
 
 
 _UNHELPFUL_ERRORS = (ArithmeticError, AttributeError, LookupError, TypeError)
-"""Errors of the libraries whose text means nothing to a user."""
+"""Errors of the libraries whose text does not help a user."""
 
 
 def _read(
     libraries: tuple[Any, Any], data: bytes, suffix: str, buffers: dict[str, bytes], most: float, unused: list[Vertices]
 ) -> Iterator[Triangles]:
-    """The parts of a file that have triangles. Adds vertices that no triangle uses to `unused`. Raises AssetError."""
+    """Yields the parts that have triangles. Adds vertices without triangles to `unused`. Raises AssetError."""
     trimesh, collada = libraries
     taken = 0
     try:
@@ -139,7 +138,7 @@ def _read(
         raise
     except MemoryError as error:
         raise AssetError("SC607", "the mesh takes too much memory", "simplify it") from error
-    except Exception as error:  # the libraries raise whatever comes
+    except Exception as error:  # the libraries may raise anything
         words = _plain_words(error)
         raise AssetError("SC412", f"the mesh cannot be read: {words}", "export the mesh again") from error
 
@@ -160,7 +159,7 @@ def _plain_words(error: Exception) -> str:
 
 
 def _check_part(used: NDArray[np.int64], vertices: int, taken: int, most: float) -> None:
-    """Raises AssetError where faces refer to missing vertices, or all triangles so far take too many bytes."""
+    """Raises AssetError if faces refer to missing vertices, or the triangles so far take too many bytes."""
     if used[0] < 0 or used[-1] >= vertices:
         raise AssetError("SC412", "a face refers to a missing vertex", "export the mesh again")
     if taken > most:
@@ -182,7 +181,7 @@ def _parts(trimesh: Any, data: bytes, suffix: str, buffers: dict[str, bytes]) ->
             vertices = np.asarray(mesh.vertices, np.float64)
             if not np.array_equal(place, np.eye(4)):
                 vertices = vertices @ place[:3, :3].T + place[:3, 3]
-            # Primitives of one mesh of a glTF are children of its node.
+            # Primitives of one glTF mesh are children of its node.
             whole = scene.graph.transforms.parents[node] if mesh.metadata.get("from_gltf_primitive") else node
             found.setdefault(whole, []).append((vertices, np.asarray(mesh.faces)))
     _check_length(data, suffix, sum(len(faces) for parts in found.values() for _, faces in parts))
@@ -193,11 +192,7 @@ _PLY_HEADER = re.compile(rb"ply\s.*?\bend_header\b", re.DOTALL)
 
 
 def _plain_text(data: bytes, suffix: str) -> bytes:
-    """A text as trimesh reads it: in UTF-8, which names and comments may not be; an OBJ without tabs.
-
-    Raises:
-        ValueError: an STL is neither binary nor text.
-    """
+    """Returns a text file in the form that trimesh needs: UTF-8, and without tabs for an OBJ. May raise ValueError."""
     if suffix == ".obj":
         data = data.replace(b"\t", b" ")
     header = _PLY_HEADER.match(data) if suffix == ".ply" else None
@@ -207,7 +202,7 @@ def _plain_text(data: bytes, suffix: str) -> bytes:
 
 
 def _is_binary(data: bytes) -> bool:
-    """Whether an STL is binary: its length decides, since its header may begin like a text. ValueError: it is none."""
+    """Returns whether an STL is binary, by its length, since its header may begin like text. May raise ValueError."""
     if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         return True
     if not data.lstrip().startswith(b"solid"):
@@ -219,7 +214,7 @@ _PLY_FACES = re.compile(rb"\nelement[ \t]+face[ \t]+(\d+)")
 
 
 def _check_length(data: bytes, suffix: str, faces: int) -> None:
-    """Raises ValueError where trimesh reads fewer faces than there are: it leaves out what it cannot read of a text."""
+    """Raises ValueError if trimesh has read fewer faces than the file has, since it skips text that it cannot read."""
     if suffix == ".ply" and (match := _PLY_FACES.search(data)) is not None and faces < int(match[1]):
         raise ValueError(f"its header declares {int(match[1])} faces, but it has {faces}")
     if suffix == ".stl" and not _is_binary(data):
@@ -229,14 +224,14 @@ def _check_length(data: bytes, suffix: str, faces: int) -> None:
 
 
 _MOST_INSTANCES = 20_000
-"""How many geometries a COLLADA places: a small file may place one very often."""
+"""Largest number of geometry instances in a COLLADA, because a small file can place one very often."""
 
 _LOOKS = ["library_images", "library_materials", "library_effects", "library_cameras", "library_lights"]
 _LOOKS_OF_NODES = ("bind_material", "instance_camera", "instance_light")
 
 
 def _without_looks(data: bytes) -> bytes:
-    """A COLLADA without what its triangles do not need: pycollada leaves out geometry whose effect it cannot read."""
+    """Removes the looks of a COLLADA, because pycollada skips geometry whose effect it cannot read."""
     root = ET.fromstring(data)  # noqa: S314 - the scan for names has refused document types
     for parent in list(root.iter()):
         for child in list(parent):
@@ -246,12 +241,12 @@ def _without_looks(data: bytes) -> bytes:
 
 
 def _collada_parts(collada: Any, data: bytes) -> Iterator[Triangles]:
-    """The primitives of a COLLADA [m]: SAPIEN applies its unit and ignores its `up_axis`."""
+    """Yields the primitives of a COLLADA [m]. SAPIEN applies its unit and ignores its `up_axis`."""
     document = collada.Collada(io.BytesIO(_without_looks(data)))
     if document.scene is None:
         raise ValueError("it does not have exactly one visual scene")
     if len(document.controllers):
-        raise AssetError("SC410", "the COLLADA has a skin or a morph", "export the mesh alone, as GLB")
+        raise AssetError("SC410", "the COLLADA has a skin or a morph", "export only the mesh, as GLB")
     unit = float(document.assetInfo.unitmeter or 1.0)
     for number, geometry in enumerate(document.scene.objects("geometry")):
         if number == _MOST_INSTANCES:
@@ -267,7 +262,7 @@ def _arrays(read: list[Triangles]) -> list[bytes]:
 
 
 def _total_measures(read: list[Triangles], unused: list[Vertices]) -> dict[str, Any]:
-    """Measures of all parts together, and of the vertices that no triangle uses."""
+    """Returns measures of all parts together, and of the vertices without triangles."""
     if not read:
         return {"whole": None, "unused": 0, "beyond": 0.0}
     whole = measure_triangles(*join_parts(read))
@@ -277,6 +272,6 @@ def _total_measures(read: list[Triangles], unused: list[Vertices]) -> dict[str, 
 
 
 def _hull_points(read: list[Triangles], unused: list[Vertices], suffix: str) -> Triangles:
-    """All parts, of a PLY with the vertices that no triangle uses: SAPIEN puts its hull around them, too."""
+    """Returns all parts, for a PLY with its vertices without triangles, which SAPIEN includes in the hull."""
     vertices, faces = join_parts(read)
     return (np.concatenate([vertices, *unused]) if suffix == ".ply" else vertices), faces

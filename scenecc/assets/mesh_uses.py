@@ -1,4 +1,4 @@
-"""What is made of a mesh."""
+"""Uses of a mesh."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Literal
 from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry
 
 MeshUse = Literal["hull", "parts", "decomposed", "triangles", "visual"]
-"""Its convex hull, the hulls of its parts, the hulls that CoACD cuts it into, its triangles, or a visual."""
+"""Its convex hull, the hulls of its parts, the hulls of CoACD's decomposition, its triangles, or a visual."""
 
 
 def mesh_use(geometry: MeshGeometry) -> MeshUse:
-    """What a shape makes of its mesh."""
+    """Returns how a shape uses its mesh."""
     match geometry:
         case ConvexMesh():
             return "hull"

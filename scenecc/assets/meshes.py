@@ -1,7 +1,7 @@
-"""Mesh files: what libraries read of them, once for each content.
+"""Reads mesh files with libraries, each content once.
 
-A record is kept by the hash of the file and of its buffers and by the versions of the libraries: in memory, and in the
-user's cache folder. Triangles are read, and kept, on request.
+Records are cached by the hash of the file and of its buffers and by the versions of the libraries, in memory and in the
+user's cache folder. Triangles are read, and cached, on request.
 """
 
 from __future__ import annotations
@@ -30,29 +30,29 @@ if TYPE_CHECKING:
     from scenecc.worker_process import Message
 
 MESH_SUFFIXES: Final = (".obj", ".gltf", ".glb", ".stl", ".ply", ".dae")
-"""Suffixes of the formats that are read, in lower case."""
+"""Suffixes of supported formats, in lower case."""
 
 _MEMORY: Final = 4 * 2**30
-"""Address space of the process that reads [bytes]."""
+"""Limit of the reading process's address space [bytes]."""
 
 _SECONDS: Final = 120.0
-"""Longest time for one file."""
+"""Timeout for one file [s]."""
 
 _READER = Worker("scenecc.assets.mesh_process", memory=_MEMORY, seconds=_SECONDS, name="the reader of meshes")
 
 
 @dataclass(frozen=True, slots=True)
 class MeshRecord:
-    """What was read of a mesh file.
+    """Information about a mesh file.
 
     Attributes:
         key: of the record.
         names: the files that it names.
-        visual_faults: why it cannot be shown: code, message and hint of each.
+        visual_faults: reasons why it cannot be rendered, each with code, message and hint.
         parts: measures of each part that has triangles; see `scenecc.assets.mesh_process`.
-        whole: measures of all parts together; None: there are no triangles.
-        unused: how many vertices no triangle uses.
-        beyond: how far these lie outside the bounding box [m].
+        whole: measures of all parts together. None: there are no triangles.
+        unused: number of vertices without triangles.
+        beyond: how far these are outside the bounding box [m].
     """
 
     key: str
@@ -66,14 +66,15 @@ class MeshRecord:
 
 @dataclass(frozen=True, slots=True)
 class MeshContent:
-    """What a mesh file holds.
+    """Access to the content of a mesh file.
 
     Attributes:
         digest: SHA-256 of the file.
         suffix: its suffix in lower case, one of `MESH_SUFFIXES`.
         read: reads the file.
-        max_bytes: of an image in it, and a third of what its triangles may take; infinite where it was checked before.
-        open_buffer: finds a buffer that the mesh names: its SHA-256, and what reads it. Raises AssetError.
+        max_bytes: limit of an image in it, and a third of the limit of its triangles; infinite if it was checked
+            before.
+        open_buffer: finds a buffer that the mesh names, and returns its SHA-256 and its reader. Raises AssetError.
     """
 
     digest: str
@@ -84,7 +85,7 @@ class MeshContent:
 
 
 def checked_content(file: AssetFile) -> MeshContent:
-    """A mesh of a plan whose files were checked, by whatever limit. AssetError (SC422) where it changed since."""
+    """Returns access to a mesh of a checked plan, without limits. Raises AssetError (SC422) if it has changed."""
     buffers = {one.uri: one for one in file.names}
 
     def open_buffer(reference: AssetReference) -> tuple[str, Callable[[], bytes]]:
@@ -100,7 +101,7 @@ def checked_content(file: AssetFile) -> MeshContent:
 
 
 def read_again(path: Path, digest: str | None) -> bytes:
-    """The content of a file that was checked. Raises AssetError where it changed since."""
+    """Returns the content of a checked file. Raises AssetError if it has changed."""
     try:
         return read_checked(path, digest)
     except OSError as error:
@@ -110,14 +111,14 @@ def read_again(path: Path, digest: str | None) -> bytes:
 Header = dict[str, Any]
 
 _RECORDS: Final = ContentCache("meshes", 3, ("trimesh", "pycollada", "pillow"))
-"""Their version is another one wherever `names`, `images`, `measures` or `mesh_process` refuse or measure otherwise."""
+"""Increase the version if `names`, `images`, `measures` or `mesh_process` reject or measure something else."""
 
 
 def read_mesh(content: MeshContent) -> MeshRecord:
-    """The record of a mesh file, which is read only if nothing is known of its content.
+    """Returns the record of a mesh file, and reads the file only if its content is new.
 
     Raises:
-        AssetError: it cannot be read, or a buffer cannot.
+        AssetError: the file or a buffer cannot be read.
     """
     key, header = _header(content, [], list)
     names = tuple(AssetReference(*one) for one in header["names"])
@@ -132,7 +133,7 @@ def read_mesh(content: MeshContent) -> MeshRecord:
 
 
 def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
-    """Vertices (n, 3) [m] and faces (m, 3) of each part of a mesh file. Raises AssetError."""
+    """Returns vertices (n, 3) [m] and faces (m, 3) of each part of a mesh file. Raises AssetError."""
     record = read_mesh(content)
     file = _RECORDS.file(f"{record.key}.triangles")
     kept = read_result(file)
@@ -150,12 +151,12 @@ def read_triangles(content: MeshContent) -> list[tuple[NDArray[np.float64], NDAr
 
 
 def read_hulls(content: MeshContent, *, parts: bool) -> tuple[Measures, ...]:
-    """Measures of the convex hull of a mesh file, or of all convex parts that SAPIEN makes of it. Raises AssetError."""
+    """Returns measures of a mesh file's convex hull, or of all its convex parts in SAPIEN. Raises AssetError."""
     return _read_measures(content, "hulls" if parts else "hull")
 
 
 def read_parts(content: MeshContent) -> tuple[Measures, ...]:
-    """Measures of all convex parts that SAPIEN makes of a mesh file, without volumes. Raises AssetError."""
+    """Returns measures of all convex parts that SAPIEN makes from a mesh file, without volumes. Raises AssetError."""
     return _read_measures(content, "parts")
 
 
@@ -172,7 +173,7 @@ def _read_measures(content: MeshContent, wanted: str) -> tuple[Measures, ...]:
 
 
 def _ask_again(content: MeshContent, record: MeshRecord, wanted: str) -> Message:
-    """Reads the file of a record once more."""
+    """Reads the file of a record again."""
     buffers = {one.uri: content.open_buffer(one)[1]() for one in record.names if one.kind == "buffer"}
     return _ask(_request(content, list(buffers), wanted), [content.read(), *buffers.values()])
 
@@ -185,7 +186,7 @@ def _measures(fields: Mapping[str, Any]) -> Measures:
 def _header(
     content: MeshContent, buffers: list[tuple[str, tuple[str, Callable[[], bytes]]]], read: Callable[[], list[bytes]]
 ) -> tuple[str, Header]:
-    """The key and the header of the record, from memory, from the cache folder or from the file."""
+    """Returns the key and the header of the record, from memory, from the cache folder or from the file."""
     key = _RECORDS.key(content.digest, content.suffix, [(uri, each) for uri, (each, _) in buffers])
     header = _RECORDS.find(key)
     if header is None or header.get("bytes", 0) > content.max_bytes:

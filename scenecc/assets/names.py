@@ -1,6 +1,6 @@
-"""The names of further files in a mesh file: a strict scan, which finds every file that SAPIEN's readers would open.
+"""File names in mesh files: a strict scan that finds every file that SAPIEN's readers would open.
 
-A file that SAPIEN could read otherwise than this scan does is refused. Geometry is not looked at.
+It rejects a file that SAPIEN could read differently. It does not read geometry.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from scenecc.assets.errors import AssetError, AssetReference
 from scenecc.assets.obj_materials import MATERIAL_LINE, image_of_line
 
 MOST_NAMES = 4096
-"""How many files a mesh may name. Each is looked up, and the fault of each is reported."""
+"""Largest number of files that a mesh may name. Each is looked up, and each error is reported."""
 
 
 def check_count(names: Sized) -> None:
-    """Raises AssetError where a mesh names too many files."""
+    """Raises AssetError if a mesh names too many files."""
     if len(names) > MOST_NAMES:
         raise AssetError("SC607", f"the mesh names more than {MOST_NAMES} files", "split the mesh")
 
 
 @dataclass(frozen=True, slots=True)
 class MeshNames:
-    """What a mesh file names and holds besides its geometry.
+    """Names and embedded images in a mesh file.
 
     Attributes:
         references: the files that it names.
-        images: content of the images that it holds itself.
-        visual_fault: why it cannot be shown, where it still collides.
+        images: content of its embedded images.
+        visual_fault: why it cannot be rendered, though it can still collide.
     """
 
     references: tuple[AssetReference, ...] = ()
@@ -45,14 +45,11 @@ class MeshNames:
 
 
 def scan_names(data: bytes, suffix: str) -> MeshNames:
-    """The files that a mesh file names.
-
-    Args:
-        data: the file.
-        suffix: its suffix in lower case.
+    """Returns the files that a mesh file names. `suffix`: in lower case.
 
     Raises:
-        AssetError: the file is broken (SC412), holds what SAPIEN does not read (SC410), or names too many (SC607).
+        AssetError: the file is broken (SC412), has content that SAPIEN does not read (SC410), or names too many
+            (SC607).
     """
     _check_content(data, suffix)
     names = MeshNames()
@@ -80,7 +77,7 @@ def scan_names(data: bytes, suffix: str) -> MeshNames:
 
 
 def _plain_words(error: Exception) -> str:
-    """The words of an error; of Python's own errors about a text, what they mean to a user."""
+    """Returns an error's text, in a user's words for Python's own errors about text."""
     if isinstance(error, RecursionError):
         return "it is nested too deeply"
     if isinstance(error, UnicodeDecodeError):
@@ -100,11 +97,11 @@ _OTHER_CONTENTS = (
     (re.compile(rb"\s*(?:#[^\n]*\n\s*)*(?:mtllib|o|g|v)[ \t]"), (".obj", ".stl"), "an OBJ", "give it the suffix .obj"),
     (re.compile(rb"\s*solid\s[^\0]*?\bfacet\b"), (".stl",), "an STL", "give it the suffix .stl"),
 )
-"""How a file begins, the suffixes for which it may, what it is, and what to do. A binary STL begins with any words."""
+"""Beginnings of files, their valid suffixes, the format, and a hint. A binary STL may begin with any words."""
 
 
 def _check_content(data: bytes, suffix: str) -> None:
-    """Raises AssetError where a file begins as one of another format."""
+    """Raises AssetError if a file begins like one of another format."""
     for beginning, suffixes, what, hint in _OTHER_CONTENTS:
         if suffix not in suffixes and beginning.match(data) is not None:
             raise AssetError("SC412", f"the mesh cannot be read: it is {what}", hint)
@@ -116,31 +113,31 @@ _LONE_RETURN = re.compile(rb"\r(?![\r\n])")
 
 
 def _check_text(data: bytes) -> None:
-    """Raises ValueError where SAPIEN could see other lines than this scan does."""
+    """Raises ValueError if SAPIEN could split the lines differently from this scan."""
     if _CONTROL_CHARACTER.search(data) is not None:
         raise ValueError("it contains control characters, so it is not text")
     if b"\r" in data and _LONE_RETURN.search(data) is not None:
-        raise ValueError("it has a carriage return without a line feed, which only SAPIEN takes for a line end")
+        raise ValueError("it has a carriage return without a line feed, which only SAPIEN treats as a line end")
 
 
 _LINE_GOES_ON = re.compile(rb"\\\r*\n")
 
 
 def _obj_names(data: bytes) -> Iterator[AssetReference]:
-    """The material files of an OBJ."""
+    """Yields the material files of an OBJ."""
     _check_text(data)
     found: list[tuple[bytes, bytes]] = MATERIAL_LINE.findall(data)
-    # SAPIEN joins a line that ends in a backslash with the next, and sees other names and words than this scan then.
+    # SAPIEN joins a line that ends in a backslash with the next, and then finds different names.
     if b"\\" in data and found != MATERIAL_LINE.findall(_LINE_GOES_ON.sub(b"", data)):
-        raise ValueError("a line of `mtllib` ends in a backslash, so that it goes on in the next line")
+        raise ValueError("a line of `mtllib` ends in a backslash, which continues it on the next line")
     if any(blank for blank, _ in found):
-        raise ValueError("`mtllib` follows a blank, and SAPIEN's reader skips such lines")
+        raise ValueError("`mtllib` follows a blank, and SAPIEN's reader skips these lines")
     for name in dict.fromkeys(name for _, name in found):
         yield AssetReference(name.decode("utf-8", "replace"), "material")
 
 
 def material_images(data: bytes) -> tuple[AssetReference, ...]:
-    """The images that an MTL names. SAPIEN looks for them next to the OBJ.
+    """Returns the images that an MTL names. SAPIEN looks for them next to the OBJ.
 
     Raises:
         AssetError: it is not text, SAPIEN misreads a line, or there are too many.
@@ -173,16 +170,16 @@ def _reject_repeated_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _gltf_names(data: bytes) -> MeshNames:
-    """The buffers and images of a glTF, also of its extensions: every `uri` in it."""
+    """Returns every `uri` of a glTF: buffers and images, including those of extensions."""
     text, chunk = _split_chunks(data)
-    # Of a key that occurs twice, SAPIEN's reader takes the first and Python the last.
+    # If a key occurs twice, SAPIEN's reader takes the first value and Python the last.
     document: Any = json.loads(text.decode(), object_pairs_hook=_reject_repeated_keys, parse_constant=_reject_constant)
     if not isinstance(document, dict):
         raise ValueError("it is not a JSON object")  # noqa: TRY004 - of the file, not of an argument
     whole = cast("dict[str, Any]", document)
     version = whole.get("asset", {}).get("version")
     if not isinstance(version, str) or not version.startswith("2."):
-        raise ValueError(f"its glTF version is `{version!s:.40}`, and only 2 is supported")
+        raise ValueError(f"its glTF version is `{version!s:.40}`, but only 2 is supported")
     packed = _COMPRESSIONS & set(map(str, _list(whole, "extensionsUsed")))
     if packed:
         raise AssetError("SC410", f"the glTF is compressed with {min(packed)}", "export it without mesh compression")
@@ -207,7 +204,7 @@ _TRIANGLE_FAN = 6
 
 
 def _check_primitives(document: dict[str, Any]) -> None:
-    """Raises AssetError where trimesh reads other triangles than SAPIEN: of fans none, of sparse positions the base."""
+    """Raises AssetError for what trimesh reads differently: it skips fans, and sparse values of positions."""
     accessors = _list(document, "accessors")
     for primitive in (one for mesh in _list(document, "meshes") for one in _list(mesh, "primitives")):
         if primitive.get("mode") == _TRIANGLE_FAN:
@@ -218,7 +215,7 @@ def _check_primitives(document: dict[str, Any]) -> None:
 
 
 def _check_nodes(document: dict[str, Any]) -> None:
-    """Raises ValueError where a node has two parents: 40 of them could show a mesh a billion times."""
+    """Raises ValueError if a node has two parents: 40 of them could show a mesh a billion times."""
     seen: set[int] = set()
     for child in (child for node in _list(document, "nodes") for child in _list(node, "children")):
         if child in seen:
@@ -227,7 +224,7 @@ def _check_nodes(document: dict[str, Any]) -> None:
 
 
 def _split_chunks(data: bytes) -> tuple[bytes, bytes | None]:
-    """The JSON of a glTF, and the binary chunk of a GLB."""
+    """Returns the JSON of a glTF, and the binary chunk of a GLB."""
     if data[:4] != b"glTF":
         if not data.lstrip().startswith(b"{"):
             raise ValueError("it is neither a GLB nor the JSON of a glTF")
@@ -252,7 +249,7 @@ def _list(node: dict[str, Any], key: str) -> list[Any]:
 
 
 def _uris(value: object) -> Iterator[str]:
-    """The values of all keys `uri`, however deep."""
+    """Yields the values of all keys `uri`, at any depth."""
     if isinstance(value, list):
         for one in cast("list[object]", value):
             yield from _uris(one)
@@ -271,7 +268,7 @@ def _reference(uri: str, kind: Literal["image", "buffer"]) -> AssetReference:
 
 
 def _view(document: dict[str, Any], number: object, chunk: bytes | None) -> bytes | None:
-    """The content of a buffer view; None: it is in another file or a `data:` URI."""
+    """Returns the content of a buffer view; None: it is in another file or a `data:` URI."""
     views = _list(document, "bufferViews")
     if not isinstance(number, int) or not 0 <= number < len(views):
         raise ValueError("an image refers to a missing buffer view")
@@ -298,30 +295,30 @@ _LINE_BREAK_FIRST = re.compile(rb"end_header\r?\n[\r\n]")
 
 
 def _check_ply_data(data: bytes) -> None:
-    """Raises ValueError for what is no PLY, and where the first byte of binary data equals a line break.
+    """Raises ValueError for what is not a PLY, and if binary data begins with the byte of a line break.
 
     SAPIEN skips that byte, and may crash.
     """
     if not data.startswith(b"ply"):
         raise ValueError("it does not begin with `ply`")
-    # Two searches: one pattern for both takes a time that grows with the square of the size of the file.
+    # Two searches, because the time of one combined pattern grows with the square of the file size.
     start = data.find(b"format binary_")
     if start >= 0 and _LINE_BREAK_FIRST.search(data, start) is not None:
-        raise ValueError("the first byte of its data equals a line break, which SAPIEN takes for a part of the header")
+        raise ValueError("the first byte of its data equals a line break, which SAPIEN takes as part of the header")
 
 
 def _ply_fault(data: bytes) -> AssetError | None:
-    # Where a header ends is another question for SAPIEN than for others.
+    # SAPIEN and other readers disagree on where a header ends.
     if b"texturefile" not in data.lower():
         return None
-    what = "its header names a texture, which SAPIEN finds in some headers, misses in others and misreads in more"
-    return AssetError("SC410", what, "export it as GLB, or take the comment out")
+    what = "its header names a texture, which SAPIEN does not read reliably"
+    return AssetError("SC410", what, "export it as GLB, or remove the comment")
 
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 _INVALID_FILE_NAME = re.compile(r"[\x00-\x1f\x7f]|%(?![0-9A-Fa-f]{2}.)|^\s|\s$")
-"""What SAPIEN's reader keeps or decodes otherwise: controls, blanks at the ends, an escape with nothing behind it."""
+"""Characters that SAPIEN's reader keeps or decodes differently: controls, outer blanks, an incomplete escape."""
 
 
 _XML_ENCODING = re.compile(rb"""<\?xml\b[^>]*?\bencoding\s*=\s*["']([^"']*)""")
@@ -333,21 +330,21 @@ _PREFIXED = re.compile(
 
 
 def _collada_names(data: bytes) -> list[str]:
-    """The images of a COLLADA, percent escapes decoded as SAPIEN's reader decodes them."""
+    """Returns the images of a COLLADA, with percent escapes decoded as in SAPIEN's reader."""
     if b"<!" in data.replace(b"<!--", b""):
         raise ValueError("it has a document type or CDATA sections")
     declared = _XML_ENCODING.match(data)
     if declared is not None and declared[1].lower() not in {b"utf-8", b"utf8"} and not data.isascii():
-        raise ValueError("its encoding is not UTF-8, and SAPIEN's reader takes it for that")
+        raise ValueError("its encoding is not UTF-8, but SAPIEN's reader assumes UTF-8")
     if _PREFIXED.search(data) is not None:
-        raise ValueError("its elements have a namespace prefix, which SAPIEN's reader does not know")
+        raise ValueError("its elements have a namespace prefix, which SAPIEN's reader does not support")
     builder = ET.TreeBuilder(insert_comments=True, insert_pis=True)
     parser = ET.XMLParser(target=builder, encoding="utf-8")  # noqa: S314 - no document type, so no entities
     parser.feed(data)
     root = parser.close()
     for node in root.iter():
         tag: Any = node.tag
-        if isinstance(tag, str):  # those of comments and instructions are functions
+        if isinstance(tag, str):  # tags of comments and instructions are functions
             node.tag = tag.rpartition("}")[2]
     unit = root.find("asset/unit")
     if unit is not None and not float(unit.get("meter", "1")) > 0:
@@ -359,7 +356,7 @@ def _collada_names(data: bytes) -> list[str]:
     version = root.get("version", "")
     newer = version.startswith("1.5")
     if not newer and not version.startswith(("1.3", "1.4")):
-        raise ValueError(f"its version is `{version[:20]}`, and only 1.4 and 1.5 are supported")
+        raise ValueError(f"its version is `{version[:20]}`, but only 1.4 and 1.5 are supported")
     listed = root.findall("library_images/image")
     if sum(1 for _ in root.iter("image")) != len(listed):
         raise ValueError("an image is outside `library_images`")
@@ -370,7 +367,7 @@ def _collada_names(data: bytes) -> list[str]:
 
 
 def _check_textures(effect: Any, images: dict[str, Any], *, newer: bool) -> None:
-    """Raises ValueError where a texture does not lead to an image: SAPIEN would open a file of the texture's name."""
+    """Raises ValueError if a texture does not lead to an image: SAPIEN would open a file of the texture's name."""
     parameters = effect.findall("profile_COMMON/newparam")
     leads = {node.get("sid", ""): _parameter_target(node, newer=newer) for node in parameters}
     if len(leads) < sum(1 for _ in effect.iter("newparam")):
@@ -384,7 +381,7 @@ def _check_textures(effect: Any, images: dict[str, Any], *, newer: bool) -> None
 
 
 def _parameter_target(parameter: Any, *, newer: bool) -> str:
-    """What a parameter of an effect refers to: another one, or an image."""
+    """Returns what a parameter of an effect refers to: another parameter, or an image."""
     places = ("sampler2D/instance_image",) if newer else ("surface/init_from", "sampler2D/source")
     leads = [node for place in places for node in parameter.findall(place)]
     others = sum(1 for node in parameter.iter() if node.tag in {"init_from", "source", "instance_image"})
@@ -396,7 +393,7 @@ def _parameter_target(parameter: Any, *, newer: bool) -> str:
         return leads[0].get("url", "").removeprefix("#")
     name = _whole_text(leads[0])
     if name != name.strip():
-        raise ValueError("a reference of a parameter begins or ends with a blank")
+        raise ValueError("a parameter's reference begins or ends with a blank")
     return name
 
 
@@ -406,9 +403,7 @@ def _image_file(image: Any, *, newer: bool) -> str:
     if len(named) > 1:
         raise ValueError(f"the image `{image.get('id', '')[:60]}` names several files")
     if found is None or not _whole_text(found).strip():
-        raise AssetError(
-            "SC410", "an image of the COLLADA is not in a file of its own", "save it as a PNG file and refer to that"
-        )
+        raise AssetError("SC410", "an image of the COLLADA is embedded", "save it as a PNG file and refer to that")
     written = _whole_text(found)
     name = unquote(written)
     if _INVALID_FILE_NAME.search(written) or _INVALID_FILE_NAME.search(name.replace("%", "")):
@@ -417,7 +412,7 @@ def _image_file(image: Any, *, newer: bool) -> str:
 
 
 def _whole_text(node: Any) -> str:
-    """The text of an element, which is in one piece: of several SAPIEN's reader takes the first."""
+    """Returns the text of an element in one piece, since SAPIEN's reader takes only the first of several."""
     if len(node):
         raise ValueError(f"the text of `{node.tag[:40]}` is interrupted by an element or a comment")
     return node.text or ""

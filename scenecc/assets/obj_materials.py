@@ -1,4 +1,4 @@
-"""Materials of Wavefront OBJ meshes as SAPIEN's reader finds them, and an OBJ without images that are left out."""
+"""Materials of Wavefront OBJ meshes as SAPIEN's reader finds them, and OBJ copies without missing images."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 MATERIAL_LINE = re.compile(rb"(?m)^([ \t]*)mtllib[ \t]+([^\r\n]*)")
-"""What is before `mtllib`, and the name with the blanks behind it, which belong to it for SAPIEN's reader."""
+"""Matches what is before `mtllib`, and the name with trailing blanks, which SAPIEN's reader includes."""
 
 _MAP_LINE = re.compile(r"(?i)(?:map_|bump|norm|disp|decal|refl)[^ \t]*[ \t]+(.*)")
-"""SAPIEN's reader looks only at the first letters of the word, and takes all that follows it for the name."""
+"""SAPIEN's reader checks only the first letters of the word, and takes everything after it as the name."""
 
 _OPTION_WORDS = (
     dict.fromkeys(("-blendu", "-blendv", "-boost", "-texres", "-clamp", "-bm", "-imfchan", "-type"), 1)
     | {"-mm": 2}
     | dict.fromkeys(("-o", "-s", "-t"), 3)
 )
-"""How many words follow an option, as SAPIEN's reader counts them."""
+"""Number of words after an option, as SAPIEN's reader counts them."""
 
 _WORDS = {count: re.compile(rf"(?:[^ \t]*[ \t]+){{{count + 1}}}") for count in (1, 2, 3)}
-"""An option and so many words, with the blanks behind each."""
+"""An option and this many words, with the blanks after each."""
 
 _FIRST_WORD = re.compile(r"\S*")
 
 
 def image_of_line(line: str) -> str:
-    """The image that a line of an MTL names, "" where it names none.
+    """Returns the image that a line of an MTL names, or "".
 
     Raises:
         ValueError: SAPIEN misreads the line.
@@ -37,28 +37,29 @@ def image_of_line(line: str) -> str:
 
 
 def image_of_words(rest: str) -> str:
-    """The file of a `map_…` line: what follows its options, blanks and all.
+    """Returns the file of a `map_…` line: everything after its options, including blanks.
 
     Raises:
         ValueError: SAPIEN misreads the options.
     """
-    at = 0  # nothing is copied, for a line may have millions of options
+    at = 0  # without copies, because a line may have millions of options
     while rest.startswith("-", at):
         first = _FIRST_WORD.match(rest, at)
         option = first[0].lower() if first else ""
         if option not in _OPTION_WORDS:
-            raise ValueError(f"SAPIEN does not know the option `{option[:40]}`, and misreads what follows it")
+            raise ValueError(f"SAPIEN does not support the option `{option[:40]}`, and misreads what follows it")
         words = _WORDS[_OPTION_WORDS[option]].match(rest, at)
         if words is None:
-            raise ValueError(f"`{option}` has {_OPTION_WORDS[option]} values and then the name of the file")
+            raise ValueError(f"`{option}` must be followed by {_OPTION_WORDS[option]} values and the name of the file")
         at = words.end()
     return rest[at:]
 
 
 def fallback_materials(material: str, mesh: Path) -> list[str]:
-    """What SAPIEN's reader finds for a material file that is not there: names in the folder of the mesh.
+    """Returns the names in the mesh's folder that SAPIEN's reader tries if a material file is missing.
 
-    That is the mesh's own name with `.mtl`, and what begins at a slash of the path of either, as long as its last part.
+    These are the mesh's own name with `.mtl`, and the ends of either path from any slash, up to the length of its last
+    part.
     """
     other = f"{mesh.name[:-3]}mtl"
     tried = [other]
@@ -68,7 +69,7 @@ def fallback_materials(material: str, mesh: Path) -> list[str]:
         while at > 0:
             tried.append(path[at + 1 : at + length])
             at = path.rfind("/", 0, at)
-    # Unlike a `Path`, these raise nothing for a name that is too long.
+    # Unlike a `Path`, these do not raise for a name that is too long.
     return [name for name in dict.fromkeys(tried) if _file_exists(f"{mesh.parent}/{name}")]
 
 
@@ -79,18 +80,9 @@ def _file_exists(path: str) -> bool:
 def keep_named_images(
     mesh: bytes, path: Path, named: Mapping[str, Path], read: Callable[[Path], bytes]
 ) -> bytes | None:
-    """The materials of an OBJ as one MTL with the images that are there, by their absolute paths.
+    """Returns the materials of an OBJ as one MTL with only existing images, or None if no image is missing.
 
-    SAPIEN gives up where an image is missing.
-
-    Args:
-        mesh: content of the OBJ.
-        path: where it lies.
-        named: material files and images that may be opened, by the names that the files have for them.
-        read: gives the content of one.
-
-    Returns:
-        None: there is nothing to leave out, and the OBJ may be opened as it is.
+    SAPIEN fails if an image is missing. `named`: paths of files that may be opened, by their names in the OBJ or MTL.
     """
     kept: list[str] = []
     is_whole = True
@@ -107,5 +99,5 @@ def keep_named_images(
 
 
 def with_materials(mesh: bytes, name: str) -> bytes:
-    """An OBJ whose materials are in the file `name` beside it."""
+    """Returns an OBJ whose materials are in the file `name` beside it."""
     return b"mtllib " + name.encode() + b"\n" + MATERIAL_LINE.sub(b"", mesh)

@@ -1,4 +1,4 @@
-"""Measures of a mesh file as a surface: its edges, winding and volumes. Only `scenecc check` asks for them."""
+"""Surface measures of a mesh file: edges, winding and volumes. Used only by `scenecc check`."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SurfaceMeasures:
-    """A mesh as its file has it, without scale, vertices in one place joined.
+    """Measures of a mesh file without scale, with vertices in the same place merged.
 
     Attributes:
         low, high: corners of the bounding box (3,) [m].
-        faces: how many triangles it has.
-        degenerate: how many of these have no area.
-        open_edges: how many edges have one triangle. 0: it is watertight, or worse.
-        crowded_edges: how many edges have three triangles or more.
-        consistent: whether neighbours wind the same way.
-        volume: signed [m³]; below 0 its triangles face inwards. It has a meaning where there are no open edges.
+        faces: number of triangles.
+        degenerate: number of triangles without area.
+        open_edges: number of edges with one triangle. 0 does not imply that the mesh is watertight.
+        crowded_edges: number of edges with three triangles or more.
+        consistent: whether neighbours have the same winding.
+        volume: signed [m³]; negative if its triangles face inwards. Only meaningful without open edges.
         hull_volume: of its convex hull [m³]; 0: it is flat.
-        unused: how many vertices no triangle uses.
-        beyond: how far these lie outside of the box [m]; 0: all are in it.
+        unused: number of vertices without triangles.
+        beyond: how far these are outside the box [m]; 0: all are inside.
     """
 
     low: tuple[float, ...]
@@ -54,7 +54,7 @@ class SurfaceMeasures:
 
 @lru_cache(maxsize=1024)
 def measure_surface(file: AssetFile) -> SurfaceMeasures:
-    """The measures of a mesh file. Raises AssetError where it cannot be read."""
+    """Returns the measures of a mesh file. Raises AssetError if it cannot be read."""
     content = checked_content(file)
     record = read_mesh(content)
     vertices, faces = weld(*join_parts(read_triangles(content)))
@@ -62,7 +62,7 @@ def measure_surface(file: AssetFile) -> SurfaceMeasures:
     has_area = np.cross(q - p, r - p).any(axis=1)
     edges = np.concatenate([faces[has_area][:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
     _, edge, times = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
-    # Of an edge with two triangles, neighbours that wind the same way name its ends in opposite orders.
+    # If the two triangles of an edge have the same winding, they name its ends in opposite orders.
     turns = np.bincount(edge.ravel(), np.where(edges[:, 0] < edges[:, 1], 1, -1), len(times))
     flat = len(vertices) < 4 or np.linalg.matrix_rank(vertices - vertices[0], tol=1e-9 * float(np.ptp(vertices))) < 3
     low, high = vertices.min(axis=0).tolist(), vertices.max(axis=0).tolist()

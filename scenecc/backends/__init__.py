@@ -1,1 +1,1 @@
-"""What builds a plan: a folder an engine, loaded when a scene is built. They know nothing of the language."""
+"""Builds plans: one folder for each engine, loaded when a scene is built. They do not depend on the language."""

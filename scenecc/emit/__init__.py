@@ -30,11 +30,11 @@ class ExportOptions:
 
     Attributes:
         name: of the file, without its suffix. Meshes and images are in the folder `NAME.assets` next to it.
-        show: whether bodies are shown by their visual or their collision shapes.
-        grid: whether to write all measured scenes side by side, or only one.
-        entity: name of the entity to write; None: all.
-        folder: whether to write one file per entity, named after it.
-        binary: whether to write the binary variant of the format.
+        show: show visual or collision shapes.
+        grid: write all measured scenes side by side, instead of only one.
+        entity: name of the entity to write. None: all.
+        folder: write one file per entity, named after it.
+        binary: write the binary variant of the format.
     """
 
     name: str
@@ -46,7 +46,7 @@ class ExportOptions:
 
 
 def _emit_json(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
-    """Canonical JSON; every plan can be written."""
+    """Returns canonical JSON. Every plan can be written."""
     del sink
     return plan_to_json(plan, base=base)
 
@@ -60,7 +60,7 @@ EMITTERS: dict[str, Callable[[ScenePlan, Sink, Path | None], str | None]] = {
     "json": _emit_json,
     "python": _emit_python,
 }
-"""Text target to the function that writes it."""
+"""Text target → the function that writes it."""
 
 
 @frozen
@@ -68,10 +68,10 @@ class ExportTarget:
     """A file format of another program.
 
     Attributes:
-        module: its `write(plan, measured, options, sink)` returns the files; None after an error.
+        module: its `write(plan, measured, options, sink)` returns the files, or None after an error.
         suffix: of the file.
         takes: fields of `ExportOptions` that it uses, besides `name`.
-        needs: a module that every file requires, and the package of the extra `export` that provides it; None: only
+        needs: a module that every file requires, and the package of the extra `export` that provides it. None: only
             some scenes need one.
     """
 
@@ -87,20 +87,20 @@ EXPORTS: dict[str, ExportTarget] = {
     "urdf": ExportTarget("scenecc.emit.urdf", ".urdf", frozenset({"entity", "folder"})),
     "usd": ExportTarget("scenecc.emit.usd", ".usda", frozenset({"show", "binary"}), ("pxr.Usd", "usd-core")),
 }
-"""Target name to its format."""
+"""Target name → its format."""
 
 
 def emit(plan: ScenePlan, target: str, sink: Sink, *, base: Path | None = None) -> str | None:
-    """The plan as text; None after an error, which is reported to `sink`.
+    """Returns the plan as text, or None after an error, which is reported to `sink`.
 
     Args:
         plan: what to write.
         target: a key of `EMITTERS`.
-        sink: takes diagnostics.
-        base: folder in which the text will be saved, from which relative uris then start; None: they stay as they are.
+        sink: receives diagnostics.
+        base: folder in which the text will be saved; relative URIs then start there. None: they stay as they are.
 
     Raises:
-        KeyError: if there is no such target.
+        KeyError: there is no such target.
     """
     return EMITTERS[target](plan, sink, base)
 
@@ -108,7 +108,7 @@ def emit(plan: ScenePlan, target: str, sink: Sink, *, base: Path | None = None) 
 def export(
     plan: ScenePlan, measured: EngineSnapshot, target: str, options: ExportOptions, sink: Sink
 ) -> dict[str, bytes] | None:
-    """The exported files, by their paths relative to the output folder.
+    """Returns the exported files, by their paths relative to the output folder.
 
     The first is the file itself, `NAME` with the target's suffix. The files that it refers to are in `NAME.assets`.
     With `folder`, there is one such file per entity.
@@ -118,13 +118,13 @@ def export(
         measured: snapshot of the built plan: the scene to write, or all scenes of a grid.
         target: a key of `EXPORTS`.
         options: how to write it.
-        sink: takes a warning for every feature that the format does not support, and errors.
+        sink: receives a warning for every feature that the format does not support, and errors.
 
     Returns:
         None after an error.
 
     Raises:
-        KeyError: if there is no such target.
+        KeyError: there is no such target.
     """
     files: dict[str, bytes] | None = import_module(EXPORTS[target].module).write(plan, measured, options, sink)
     return files

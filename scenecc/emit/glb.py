@@ -48,7 +48,7 @@ def report_unsupported_sections(plan: ScenePlan, scenes: AbstractSet[int], sink:
 
 
 def report_unsupported_material(look: SurfaceMaterial, origin: Origin | None, sink: Sink) -> None:
-    """Warns of material properties that glTF does not support. `origin`: of the first shape that has the material."""
+    """Warns of material properties that glTF does not support. `origin`: of the first shape with the material."""
     place = origin or Location(None)
     if look.transmission_image is not None:
         sink.report("SC745", f"`transmission_texture` ({look.transmission_image.name}) is left out", place)
@@ -57,7 +57,7 @@ def report_unsupported_material(look: SurfaceMaterial, origin: Origin | None, si
     rough, metal = look.roughness_image, look.metallic_image
     if rough is not None and metal is not None and _sampler_modes(rough) != _sampler_modes(metal):
         message = (
-            f"`metallic_texture` ({metal.name}) has the sampler of `roughness_texture`: glTF stores both in one image"
+            f"`metallic_texture` ({metal.name}) uses the sampler of `roughness_texture`: glTF stores both in one image"
         )
         sink.report("SC745", message, place)
         metal = None
@@ -86,14 +86,14 @@ _SAPIEN_SPECULAR: Final = 2.0
 
 
 class _EncodedImage:
-    """An encoded image, with the interface of Pillow's that trimesh uses to save one."""
+    """An encoded image, with the interface that trimesh uses to save a Pillow image."""
 
     def __init__(self, data: bytes, suffix: Suffix) -> None:
         self.format = "JPEG" if suffix == ".jpg" else "PNG"
         self._data = data
 
     def save(self, file: BytesIO, **options: str) -> None:
-        """Writes the image; the format in `options` is always its own."""
+        """Writes the image, always in its own format."""
         del options
         file.write(self._data)
 
@@ -114,7 +114,7 @@ class GltfMaterials:
         return self._names.keys()
 
     def material(self, look: SurfaceMaterial) -> Any:
-        """The trimesh material of a `SurfaceMaterial`."""
+        """Returns the trimesh material of a `SurfaceMaterial`."""
         name = self._names.setdefault(look, f"material {len(self._names)}")
         images = {
             "baseColorTexture": (look.base_color_image, True),
@@ -153,7 +153,7 @@ class GltfMaterials:
 
 
 def _material_factors(look: SurfaceMaterial) -> dict[str, Any]:
-    """In SAPIEN an image replaces a number; glTF multiplies them."""
+    """Returns factors without those that an image replaces, because glTF multiplies factor and image."""
     packed = look.roughness_image is not None or look.metallic_image is not None
     return {
         "baseColorFactor": list(look.tint),
@@ -163,7 +163,7 @@ def _material_factors(look: SurfaceMaterial) -> dict[str, Any]:
 
 
 def _emissive_factor(look: SurfaceMaterial) -> dict[str, Any]:
-    """GlTF's factor is at most 1; brighter emission is in the strength of an extension."""
+    """Returns the emissive factor, at most 1. An extension stores the strength of brighter emission."""
     strength = max(1.0, *look.emission)
     return {"emissiveFactor": [value / strength for value in look.emission]}
 
@@ -208,7 +208,7 @@ def _set_samplers(
 
 
 def _metallic_roughness_image(look: SurfaceMaterial) -> Any:
-    """One image with roughness in green and metallic in blue, as glTF stores them; None if neither has an image."""
+    """Returns one image with roughness in green and metallic in blue, for glTF, or None if neither has an image."""
     images = look.roughness_image, look.metallic_image
     rough, metal = (None if image is None else convert_color_space(image, srgb=False) for image in images)
     if rough is None and metal is None:
@@ -240,7 +240,7 @@ def _channel_image(image: Image) -> Any:
 
 
 def build_trimesh(part: MeshPart, materials: GltfMaterials, *, turned: bool) -> Any:
-    """The trimesh mesh of a part. `turned`: its triangles face the other side."""
+    """Returns the trimesh mesh of a part. `turned`: its triangles face the other side."""
     from trimesh import Trimesh
     from trimesh.visual import TextureVisuals
 
@@ -259,7 +259,7 @@ def build_trimesh(part: MeshPart, materials: GltfMaterials, *, turned: bool) -> 
 
 
 def part_to_glb(part: MeshPart, *, turned: bool) -> bytes:
-    """One part as a GLB file, in the frame of its shape and unscaled: z is not rotated to y up."""
+    """Returns one part as a GLB file, in the frame of its shape and unscaled, without rotating z to y up."""
     import trimesh
 
     scene: Any = trimesh.Scene()
@@ -275,7 +275,7 @@ _Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 
 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
-    """The file; None after an error, which is reported to `sink`."""
+    """Returns the file, or None after an error, which is reported to `sink`."""
     mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin))
     try:
         drawn = tuple(build_scene_meshes(mesh_builder, scene, options.show) for scene in measured.scenes)
@@ -289,7 +289,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
 
 
 class _GlbWriter:
-    """Fills a trimesh scene; equal surfaces and materials are written once."""
+    """Fills a trimesh scene. Equal surfaces and materials are written once."""
 
     def __init__(self, name: str, sink: Sink) -> None:
         import trimesh
@@ -302,7 +302,7 @@ class _GlbWriter:
         self._root = self._node(name, None, _Y_UP)
 
     def add(self, scenes: tuple[SceneMeshes, ...], cell: GridCell | None) -> None:
-        """Adds scenes; with a grid cell, side by side."""
+        """Adds scenes, side by side if there is a grid cell."""
         if cell is None:
             for scene in scenes:
                 self._add_scene(scene, self._root, "", None)
@@ -314,7 +314,7 @@ class _GlbWriter:
             self._add_scene(scene, self._node(name, self._root, place), f"{name}/", cell.half)
 
     def file(self) -> bytes:
-        """The bytes of the file."""
+        """Returns the bytes of the file."""
         # `Scene.export` rejects a scene without geometry.
         gltf: Any = import_module("trimesh.exchange.gltf")
         return bytes(gltf.export_glb(self._scene, tree_postprocessor=self._materials.finish))
@@ -336,12 +336,12 @@ class _GlbWriter:
                     self._add_shape(self._clip_plane(shape, body, scene, half), nodes[-1])
 
     def _clip_plane(self, shape: MeshShape, body: BodyMeshes, scene: SceneMeshes, half: float | None) -> MeshShape:
-        """The shape; a plane is clipped to the room that its scene has."""
+        """Returns the shape; a plane is clipped to the space of its scene."""
         clipped = clip_to_scene(shape, body, scene, half)
         if clipped.scale != shape.scale:
-            word = "endless plane" if shape.endless else "plane"
+            word = "infinite plane" if shape.endless else "plane"
             _, y, z = clipped.scale
-            message = f"this {word} is drawn {2 * y:.3g} m by {2 * z:.3g} m"
+            message = f"this {word} is written as {2 * y:.3g} m by {2 * z:.3g} m"
             self._sink.report("SC746", message, shape.origin or Location(None))
         return clipped
 
@@ -356,7 +356,7 @@ class _GlbWriter:
             self._node(f"{node}/{number}", node, np.eye(4), self._mesh(shape, number))
 
     def _mesh(self, shape: MeshShape, number: int) -> str:
-        """The name of a part's mesh; equal parts share one."""
+        """Returns the name of a part's mesh; equal parts share one."""
         part = shape.parts[number]
         key = (part.surface, part.look, shape.turned)
         if key not in self._meshes:

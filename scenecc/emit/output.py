@@ -29,7 +29,7 @@ _INDENT = "  "
 
 
 class XmlElement:
-    """An element and its children. Attributes that are None are left out."""
+    """An element and its children. Attributes that are None are omitted."""
 
     __slots__ = ("attributes", "children", "tag")
 
@@ -48,13 +48,13 @@ class XmlElement:
         return child
 
     def walk(self) -> Iterator[XmlElement]:
-        """This element and all its descendants, in document order."""
+        """Yields this element and all its descendants, in document order."""
         yield self
         for child in self.children:
             yield from child.walk()
 
     def lines(self, depth: int = 0) -> Iterator[str]:
-        """Its text, line by line."""
+        """Yields its text, line by line."""
         head = "".join(f" {name}={quoteattr(value)}" for name, value in self.attributes.items())
         if not self.children:
             yield f"{_INDENT * depth}<{self.tag}{head}/>"
@@ -66,17 +66,17 @@ class XmlElement:
 
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML cannot hold. Names in a plan's JSON may have them."""
+"""Characters that XML does not allow, but names in a plan's JSON do."""
 
 
 def format_document(root: XmlElement) -> bytes:
-    """An XML file with this root element."""
+    """Returns an XML file with this root element."""
     text = "\n".join(['<?xml version="1.0" encoding="utf-8"?>', *root.lines(), ""])
     return _NOT_XML.sub("\ufffd", text).encode()
 
 
 def format_attribute(value: Any) -> str:
-    """The text of an attribute: a string, a flag, a number, or several numbers."""
+    """Formats an attribute: a string, a flag, a number, or several numbers."""
     if isinstance(value, str):
         return value
     if isinstance(value, bool | np.bool_):
@@ -85,12 +85,12 @@ def format_attribute(value: Any) -> str:
 
 
 def format_numbers(values: Iterable[float]) -> str:
-    """Numbers separated by spaces."""
+    """Formats numbers, separated by spaces."""
     return " ".join(format_number(float(value)) for value in values)
 
 
 def format_number(value: float) -> str:
-    """The shortest text of a number: for a float32 number, the shortest that float32 reads back as the same number."""
+    """Formats a number with the fewest digits. A float32 number gets the fewest that read back as the same float32."""
     if value == 0:
         return "0"
     with np.errstate(over="ignore"):
@@ -100,14 +100,14 @@ def format_number(value: float) -> str:
 
 
 UNLIMITED: Final = 1e10
-"""Written for a limit that the joint does not have but the format requires [m, rad]."""
+"""Written for a missing limit if the format requires one [m, rad]."""
 
 MAX_LIMIT: Final = 1e38
-"""A force or velocity limit above this counts as unlimited."""
+"""A force or velocity limit above this means unlimited."""
 
 
 def is_pure_damping(joint: MeasuredJoint) -> bool:
-    """Whether its drive acts as joint damping alone: no stiffness and no velocity target (a force limit is allowed)."""
+    """Returns whether a drive only damps its joint: no stiffness and no velocity target. It may have a force limit."""
     return joint.drive_mode == "force" and joint.stiffness == 0 and joint.drive_velocity_target == 0
 
 
@@ -116,12 +116,12 @@ Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
 
 
 def transform_direction(pose: Pose7, vector: Vec3) -> Vec3:
-    """A direction of a pose's own frame, in the parent frame."""
+    """Transforms a direction from a pose's own frame to the parent frame."""
     return rotate(normalized(pose[3:]), vector)
 
 
 def pose_in_row(value: Value | None, row: int) -> Pose7:
-    """One row of a pose of the plan; the identity if it is None."""
+    """Returns one row of a pose of the plan, or the identity if it is None."""
     return IDENTITY_POSE if value is None else to_pose(value.row(row))
 
 
@@ -149,18 +149,18 @@ class AssetFolder:
 
 
 def optional_fields(part: type, *without: str) -> tuple[str, ...]:
-    """The optional fields of `part`, a dataclass of the plan, without some: those that a format supports."""
+    """Returns the optional fields of a plan's dataclass, except those `without`, which a format supports."""
     return tuple(
         item.name for item in fields(part) if item.compare and item.default is None and item.name not in without
     )
 
 
 PHYSX_SETTINGS: Final = optional_fields(Physics, "timestep", "gravity", "default_material")
-"""Fields of `Physics` that are specific to PhysX or to parallel scenes: no other format supports them."""
+"""Fields of `Physics` that are specific to PhysX or to parallel scenes, which no other format supports."""
 
 
 class UnsupportedFeatures:
-    """Collects what is left out or changed, and reports it at the end: one warning for equal findings."""
+    """Collects what is omitted or changed, and reports it at the end: one warning for equal findings."""
 
     def __init__(self, sink: Sink, *, left_out: str, otherwise: str) -> None:
         """`left_out`, `otherwise`: codes of the two warnings."""
@@ -170,15 +170,15 @@ class UnsupportedFeatures:
         self._found: dict[tuple[str, str, str], tuple[Origin | None, int]] = {}
 
     def leave_out(self, name: str, what: str, place: Origin | None) -> None:
-        """A feature of the entity `name` is not in the file. `what`: the feature, as in "`damping` of a joint"."""
+        """Records that a feature of the entity `name` is not in the file. `what`: as in "`damping` of a joint"."""
         self._take(self._left_out, name, f"left out: {what}", place)
 
     def change(self, name: str, what: str, place: Origin | None) -> None:
-        """A feature of the entity `name` is approximated in the file. `what`: a sentence that says how."""
+        """Records that a feature of the entity `name` is approximated. `what`: a sentence that says how."""
         self._take(self._otherwise, name, what, place)
 
     def fields(self, name: str, thing: object, fields: Iterable[str], place: Origin | None, of: str = "") -> None:
-        """Leaves out those of some `fields` that are set in `thing`, a part of the plan. `of`: as in " of a joint"."""
+        """Records those of some `fields` that are set in a part of the plan as omitted. `of`: as in " of a joint"."""
         names = [f"`{SPEC_FIELD_NAMES.get(field, field)}`" for field in fields if getattr(thing, field) is not None]
         if names:
             self.leave_out(name, f"{', '.join(names)}{of}", place)

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     )
 
 _GIMBAL_LOCK: Final = 1e-6
-"""Below this length of x's projection onto the xy plane, roll and yaw are not distinguishable."""
+"""Below this length of x's projection onto the xy plane, roll and yaw cannot be distinguished."""
 
 
 def write_origin(element: XmlElement, pose: Pose7) -> None:
@@ -57,7 +57,7 @@ def write_origin(element: XmlElement, pose: Pose7) -> None:
 
 
 def roll_pitch_yaw(pose: Pose7) -> Vec3:
-    """Roll, pitch and yaw [rad]."""
+    """Returns roll, pitch and yaw [rad]."""
     x, y, z = (transform_direction(pose, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     level = hypot(x[0], x[1])
     pitch = atan2(-x[2], level)
@@ -96,7 +96,7 @@ def _write_collision_geometry(robot: UrdfRobot, shape: MeasuredShape, geometry: 
         return
     if shape.kind == "triangle_mesh":
         words = (
-            f"a {type_name(type(shape.shape.geometry))} is a triangle mesh, which other readers may take as its hull"
+            f"a {type_name(type(shape.shape.geometry))} is a triangle mesh, which other readers may replace by its hull"
         )
         robot.unsupported.change(robot.name, words, shape.shape.origin)
     _write_mesh(robot, geometry, f"{robot.name}_collision", encode_obj(mesh.vertices, mesh.triangles))
@@ -136,7 +136,7 @@ def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlEl
 
 
 def _material(robot: UrdfRobot, look: SurfaceMaterial, shape: MeshShape) -> XmlElement:
-    """A `<material>` with a colour or a texture."""
+    """Returns a `<material>` with a colour or a texture."""
     unsupported = [
         f"`{item.name.replace('_image', '_texture')}`" for item in fields(look) if _is_unsupported(look, item.name)
     ]
@@ -169,7 +169,7 @@ class UrdfRobot:
     """One robot, while it is written.
 
     Attributes:
-        moved: pose of each link's frame in the file, relative to the link's own frame.
+        moved: pose of each link's frame in the file, relative to the link's frame in the plan.
         joints: name of each link's joint, by the link's number.
         looks: names of materials.
     """
@@ -185,7 +185,7 @@ class UrdfRobot:
 
     @property
     def name(self) -> str:
-        """The entity's."""
+        """Name of the entity."""
         return self.measured.entity.name
 
 
@@ -208,22 +208,22 @@ def write_robot(robot: UrdfRobot) -> None:
 
 
 def _joint_names(measured: MeasuredEntity) -> dict[int, str]:
-    """The name of each link's joint, by the link's number: its own, or a new unique one."""
+    """Returns the name of each link's joint, by the link's number: its own, or a new unique one."""
     joints = {number: body.joint.name for number, body in enumerate(measured.bodies) if body.joint is not None}
     names = UniqueNames(*joints.values())
     return {number: name or names.new(f"{measured.bodies[number].name}_joint") for number, name in joints.items()}
 
 
 _NO_OFFSET: Final = 1e-6
-"""An offset below this is the engine's rounding of a pose [m]."""
+"""A smaller offset is the engine's rounding of a pose [m]."""
 
 
 def _link_offset(robot: UrdfRobot, body: MeasuredBody) -> Pose7:
-    """URDF puts the frame of a link with a revolute joint on the joint's axis."""
+    """Returns the offset of a link's frame in the file: URDF puts the frame of a revolute link on the joint's axis."""
     joint = body.joint
     if joint is None or joint.type in {"fixed", "prismatic"} or max(map(abs, joint.pose_in_child[:3])) < _NO_OFFSET:
         return IDENTITY_POSE
-    words = f"the frame of the link `{body.name}` is moved onto the axis of its joint"
+    words = f"the frame of the link `{body.name}` is moved to the axis of its joint"
     robot.unsupported.change(robot.name, words, joint.joint.origin)
     return (*joint.pose_in_child[:3], *IDENTITY_POSE[3:])
 
@@ -244,7 +244,7 @@ def _write_link(robot: UrdfRobot, number: int, body: MeasuredBody) -> None:
 
 def _write_joint(robot: UrdfRobot, number: int, joint: MeasuredJoint) -> None:
     body = robot.measured.bodies[number]
-    assert body.parent is not None  # of every link with a joint
+    assert body.parent is not None  # every link with a joint has one
     element = robot.root.add("joint", name=robot.joints[number], type=_joint_type(joint))
     parent_back = invert(robot.moved[body.parent])
     at = compose(parent_back, compose(joint.pose_in_parent, invert(joint.pose_in_child)))
@@ -273,7 +273,7 @@ def _write_limit(robot: UrdfRobot, element: XmlElement, joint: MeasuredJoint) ->
     low, high = joint.limits
     endless = element.attributes["type"] == "continuous"
     if not endless and (math.isinf(low) or math.isinf(high)):
-        words = f"a side on which a joint has no limit has {UNLIMITED:g}"
+        words = f"a missing limit of a joint is written as {UNLIMITED:g}"
         robot.unsupported.change(robot.name, words, joint.joint.origin)
     element.add(
         "limit",
@@ -296,7 +296,7 @@ def _write_mimic(robot: UrdfRobot, element: XmlElement, joint: MeasuredJoint) ->
 def _report_joint(robot: UrdfRobot, joint: MeasuredJoint) -> None:
     unsupported, name, place = robot.unsupported, robot.name, joint.joint.origin
     if not is_pure_damping(joint) and (joint.stiffness or joint.damping):
-        unsupported.leave_out(name, "the drive of a joint, but for its `force_limit`", place)
+        unsupported.leave_out(name, "the drive of a joint, except its `force_limit`", place)
     if joint.armature:
         unsupported.leave_out(name, "`armature` of a joint", place)
     structure = robot.measured.structure
@@ -311,7 +311,7 @@ def _report_joint(robot: UrdfRobot, joint: MeasuredJoint) -> None:
 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
-    """A URDF, `NAME.urdf`, or one for each articulation; None after an error. See `scenecc.emit.export`."""
+    """Returns a URDF, `NAME.urdf`, or one for each articulation; None after an error. See `scenecc.emit.export`."""
     chosen = _select_entities(measured.scenes[0], options, sink)
     unsupported = UnsupportedFeatures(sink, left_out="SC740", otherwise="SC741")
     mesh_builder = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
@@ -334,7 +334,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sin
 
 
 def _select_entities(scene: MeasuredScene, options: ExportOptions, sink: Sink) -> Sequence[MeasuredEntity]:
-    """The entities to write; none after an error."""
+    """Returns the entities to write; empty after an error."""
     named = {each.entity.name: each for each in scene.entities}
     robots = {name: each for name, each in named.items() if isinstance(each.structure, ArticulationStructure)}
     words = ", ".join(f"`{name}`" for name in robots) or "none"
@@ -344,11 +344,11 @@ def _select_entities(scene: MeasuredScene, options: ExportOptions, sink: Sink) -
         message = f"there is no entity `{options.entity}` in scene {scene.index}; its articulations: {words}"
         sink.report("SC915", message, Location(None), path=("entity",))
     elif not robots:
-        message, hint = f"scene {scene.index} has no articulation", "choose a body as `entity`: a robot of one link"
+        message, hint = f"scene {scene.index} has no articulation", "choose a body as `entity`, as a one-link robot"
         sink.report("SC915", message, Location(None), hint=hint, path=("target",))
     elif len(robots) > 1 and not options.folder:
-        message = f"one file is one robot, and scene {scene.index} has {words}"
-        hint = "choose one as `entity`, or write a folder of them"
+        message = f"a file holds one robot, but scene {scene.index} has {words}"
+        hint = "choose one as `entity`, or write a folder"
         sink.report("SC915", message, Location(None), hint=hint, path=("entity",))
     else:
         return tuple(robots.values())

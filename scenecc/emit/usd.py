@@ -59,12 +59,12 @@ class Stage:
     Attributes:
         stage: in metres and kilograms, z up.
         root: path of the root prim.
-        unsupported: takes the features that USD does not support.
+        unsupported: receives the features that USD does not support.
         assets: images.
     """
 
     def __init__(self, name: str, unsupported: UnsupportedFeatures) -> None:
-        """`name`: of the file, without its suffix."""
+        """Makes an empty stage. `name`: of the file, without its suffix."""
         self.usd: Any = import_module("pxr.Usd")
         self.geom: Any = import_module("pxr.UsdGeom")
         self.physics: Any = import_module("pxr.UsdPhysics")
@@ -84,7 +84,7 @@ class Stage:
         self.stage.SetDefaultPrim(self.geom.Xform.Define(self.stage, self.root).GetPrim())
 
     def path(self, above: str, name: str) -> str:
-        """A unique path below another. Names in USD are identifiers."""
+        """Returns a unique path below another. USD requires names to be identifiers."""
         return self._paths.new(f"{above}/{self.tf.MakeValidIdentifier(name)}")
 
     def xform(self, above: str, name: str, pose: tuple[float, ...] | None = None) -> Prim:
@@ -103,23 +103,23 @@ class Stage:
             made.AddScaleOp(self.geom.XformOp.PrecisionDouble).Set(self.gf.Vec3d(*scale))
 
     def vec3(self, numbers: tuple[float, ...]) -> Any:
-        """Three numbers."""
+        """Converts three numbers."""
         return self.gf.Vec3f(*map(float, numbers))
 
     def quat(self, pose: tuple[float, ...]) -> Any:
-        """The rotation of a pose."""
+        """Converts the rotation of a pose."""
         return self.gf.Quatf(*map(float, pose[3:]))
 
     def vec3s(self, rows: ArrayLike) -> Any:
-        """(n, 3) numbers."""
+        """Converts (n, 3) numbers."""
         return self.vt.Vec3fArray.FromNumpy(np.ascontiguousarray(rows, dtype=np.float32))
 
     def vec2s(self, rows: ArrayLike) -> Any:
-        """(n, 2) numbers."""
+        """Converts (n, 2) numbers."""
         return self.vt.Vec2fArray.FromNumpy(np.ascontiguousarray(rows, dtype=np.float32))
 
     def ints(self, numbers: ArrayLike) -> Any:
-        """(n,) integers."""
+        """Converts (n,) integers."""
         return self.vt.IntArray.FromNumpy(np.ascontiguousarray(numbers, dtype=np.int32).ravel())
 
 
@@ -136,7 +136,7 @@ class UsdMaterialWriter:
         self._scope: str | None = None
 
     def bind(self, made: Prim, look: SurfaceMaterial, entity: str, place: Origin | None) -> None:
-        """Binds a material to a prim. `entity`, `place`: where unsupported features are reported."""
+        """Binds a material to a prim. `entity`, `place`: location for reports of unsupported features."""
         stage = self._stage
         if look not in self._made:
             self._made[look] = self._material(look)
@@ -285,7 +285,7 @@ class UsdBodyWriter:
             stage.unsupported.fields(entity.entity.name, body.body, ("shading_mode",), place)
 
     def _write_velocities(self, rigid: Prim, entity: MeasuredEntity, body: MeasuredBody) -> None:
-        """Initial velocities; USD's angular ones are in degrees per second."""
+        """Writes initial velocities. USD's angular velocities are in degrees per second."""
         linear, angular = body.body.linear_velocity, body.body.angular_velocity
         if linear is not None:
             rigid.CreateVelocityAttr(self._stage.vec3(tuple(linear.row(entity.row))))
@@ -294,7 +294,7 @@ class UsdBodyWriter:
 
     def _write_mass(self, prim: Prim, body: MeasuredBody) -> None:
         mass = body.mass
-        assert mass is not None  # of every body that moves
+        assert mass is not None  # every body that moves has one
         api = self._stage.physics.MassAPI.Apply(prim)
         api.CreateMassAttr(mass.mass)
         api.CreateCenterOfMassAttr(self._stage.vec3(mass.com[:3]))
@@ -342,7 +342,7 @@ class UsdBodyWriter:
         )
 
     def _collider(self, path: str, shape: MeasuredShape) -> tuple[Prim, tuple[float, ...] | None]:
-        """A collider prim and its scale, if any. As in SAPIEN, solids lie along x, and a plane's normal is x."""
+        """Returns a collider prim and its scale, if any. As in SAPIEN, solids lie along x, as does a plane's normal."""
         stage, geom = self._stage, self._stage.geom
         match shape.kind, shape.sizes:
             case "box", sizes:
@@ -364,7 +364,7 @@ class UsdBodyWriter:
                 made.CreateAxisAttr(geom.Tokens.x)
                 return made, None
             case _:
-                assert shape.mesh is not None  # of every shape that is no primitive
+                assert shape.mesh is not None  # every shape that is not a primitive has one
                 return self._write_cooked(path, shape, shape.mesh), None
 
     def _write_cooked(self, path: str, shape: MeasuredShape, mesh: MeasuredMesh) -> Prim:
@@ -399,7 +399,7 @@ def write_joints(stage: Stage, entity: MeasuredEntity, above: str, links: list[s
                 name, planned.joint, _UNSUPPORTED_JOINT_FIELDS, planned.joint.origin or structure.origin, of
             )
     for mimic in structure.mimics:
-        words = f"that `{mimic.joint}` follows `{mimic.source}`"
+        words = f"the mimic joint `{mimic.joint}` of `{mimic.source}`"
         stage.unsupported.leave_out(name, words, mimic.origin or structure.origin)
     stage.unsupported.fields(name, structure, _UNSUPPORTED_ARTICULATION_FIELDS, structure.origin)
 
@@ -427,7 +427,7 @@ def _write_joint(stage: Stage, body: MeasuredBody, joint: MeasuredJoint, above: 
 
 
 def _write_limits(limits: Iterable[float], set_low: Prim, set_high: Prim, *, angular: bool) -> None:
-    """The limits of an axis [m, rad], by setters of USD's, which counts angles in degrees."""
+    """Writes the limits of an axis [m, rad] with setters of USD, which uses degrees."""
     for limit, set_limit in zip(limits, (set_low, set_high), strict=True):
         if math.isfinite(limit):
             set_limit(math.degrees(limit) if angular else float(limit))
@@ -441,16 +441,7 @@ def _write_drive_api(
     strength: tuple[float, float, float],
     target: tuple[float, float],
 ) -> None:
-    """The drive of an axis of USD's.
-
-    Args:
-        stage: that has the joint.
-        made: the joint.
-        axis: "linear", "angular", or a degree of freedom, as "transX" or "rotX".
-        mode: "force" or "acceleration".
-        strength: stiffness, damping and limit of force, in radians where it turns.
-        target: position and velocity [m, m/s or rad, rad/s].
-    """
+    """Writes the drive of an axis: stiffness, damping and force limit, and target position and velocity [m, rad]."""
     drive = stage.physics.DriveAPI.Apply(made.GetPrim(), axis)
     each = math.radians(1) if axis.startswith(("rot", "angular")) else 1.0
     stiffness, damping, force_limit = strength
@@ -484,7 +475,7 @@ _DEGREES_OF_FREEDOM: Final = {
     "swing": ("rotY", "rotZ"),
     "slerp": ("rotX", "rotY", "rotZ"),
 }
-"""Axis of a drive to USD's degrees of freedom."""
+"""Axis of a drive → USD's degrees of freedom."""
 
 _JOINT_CLASSES: Final[dict[type, str]] = {
     Weld: "FixedJoint",
@@ -509,7 +500,7 @@ def write_constraint(stage: Stage, constraint: Constraint, row: int, paths: dict
     in_parent, in_child = (pose_in_row(pose, row) for pose in (constraint.pose_in_parent, constraint.pose_in_child))
     connect_bodies(stage, made, parent, paths[constraint.child.entity, constraint.child.link], in_parent, in_child)
     made.CreateExcludeFromArticulationAttr(defaultValue=True)
-    # PhysX keeps two bodies that a constraint ties from colliding, also where it is not enabled.
+    # PhysX prevents collisions between two constrained bodies, even if the constraint is disabled.
     made.CreateCollisionEnabledAttr(parent is None)
     if constraint.enabled is not None:
         made.CreateJointEnabledAttr(bool(constraint.enabled.row(row)))
@@ -549,7 +540,7 @@ def _write_axis_limit(stage: Stage, made: Prim, limit: AxisLimit, row: int) -> N
 
 
 def _axis_targets(joint: Drive, row: int) -> dict[str, tuple[float, float]]:
-    """Target position and velocity along each linear axis [m, m/s]."""
+    """Returns target position and velocity along each linear axis [m, m/s]."""
 
     def rows(value: Value | None) -> list[float]:
         return [0.0] * 3 if value is None else [float(number) for number in value.row(row)[:3]]
@@ -563,7 +554,7 @@ _UNSUPPORTED_PHYSICS_FIELDS: Final = ("timestep", *PHYSX_SETTINGS)
 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
-    """The file and its images; None after an error, which is reported to `sink`."""
+    """Returns the file and its images, or None after an error, which is reported to `sink`."""
     unsupported = UnsupportedFeatures(sink, left_out="SC750", otherwise="SC750")
     mesh_builder = MeshBuilder(plan, lambda problem, origin: problem.report(sink, origin))
     try:
@@ -605,7 +596,7 @@ def _write_entity(
         paths[name, None] = str(made.GetPath())
         bodies.write(made, entity, body)
         return
-    # Links are siblings at their world poses: USD would move a body nested in another one twice.
+    # Links are siblings at their world poses, because USD would move a nested body twice.
     above = str(stage.xform(stage.root, name).GetPath())
     links: list[str] = []
     for body in entity.bodies:
@@ -629,7 +620,7 @@ def _report_unsupported(stage: Stage, plan: ScenePlan, scene: int) -> None:
 
 
 def _stage_to_bytes(stage: Stage, suffix: str) -> bytes:
-    """A stage as bytes. Usd-core writes the binary format only to files."""
+    """Returns a stage as bytes. Usd-core writes the binary format only to files."""
     layer = stage.stage.GetRootLayer()
     if suffix == ".usda":
         return str(layer.ExportToString()).encode()

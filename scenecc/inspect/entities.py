@@ -33,14 +33,9 @@ if TYPE_CHECKING:
 
 
 def measure_extents(structure: BodyStructure, row: int = 0) -> tuple[float, float, float] | None:
-    """The extents of a body along the axes of its own frame [m], visual shapes included.
+    """Returns the extents of a body along the axes of its own frame [m], visual shapes included.
 
-    Args:
-        structure: the body.
-        row: which of its entity's scenes.
-
-    Returns:
-        None if a shape is a mesh, or an infinite plane without a visual.
+    None if a shape is a mesh, or an infinite plane without a visual. `row`: of the scene among the entity's scenes.
     """
     corners: list[NDArray[np.float64]] = []
     seen_plane = any(isinstance(shape.geometry, VisualPlane) for shape in structure.visuals)
@@ -55,7 +50,7 @@ def measure_extents(structure: BodyStructure, row: int = 0) -> tuple[float, floa
     if not corners:
         return None
     x, y, z = np.max(corners, axis=0) - np.min(corners, axis=0)
-    # What the rotation of a flat shape leaves of its thickness is rounding.
+    # A rotated flat shape has a rounding error as its thickness.
     return (round(float(x), 12), round(float(y), 12), round(float(z), 12))
 
 
@@ -63,7 +58,7 @@ Size = tuple[float, float, float]
 
 
 def measured_size(bodies: Iterable[MeasuredBody]) -> Size | None:
-    """Extents of the collision shapes of some bodies, along the axes of the first body [m].
+    """Returns the extents of the collision shapes of some bodies, along the axes of the first body [m].
 
     None if there are no collision shapes, or one is a plane.
     """
@@ -85,7 +80,7 @@ def _bounds(
     vertices: NDArray[np.float64] | None,
     frame: NDArray[np.float64],
 ) -> NDArray[np.float64] | None:
-    """Points (n, 3) that bound a solid or a mesh at a pose, (4, 4); None for a plane."""
+    """Returns points (n, 3) that bound a solid or a mesh at a pose (4, 4), or None for a plane."""
     rotation, centre = frame[:3, :3], frame[:3, 3]
     if vertices is not None:
         return vertices @ rotation.T + centre
@@ -96,7 +91,7 @@ def _bounds(
 
 
 def _extents(bounds: Sequence[NDArray[np.float64] | None]) -> Size | None:
-    """Extents of all points; None if there are none, or a shape has no bounds."""
+    """Returns the extents of all points, or None if there are none or a shape has no bounds."""
     points = [one for one in bounds if one is not None]
     if not points or len(points) < len(bounds):
         return None
@@ -119,21 +114,14 @@ _MASSES: Final = SIZE_FIELDS | {"density", "mass"}
 _POSITIONS: Final = SIZE_FIELDS | {"qpos"}
 
 _NEUTRAL: Final[dict[str, Any]] = {"pose.p": [0, 0, 0], "scale": [1, 1, 1]}
-"""Facts of a shape without an effect, which people are not shown."""
+"""Values of shapes that have no effect, and are not shown to people."""
 
 Made = tuple[int, "MeasuredEntity"]
 """Index of a scene, and a measured entity of it."""
 
 
 def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made | None) -> Item:
-    """The item of an entity.
-
-    Args:
-        entity: which is in `scene`, if that is given.
-        plan: that has it.
-        scene: the scene to describe; None: all of them.
-        made: the measured entity; None: nothing was built.
-    """
+    """Returns the item of an entity in a scene (None: in all). `made`: the measured entity, if it was built."""
     row = None if scene is None else entity.scene_idxs.index(scene)
     structures = entity.structures if row is None else (entity.structure(row),)
     one = structures[0]
@@ -152,12 +140,12 @@ def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made |
 
 
 def body_types(structures: Iterable[BodyStructure | ArticulationStructure]) -> str:
-    """The types of some structures, joined by `|` where they differ."""
+    """Returns the types of some structures, joined by `|` if they differ."""
     return "|".join(dict.fromkeys(map(structure_type, structures)))
 
 
 def scene_facts(scene_idxs: Sequence[int], plan: ScenePlan) -> Iterator[Fact]:
-    """The scenes of an object."""
+    """Yields the scenes of an object."""
     if len(scene_idxs) == plan.num_scenes:
         yield Fact("scene_idxs", "all", "")
     else:
@@ -193,13 +181,13 @@ class _Bodies:
     def groups(
         self, structure: BodyStructure | ArticulationStructure
     ) -> tuple[tuple[str, Item | tuple[Item, ...]], ...]:
-        """The items of a structure: its shapes, or its links."""
+        """Returns the items of a structure: its shapes, or its links."""
         if not isinstance(structure, ArticulationStructure):
             return (("shapes", tuple(self._shapes(structure, in_link=False))),)
         return (("links", tuple(self._link(structure, number) for number in range(len(structure.links)))),)
 
     def _measured_facts(self, structure: ArticulationStructure) -> Iterator[Fact]:
-        """Measured mass and size of all links."""
+        """Yields measured mass and size of all links."""
         made = self._made_of(structure)
         if made:
             masses = [body.mass.mass for body in made if body.mass is not None]
@@ -209,7 +197,7 @@ class _Bodies:
             yield self._with_scene(_size(size), differs=self._stance_differs)
 
     def _made_of(self, structure: BodyStructure | ArticulationStructure) -> tuple[MeasuredBody, ...]:
-        """The measured bodies of a structure; none if it was not built."""
+        """Returns the measured bodies of a structure; empty if it was not built."""
         if self._made is None or self._made[1].structure is not structure:
             return ()
         return self._made[1].bodies
@@ -229,7 +217,7 @@ class _Bodies:
         yield from self._facts.of(body.inertial, "inertial", without=("mass",))
 
     def _with_scene(self, measured: Fact, *, differs: bool) -> Fact:
-        """A measured fact, with its scene if it may differ in others."""
+        """Returns a measured fact, with its scene if it may differ in others."""
         if self._made is None or not differs:
             return measured
         words = f"{measured.words} in scene {self._made[0]}"
@@ -247,7 +235,7 @@ class _Bodies:
             yield self._shape(_label(shape, f"visuals[{index}]", in_link=in_link), None, shape)
 
     def _shape(self, label: str, collision: CollisionShape | None, visual: VisualShape | None) -> Item:
-        """The item of a collision shape, a visual shape, or both in one."""
+        """Returns the item of a collision shape, a visual shape, or both."""
         roles = [name for name, shape in (("collides", collision), ("seen", visual)) if shape is not None]
         found: dict[str, Fact] = {"roles": Fact("roles", roles, ", ".join(roles))}
         for shape in (collision, visual):
@@ -320,7 +308,7 @@ def _size(size: Size) -> Fact:
 
 
 def _label(shape: CollisionShape | VisualShape, otherwise: str, *, in_link: bool) -> str:
-    """The path of a shape below its body, as in a scene file."""
+    """Returns the path of a shape below its body, as in a scene file."""
     if in_link:
         return link_shape_path("", shape.origin, otherwise).removeprefix(".")
     place = shape_path(shape.origin, otherwise)
@@ -328,7 +316,7 @@ def _label(shape: CollisionShape | VisualShape, otherwise: str, *, in_link: bool
 
 
 def _is_same(collision: CollisionShape, visual: VisualShape, *, in_link: bool) -> bool:
-    """Whether a collision and a visual shape come from one shape of the file."""
+    """Returns whether a collision and a visual shape come from one shape of the file."""
     a, b = (_label(shape, "", in_link=in_link) for shape in (collision, visual))
     alike = collision.geometry == visual.geometry or (
         isinstance(collision.geometry, Plane) and isinstance(visual.geometry, VisualPlane)
@@ -337,7 +325,7 @@ def _is_same(collision: CollisionShape, visual: VisualShape, *, in_link: bool) -
 
 
 def used_materials(entity: Entity) -> Mapping[str, set[int]]:
-    """Indices of the materials that an entity's shapes may have, by table of the plan."""
+    """Returns the indices of materials that an entity's shapes may have, by table of the plan."""
     found: dict[str, set[int]] = {"physical": set(), "visual": set()}
     for body in entity.bodies:
         shapes: tuple[tuple[str, Any], ...] = (("physical", body.collisions), ("visual", body.visuals))
@@ -349,7 +337,7 @@ def used_materials(entity: Entity) -> Mapping[str, set[int]]:
 
 
 def mesh_size(body: Any) -> Size | None:
-    """Extents of a body of the engine whose collision shapes are all meshes [m]."""
+    """Returns the extents of an engine's body whose collision shapes are all meshes [m]."""
     shapes = body.collision_shapes
     if not shapes or not all(hasattr(shape, "vertices") for shape in shapes):
         return None
@@ -357,7 +345,7 @@ def mesh_size(body: Any) -> Size | None:
 
 
 def articulation_size(links: Iterable[Any]) -> Size | None:
-    """Extents of the collision shapes of some links of the engine, along the axes of the first one, at present [m].
+    """Returns the current extents of the collision shapes of some engine links, along the axes of the first [m].
 
     None if there are no collision shapes, or one is a plane.
     """
@@ -371,7 +359,7 @@ def articulation_size(links: Iterable[Any]) -> Size | None:
 
 
 def _engine_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
-    """Points that bound a shape of the engine. `pose`: of the shape."""
+    """Returns points that bound a shape of the engine. `pose`: of the shape."""
     from scenecc.backends.sapien.measure import read_live_geometry
 
     geometry, sizes = read_live_geometry(shape)
@@ -388,21 +376,21 @@ class SummaryRow:
     """One entity, constraint, light, camera, or the environment.
 
     Attributes:
-        body_type: of its structures, joined by `|` where they differ, "articulation" among them; of what is no
-            entity its own type: "weld", "spot", "camera".
-        shape_count: of the structure in its first scene, or of the largest where no engine was started: colliding
-            shapes, or visible ones where those are more; of an articulation, those of its links.
-        mass: [kg] in its first scene, as the engine has it; None where the body has none or no engine was started.
-        size: extents along its own axes [m] in its first scene; None if it follows from a mesh or from the engine, and
-            if no engine was started and it differs between scenes.
-        scene_idxs: the scenes it is in.
+        body_type: of its structures, joined by `|` if they differ; "articulation" is one of them. Other objects have
+            their own type: "weld", "spot", "camera".
+        shape_count: number of collision shapes, or of visual shapes if there are more; includes all links. Of the
+            structure in the first scene, or of the largest if no engine was started.
+        mass: [kg] in its first scene, from the engine. None: it has none, or no engine was started.
+        size: extents along its own axes [m] in its first scene. None: it follows from a mesh or from the engine, or no
+            engine was started and it differs between scenes.
+        scene_idxs: its scenes.
         field_count: number of fields with a value; 0 if an engine was started.
         varying: the fields that differ between scenes; empty if an engine was started.
-        masses: the least and the largest of its scenes [kg], where there is a mass.
+        masses: smallest and largest of its scenes [kg], if it has a mass.
         size_differs: whether its size may differ between scenes.
         section: of the scene file.
-        link_count, dof: of an articulation, in its first scene; of a body 0.
-        mounts: what it is mounted on, as in a scene file; of a constraint, child and parent.
+        link_count, dof: for an articulation, in its first scene; 0 for a body.
+        mounts: its mount, as in a scene file; for a constraint, child and parent.
     """
 
     name: str
@@ -422,12 +410,12 @@ class SummaryRow:
 
 
 def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, ...] | None = None) -> list[SummaryRow]:
-    """One row per entity, in build order; then the constraints, the environment, lights and cameras.
+    """Returns one row per entity, in build order, and then the constraints, the environment, lights and cameras.
 
     Args:
         plan: the whole plan.
-        batch: the live scenes; None after a dry run.
-        scene_idxs: scenes to summarize; None: all of them.
+        batch: the live scenes. None: after a dry run.
+        scene_idxs: scenes to summarize. None: all.
     """
     asked = range(plan.num_scenes) if scene_idxs is None else set(scene_idxs)
     rows: list[SummaryRow] = []
@@ -496,7 +484,7 @@ def _planned_row(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) ->
 def _common(
     entity: Entity, first: BodyStructure | ArticulationStructure, scene_idxs: tuple[int, ...], fields: Fields
 ) -> SummaryRow:
-    """The part of a row that needs no engine. `first`: the structure in the first of the scenes."""
+    """Returns the part of a row that needs no engine. `first`: the structure in the first of the scenes."""
     articulated = isinstance(first, ArticulationStructure)
     return SummaryRow(
         name=entity.name,
@@ -512,7 +500,7 @@ def _common(
 
 
 def _is_known(entity: Entity) -> bool:
-    """Whether its structures are known without drawing."""
+    """Returns whether an entity's structures are known without drawing."""
     return entity.pick is None or entity.pick.known
 
 
@@ -542,7 +530,7 @@ def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, field
 
 
 def _measure_links(objs: list[Any]) -> tuple[list[float], tuple[float, float, float] | None]:
-    """Masses of some articulations [kg], and the size of the first [m]."""
+    """Returns the masses of some articulations [kg], and the size of the first [m]."""
     masses = [float(sum(link.get_mass() for link in obj.get_links())) for obj in objs]
     return masses, articulation_size(sorted(objs[0].get_links(), key=lambda link: link.get_index()))
 
@@ -550,7 +538,7 @@ def _measure_links(objs: list[Any]) -> tuple[list[float], tuple[float, float, fl
 def _measure_bodies(
     objs: list[Any], structure: BodyStructure, row: int
 ) -> tuple[list[float], tuple[float, float, float] | None]:
-    """Masses of some bodies [kg], and the size of the first [m], which has this structure and row."""
+    """Returns the masses of some bodies [kg], and the size of the first [m], which has this structure and row."""
     body = _rigid_body(objs[0])
     # SAPIEN gives a body without collision shapes a milligram.
     weighs = bool(structure.collisions) or structure.inertial is not None
@@ -559,5 +547,5 @@ def _measure_bodies(
 
 
 def _rigid_body(obj: Any) -> Any:
-    """The physics component of an entity of the engine; None if it has only visual shapes."""
+    """Returns the physics component of an engine's entity, or None if it has only visual shapes."""
     return next((component for component in obj.components if hasattr(component, "collision_shapes")), None)

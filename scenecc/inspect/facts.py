@@ -31,7 +31,7 @@ _LABELS: Final = {
     "defaults": "",
     "bytes": "",
 }
-"""Labels of facts for people, where they differ from the names."""
+"""Labels of facts for people, if they differ from the names."""
 
 
 @frozen
@@ -40,9 +40,9 @@ class Fact:
 
     Attributes:
         name: as in scene files, if they have it.
-        value: plain data, in SI units; infinite numbers are the texts "inf" and "-inf". Of what scenes differ in and no
-            scene was asked for, a mapping: `alternatives`, or `low` and `high`, and `at_reset` where a reset draws it.
-        words: for people, with the unit; "": only programs are shown it.
+        value: plain data, in SI units; infinite numbers are "inf" and "-inf". If scenes differ and no scene was
+            requested, a mapping: `alternatives`, or `low` and `high`, and `at_reset` if a reset draws it.
+        words: for people, with the unit. "": shown only to programs.
     """
 
     name: str
@@ -64,8 +64,8 @@ class Item:
         type: "" if its group implies it.
         facts: in order, with unique names.
         groups: its parts, by kind: one item, or any number.
-        hidden: total number of items left out below it.
-        under: number of its parent in the same group, as of a link; less than its own.
+        hidden: total number of omitted items below it.
+        under: index of its parent in the same group, smaller than its own; for links.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Item:
     under: int | None = None
 
     def data(self) -> dict[str, Any]:
-        """The item as plain data, for programs."""
+        """Returns the item as plain data, for programs."""
         found: dict[str, Any] = {}
         if self.name:
             found["name"] = self.name
@@ -90,7 +90,7 @@ class Item:
         return found
 
     def cut(self, depth: int) -> Item:
-        """The item with at most so many levels below it."""
+        """Returns the item with at most `depth` levels below it."""
         if depth > 0:
             groups = tuple((name, _cut(group, depth - 1)) for name, group in self.groups)
             return Item(self.name, self.type, self.facts, groups, under=self.under)
@@ -107,7 +107,7 @@ def _cut(group: Item | tuple[Item, ...], depth: int) -> Item | tuple[Item, ...]:
 
 
 def some_words(names: tuple[str, ...], most: int = 3) -> str:
-    """The first of many names, and the number of the others."""
+    """Returns the first of many names, and the number of the others."""
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
@@ -127,21 +127,21 @@ UNITS: Final = {
     **dict.fromkeys(("fovx", "fovy", "inner_fov", "outer_fov"), "rad"),
     **dict.fromkeys(("width", "height", "map_size", "fx", "fy", "cx", "cy"), "px"),
 }
-"""Of numbers, by the last part of a field's name."""
+"""Units of numbers, by the last part of a field's name."""
 
 _IDENTITY: Final = (1.0, 0.0, 0.0, 0.0)
 _NO_UNITS: Final[Mapping[str, str]] = {}
 _MOST_LISTED: Final = 64
-"""Maximum number of alternatives that are listed for programs; of more, the bounds are."""
+"""Largest number of alternatives that are listed for programs. Above it, bounds are given."""
 
 
 class FactReader:
     """Reads the fields of a plan's dataclasses.
 
     Args:
-        plan: whose tables indices point into.
-        row: of the values, that of the scene to describe; None: the range over all rows.
-        units: of numbers, before those of `UNITS`.
+        plan: has the tables that indices refer to.
+        row: of the scene to describe, in the values. None: the range over all rows.
+        units: units of numbers; they override `UNITS`.
     """
 
     def __init__(self, plan: ScenePlan, row: int | None, units: Mapping[str, str] = _NO_UNITS) -> None:
@@ -150,13 +150,7 @@ class FactReader:
         self.units = units
 
     def of(self, node: Any, place: str = "", *, without: Container[str] = ()) -> Iterator[Fact]:
-        """Facts of all fields of a dataclass and of those nested in it.
-
-        Args:
-            node: None: there are none.
-            place: prefix of the names.
-            without: fields to leave out.
-        """
+        """Yields facts of all fields of a dataclass and of those nested in it. `place`: prefix of the names."""
         if node is None:
             return
         for item in fields(node):
@@ -169,7 +163,7 @@ class FactReader:
                     yield from self._field(value, label)
 
     def value(self, name: str, value: Value) -> Iterator[Fact]:
-        """The facts of a value; of a pose the position, and the rotation unless it is the identity."""
+        """Yields the facts of a value. For a pose, the position, and the rotation unless it is the identity."""
         if self.row is None and not value.is_constant:
             yield from self._pose(name, value) if is_pose(name) else (self._make_varying_fact(name, value),)
             return
@@ -248,7 +242,7 @@ class FactReader:
 
 
 def fact(name: str, value: Any, unit: str | None = None) -> Fact:
-    """A number, flag, text or vector with its unit, by default that of the name."""
+    """Returns a number, flag, text or vector with its unit, by default that of its name."""
     unit = unit_of(name) if unit is None else unit
     item = tuple(cast("list[Any]", value)) if isinstance(value, list) else value
     words = _words(item)
@@ -256,7 +250,7 @@ def fact(name: str, value: Any, unit: str | None = None) -> Fact:
 
 
 def unit_of(name: str) -> str:
-    """The unit of a field's numbers; "" if they have none, or if it depends on the owner of the field."""
+    """Returns the unit of a field's numbers; "" if they have none, or if it depends on the owner of the field."""
     above, _, last = name.rpartition(".")
     if above == "limits":
         return "rad" if last == "twist" else "m"
@@ -264,7 +258,7 @@ def unit_of(name: str) -> str:
 
 
 def _words(item: Any) -> str:
-    """Like `format_item`, but integers (counts, bits, seeds) with all digits."""
+    """Formats like `format_item`, but integers (counts, bits, seeds) with all digits."""
     if isinstance(item, tuple):
         return f"[{', '.join(map(_words, cast('tuple[Any, ...]', item)))}]"
     return str(item) if type(item) is int else format_item(item)
@@ -277,23 +271,23 @@ def _is_number(item: Any) -> bool:
 
 
 def plain_data(item: Any) -> Any:
-    """Numbers, texts, flags, and lists of these for JSON; infinite numbers become texts."""
+    """Returns numbers, texts, flags, and lists of these for JSON. Infinite numbers become texts."""
     if isinstance(item, tuple | list):
         return [plain_data(one) for one in cast("tuple[Any, ...]", item)]
     return str(item) if isinstance(item, float) and not math.isfinite(item) else item
 
 
 def mount_words(mount: Mount | None) -> str:
-    """A mount as in a scene file; "world" for None."""
+    """Returns a mount as in a scene file; "world" for None."""
     return "world" if mount is None else str(mount)
 
 
 TINY = 1e-300
-"""Lengths below this are not divided by."""
+"""Smallest length that may be a divisor."""
 
 
 def rotation_words(q: list[float]) -> str:
-    """A rotation [w, x, y, z] as an angle from 0° to 180° and an axis."""
+    """Formats a rotation [w, x, y, z] as an angle from 0° to 180° and an axis."""
     w, *v = q if q[0] >= 0 else [-component for component in q]
     length = math.hypot(*v)
     if length < TINY:
@@ -303,7 +297,7 @@ def rotation_words(q: list[float]) -> str:
 
 
 def axis_words(axis: list[float]) -> str:
-    """A unit vector: `z`, `-x` or `[0.6, 0, 0.8]`."""
+    """Formats a unit vector: `z`, `-x` or `[0.6, 0, 0.8]`."""
     rounded = [round(component, 6) + 0.0 for component in axis]
     for index, name in enumerate("xyz"):
         if abs(rounded[index]) == 1:

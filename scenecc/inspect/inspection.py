@@ -45,15 +45,15 @@ def scene_item(
     given: Mapping[str, Any] | None = None,
     files: tuple[Item, ...] = (),
 ) -> Item:
-    """The tree of a scene.
+    """Returns the tree of a scene.
 
     Args:
         plan: of the scenes.
-        scene: the one to describe; None: all of them, with ranges of values.
+        scene: the scene to describe. None: all of them, with ranges of values.
         made: measured entities by name; empty if nothing was built.
         params: parameters of the scene file.
         given: values of parameters from the caller.
-        files: of `scenecc.inspect.inspection`.
+        files: items of the scene's files.
     """
     facts = [fact("num_scenes", plan.num_scenes), fact("seed", plan.seed)]
     if scene is not None:
@@ -82,14 +82,14 @@ def scene_item(
 
 
 def entities_item(entities: Iterable[Entity], plan: ScenePlan, *, scene: int | None, made: Mapping[str, Made]) -> Item:
-    """The tree of some entities; other arguments are those of `scene_item`."""
+    """Returns the tree of some entities. Other arguments are as for `scene_item`."""
     items = tuple(entity_item(one, plan, scene, made.get(one.name)) for one in entities)
     facts = (fact("num_scenes", plan.num_scenes), *([] if scene is None else [fact("scene", scene)]))
     return Item(plan.name, "scene", facts, (("entities", items),))
 
 
 def matching(plan: ScenePlan, pattern: str | None, scene: int | None) -> list[Entity]:
-    """The entities of a scene, or of all, whose names a pattern (`*`, `?`, `[…]`) matches; None matches every one."""
+    """Returns the entities of a scene (None: of all) whose names match a pattern (`*`, `?`, `[…]`; None: any)."""
     entities = _in(plan.entities, scene)
     return [one for one in entities if pattern is None or one.name == pattern or fnmatchcase(one.name, pattern)]
 
@@ -103,7 +103,7 @@ _DESCRIBED_FIELDS: Final = frozenset({"name", "scene_idxs", "parent", "joint", "
 
 
 def _object(one: Constraint | Light | Camera, kind: Any, plan: ScenePlan, scene: int | None) -> Item:
-    """The item of a constraint, light or camera. `kind`: its joint, light or lens, whose fields are inlined."""
+    """Returns the item of a constraint, light or camera. `kind`: its joint, light or lens, whose fields are inlined."""
     facts = FactReader(plan, None if scene is None else one.scene_idxs.index(scene))
     first: tuple[Fact, ...] = ()
     if isinstance(one, Constraint):
@@ -137,7 +137,7 @@ def _param(row: ParamRow, given: Mapping[str, Any]) -> Item:
 
 
 def _materials(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
-    """The tables of materials: shapes name them by number."""
+    """Returns the tables of materials, because shapes refer to them by number."""
     users: dict[tuple[str, int], list[Entity]] = {}
     for entity in _in(plan.entities, scene):
         for kind, numbers in used_materials(entity).items():
@@ -149,7 +149,7 @@ def _materials(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
             having = users.get((kind, number), [])
             if scene is not None and not having:
                 continue
-            # Rows of a material follow the scenes of those that have it.
+            # Rows of a material follow the scenes of its users.
             row = None if scene is None else having[0].scene_idxs.index(scene)
             names = tuple(entity.name for entity in having)
             used = Fact("used_by", list(names), some_words(names))
@@ -158,7 +158,7 @@ def _materials(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
 
 
 def _variation(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
-    """The varying fields of each object, as a dry run lists them."""
+    """Returns the varying fields of each object, as a dry run lists them."""
     rows = summarize(plan, None, None if scene is None else (scene,))
     return tuple(Item(row.name, "", tuple(map(_differing, row.varying))) for row in rows if row.varying)
 
@@ -176,12 +176,12 @@ _UNIT: Final = 1000
 def file_items(
     plan: ScenePlan, scene: tuple[str, Path] | None, named: Mapping[Path, FileReference]
 ) -> tuple[Item, ...]:
-    """A row a file, the scene's own first.
+    """Returns an item for each file, the scene's own first.
 
     Args:
         plan: of the scene.
-        scene: the scene's own file as messages have it, and where it is; None: it is in none.
-        named: what was read on the way to the plan.
+        scene: name of the scene's file in messages, and its path. None: it is not in a file.
+        named: files that were read to make the plan.
     """
     used = {plan.files[index].path: use for index, use in _uses(plan).items()}
     by_uri = {naming.uri: path for path, naming in named.items()}
@@ -192,7 +192,8 @@ def file_items(
         by = () if naming is None else tuple(naming.by)
         role, names = used.get(path, ("" if naming is None else naming.role, ()))
         if not role:
-            # What nothing of the plan has is part of what names it: a material file, a texture, an SRDF.
+            # Files that no part of the plan has belong to the file that names them: a material file, a texture, an
+            # SRDF.
             owner = used.get(next((by_uri[name] for name in by if name in by_uri), path), ("other", ()))[0]
             role = owner if path.suffix.lower() not in _IMAGES else "heights" if _is_of_scene_files(by) else "texture"
         found.append(_item(uri, path, role, by, names))
@@ -200,12 +201,12 @@ def file_items(
 
 
 def _is_of_scene_files(names: Sequence[str]) -> bool:
-    """Whether only scene files name a file, as they do the heights of terrain, which the plan holds itself."""
+    """Returns whether only scene files name a file, as for terrain heights, which are in the plan."""
     return bool(names) and all(name == DICT or name.lower().endswith((".yaml", ".yml")) for name in names)
 
 
 def _uses(plan: ScenePlan) -> dict[int, tuple[str, tuple[str, ...]]]:
-    """What the files of a plan are for, by index, and the names of what has them."""
+    """Returns the role of each file of a plan, by index, and the names of its users."""
     found: dict[int, tuple[str, dict[str, None]]] = {}
     for role, value, name in _values(plan):
         for index in value.bounds.alternatives or ():
@@ -214,7 +215,7 @@ def _uses(plan: ScenePlan) -> dict[int, tuple[str, tuple[str, ...]]]:
 
 
 def _values(plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
-    """Every value that names files: what these are for, the value, and what has it."""
+    """Yields every value that names files: their role, the value, and its owner."""
     for entity in plan.entities:
         yield from _list_values(entity, plan)
     for light in plan.lights:
@@ -246,7 +247,7 @@ def _item(uri: str, path: Path, role: str, by: tuple[str, ...], names: tuple[str
     facts = [Fact("path", str(path), "")]
     read = _read(path)
     if read is None:
-        facts += [Fact("bytes", None, "cannot be read any more"), Fact("sha256", None, "")]
+        facts += [Fact("bytes", None, "can no longer be read"), Fact("sha256", None, "")]
     else:
         size, digest = read
         facts += [Fact("bytes", size, _size(size)), Fact("sha256", digest, digest[:16])]
@@ -258,7 +259,7 @@ def _item(uri: str, path: Path, role: str, by: tuple[str, ...], names: tuple[str
 
 
 def _read(path: Path) -> tuple[int, str] | None:
-    """Size [bytes] and SHA-256 of a file; None where it is gone."""
+    """Returns size [bytes] and SHA-256 of a file, or None if it no longer exists."""
     size, digest = 0, sha256()
     try:
         with open_regular(path) as file:
@@ -283,12 +284,12 @@ class InspectChoices(TypedDict, total=False):
     """What to describe of a scene.
 
     Attributes:
-        scene: the one to describe; None: all of them, with ranges of values.
-        entity: the name of an entity, or a pattern of names (`*`, `?`, `[…]`), to describe alone.
-        depth: maximum depth of the tree below the scene; None: unlimited.
+        scene: the scene to describe. None: all of them, with ranges of values.
+        entity: the only entity to describe: a name, or a pattern of names (`*`, `?`, `[…]`).
+        depth: maximum depth of the tree below the scene. None: unlimited.
         build: ask the engine for masses, and for sizes of meshes and articulations, in `scene` or else in the first
-            scene that each entity is in. No render device is needed. Otherwise only those in the file are listed.
-        progress: called with (scenes done, scenes in all) while the engine builds.
+            scene of each entity. No render device is needed. Otherwise only values from the file are listed.
+        progress: called with (finished scenes, all scenes) while the engine builds.
     """
 
     scene: int | None
@@ -323,8 +324,9 @@ def inspect_source(source: Source, **given: Unpack[InspectArguments]) -> Inspect
         given: those of `InspectChoices` and of `CompileOptions`.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
-        ValueError: an argument is out of its range.
+        SceneError: the scene is invalid, the engine or the machine cannot build it, or there is no such scene or
+            entity.
+        ValueError: an argument is out of range.
     """
     asked = Options.of_call(inspect_source, given, InspectArguments)
     scene, entity, depth = given.get("scene"), given.get("entity"), given.get("depth")
@@ -344,7 +346,7 @@ def inspect_source(source: Source, **given: Unpack[InspectArguments]) -> Inspect
 
 
 def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) -> list[Entity]:
-    """The entities to describe. Raises SceneError if the scene or the entity does not exist."""
+    """Returns the entities to describe. Raises SceneError if the scene or the entity does not exist."""
     if scene is not None:
         select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "scene")
         if sink.failed:
@@ -366,7 +368,7 @@ def _measure_entities(
     sink: Sink,
     progress: Callable[[int, int], None] | None,
 ) -> dict[str, Made]:
-    """Builds and measures some entities; by name."""
+    """Builds and measures some entities, and returns them by name."""
     from scenecc.backends.sapien.measure import measure_bodies
 
     first = {one.name: one.scene_idxs[0] if scene is None else scene for one in entities}

@@ -58,7 +58,7 @@ class Fields:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A value of the plan under the name that a scene file has for it."""
+    """A value of the plan under its name in scene files."""
 
     label: str
     bounds: ValueBounds
@@ -67,7 +67,7 @@ class _Found:
 
 
 def _shown_bounds(value: Value) -> ValueBounds:
-    """The bounds to show for a value: those of its samples if it has no finite ones."""
+    """Returns the bounds to show for a value: those of its samples if it has no finite ones."""
     found = value.bounds
     if found.alternatives is not None or not value.may_vary or _is_finite(found.low, found.high):
         return found
@@ -78,7 +78,7 @@ def _shown_bounds(value: Value) -> ValueBounds:
 
 
 def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str = "") -> str:
-    """The possible values of a field, for people. `name`: of the field in scene files."""
+    """Returns the possible values of a field, for people. `name`: of the field in scene files."""
     support = _shown_bounds(value)
     words = _words(name, support, files)
     each = " each" if words.endswith(" each") else ""
@@ -86,7 +86,7 @@ def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str
 
 
 def pose_words(value: Value) -> tuple[str, str]:
-    """The possible positions [m] and rotations (wxyz) of a pose, likewise."""
+    """Returns the possible positions [m] and rotations (wxyz) of a pose, for people."""
     support = _shown_bounds(value)
     if support.low is None:
         return ("by an expression", "by an expression")
@@ -107,12 +107,12 @@ _FILES: Final = frozenset({"file", "px", "nx", "py", "ny", "pz", "nz"})
 
 
 def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
-    """The fields of an entity, and which of them vary. Those of all its structures are one field."""
+    """Returns the fields of an entity, and which of them vary. Equal fields of its structures count once."""
     return _fields((replace(entity, structures=()), *entity.structures), plan)
 
 
 def object_fields(one: Constraint | Light | Camera | Environment, plan: ScenePlan) -> Fields:
-    """The fields of another object, likewise."""
+    """Returns the fields of another object, and which of them vary."""
     return _fields((one,), plan)
 
 
@@ -128,12 +128,12 @@ def _fields(nodes: Iterable[Any], plan: ScenePlan) -> Fields:
 
 
 def is_file(name: str) -> bool:
-    """Whether a field is an index of a file."""
+    """Returns whether a field is an index of a file."""
     return name in _FILES or name.endswith("texture")
 
 
 def is_pose(label: str) -> bool:
-    """Whether a field is shown as position and rotation."""
+    """Returns whether a field is shown as position and rotation."""
     return label.rsplit(".", 1)[-1] in {"pose", "com", "pose_in_parent", "pose_in_child", "target"}
 
 
@@ -149,12 +149,12 @@ def _values(node: Any, plan: ScenePlan) -> Iterator[_Found]:
 
 
 def _label(path: str) -> str:
-    """A file is all that differs of a texture."""
+    """Returns the label of a field; a texture gets that of its file, since nothing else of it can differ."""
     return path.removesuffix(".file") if path.endswith("texture.file") else path
 
 
 def _material(where: str, materials: list[Any]) -> Iterator[_Found]:
-    """Each field of the materials that a shape may have, over all of them."""
+    """Yields each field of the materials that a shape may have, over all of them."""
     rows = [
         {_label(path): value for path, kind, value in walk_fields(material, where) if isinstance(kind, Quantity)}
         for material in materials
@@ -187,7 +187,7 @@ def _list_differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterato
 
 
 def _about(support: ValueBounds) -> str:
-    """The word before bounds that are those of samples."""
+    """Returns the word before the bounds of samples."""
     return "" if support.exact or support.alternatives is not None else "about "
 
 

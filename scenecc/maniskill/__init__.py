@@ -1,6 +1,6 @@
-"""Scene files in ManiSkill: in a task's `_load_scene`, as a `SceneBuilder`, or as an environment of their own.
+"""Scene files in ManiSkill: in a task's `_load_scene`, as a `SceneBuilder`, or as a separate environment.
 
-Needs the extra `maniskill` and PyTorch. Importing this loads neither; what is taken from here does.
+Needs the extra `maniskill` and PyTorch. Importing this loads neither; using its names does.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ __all__ = [*_NAME_MODULES]  # noqa: PLE0604  # pyright: ignore[reportUnsupported
 
 
 def __getattr__(name: str) -> object:
-    """The names above, loaded when somebody asks for them. Raises ImportError where ManiSkill is not installed."""
+    """Loads the names above on first use. Raises ImportError if ManiSkill is not installed."""
     if name not in _NAME_MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:

@@ -1,4 +1,4 @@
-"""Scene files as ManiSkill environments: a scene builder, and an environment that a file alone describes."""
+"""Scene files as ManiSkill environments: a scene builder, and an environment defined by only a file."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan
 
 DEFAULT_QPOS_NOISE = 0.02
-"""ManiSkill's, of joint positions at the start [rad]."""
+"""ManiSkill's noise of initial joint positions [rad]."""
 
 _QPOS_NOISE_PARAM = "robot_init_qpos_noise"
 
 
 class YamlSceneBuilder(SceneBuilder):
-    """Builds a scene file in an environment, and puts it to its start in every episode.
+    """Builds a scene file in an environment, and resets it in every episode.
 
-    What is drawn when the scene is built comes from `seed`, or else from the environment's own seed when it is
-    (re)configured; what is drawn in every episode comes from the environment's seeds of its episodes. So
-    `env.reset(seed=…)` gives the same again, and `env.reset()` gives other episodes.
+    Values drawn at build time come from `seed`, or else from the environment's own seed when it is (re)configured.
+    Values drawn in every episode come from the environment's episode seeds. So `env.reset(seed=…)` always gives the
+    same episode, and `env.reset()` gives different ones.
 
     Attributes:
-        scene_objects: entity → `Actor`, in build order; filled by `build`, as are the others.
+        scene_objects: entity → `Actor`, in build order. `build` fills this and the others.
         movable_objects: those of them that are dynamic.
         articulations: entity → `Articulation`.
-        builds_lighting: whether the file brings lights or surroundings, so that ManiSkill's are not wanted.
-        loaded: what `load_into` gave; None before `build`.
+        builds_lighting: whether the file has lights or an environment, so that ManiSkill's lights are not needed.
+        loaded: the result of `load_into`; None before `build`.
     """
 
     def __init__(
@@ -54,17 +54,18 @@ class YamlSceneBuilder(SceneBuilder):
         allow_outside_assets: bool = False,
         limits: Mapping[str, int] | None = None,
     ) -> None:
-        """Remembers what to build.
+        """Stores what to build.
 
         Args:
             env: the environment, a `mani_skill.envs.sapien_env.BaseEnv`.
-            source: as for `scenecc.validate`, and no stream: it is read whenever the environment is configured anew.
-            robot_init_qpos_noise: value of the file's parameter of this name, where it has one [rad].
-            seed: of what is drawn when the scene is built; None: the environment's.
-            params: as of `scenecc.CompileOptions`, like the others.
-            asset_roots: as of `scenecc.CompileOptions`.
-            allow_outside_assets: as of `scenecc.CompileOptions`.
-            limits: as of `scenecc.CompileOptions`.
+            source: as for `scenecc.validate`, but not a stream: it is read again whenever the environment is
+                reconfigured.
+            robot_init_qpos_noise: value of the file's parameter of this name, if it has one [rad].
+            seed: seed of the values drawn at build time. None: that of the environment.
+            params: as for `scenecc.CompileOptions`, like the following.
+            asset_roots: as for `scenecc.CompileOptions`.
+            allow_outside_assets: as for `scenecc.CompileOptions`.
+            limits: as for `scenecc.CompileOptions`.
 
         Raises:
             SceneError: the parameters of the file cannot be read.
@@ -81,7 +82,7 @@ class YamlSceneBuilder(SceneBuilder):
             "limits": limits,
         }
         self._params = dict(params or {})
-        # Where the file has no such parameter, a value other than the default is the user's mistake, and told as one.
+        # If the file has no such parameter, a value other than the default is an error of the user, and is reported.
         if robot_init_qpos_noise != DEFAULT_QPOS_NOISE or _QPOS_NOISE_PARAM in {
             row.name for row in list_params(source, **self._files)
         }:
@@ -89,12 +90,12 @@ class YamlSceneBuilder(SceneBuilder):
         self.loaded: LoadedScene | None = None
 
     def build(self, build_config_idxs: list[int] | None = None) -> None:
-        """Builds the scene in every environment; call it in `_load_scene`.
+        """Builds the scene in every environment. Call it in `_load_scene`.
 
         Raises:
-            SceneError: the scene, the engine or the machine is at fault.
-            ValueError: `build_config_idxs` are given: a file is one scene, whose differences between environments it
-                says itself.
+            SceneError: the scene is invalid, or the engine or the machine cannot build it.
+            ValueError: `build_config_idxs` is given: a file is one scene and defines the differences between
+                environments itself.
         """
         _refuse_idxs(build_config_idxs)
         seed = episode_seeds(self.env, [0])[0] if self._seed is None else self._seed
@@ -109,15 +110,15 @@ class YamlSceneBuilder(SceneBuilder):
             self.env._hidden_objects = [*self.env._hidden_objects, *self.loaded.hidden_objects]  # noqa: SLF001
 
     def initialize(self, env_idx: Any, init_config_idxs: list[int] | None = None) -> None:
-        """Puts every object to its start in some environments; call it in `_initialize_episode`.
+        """Resets every object to its start in some environments. Call it in `_initialize_episode`.
 
         Args:
-            env_idx: which environments.
-            init_config_idxs: None, as of `build`.
+            env_idx: the environments.
+            init_config_idxs: must be None, as for `build`.
 
         Raises:
             RuntimeError: nothing is built yet.
-            ValueError: something is drawn that has no value.
+            ValueError: a drawn value is undefined.
         """
         _refuse_idxs(init_config_idxs)
         if self.loaded is None:
@@ -126,26 +127,26 @@ class YamlSceneBuilder(SceneBuilder):
 
     @property
     def sensor_configs(self) -> list[Any]:
-        """A `CameraConfig` for each camera of the file; empty before `build`."""
+        """Returns a `CameraConfig` for each camera of the file; empty before `build`."""
         return [] if self.loaded is None else self.loaded.sensor_configs
 
 
 def _refuse_idxs(idxs: list[int] | None) -> None:
     if idxs is not None:
-        raise ValueError("a scene file has no configurations to choose from: its draws say how environments differ")
+        raise ValueError("a scene file has no configurations to choose from: its draws define how environments differ")
 
 
 _RENDER_CAMERA = "render_camera"
-"""Name of the camera that shows the environment to people, as in ManiSkill's own tasks."""
+"""Name of the camera that renders the environment for people, as in ManiSkill's own tasks."""
 
 
 class YamlEnv(BaseEnv):
     """A ManiSkill environment whose scene is a file, and which has no task.
 
     Attributes:
-        scene_yaml, scene_options, noise, default_robot_uids, asked_control_freq: as `register_env` was told.
+        scene_yaml, scene_options, noise, default_robot_uids, asked_control_freq: the arguments of `register_env`.
         own_robots: articulations of the file.
-        scene_builder: what built the scene.
+        scene_builder: the builder of the scene.
     """
 
     SUPPORTED_REWARD_MODES = ("none",)
@@ -173,7 +174,7 @@ class YamlEnv(BaseEnv):
             self.action_space = nothing if self.num_envs == 1 else gym.vector.utils.batch_space(nothing, self.num_envs)
 
     def reset(self, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
-        """As `BaseEnv.reset`. `info["passport"]` has the passports of all episodes; `str` of one makes its text."""
+        """Resets like `BaseEnv.reset`. `info["passport"]` has the passports of all episodes; use `str` for the text."""
         observed, info = cast("Any", super().reset(seed=seed, options=options))  # pyright: ignore[reportUnknownMemberType]
         assert self.scene_builder.loaded is not None
         passports = np.full(self.num_envs, None, object)
@@ -198,7 +199,7 @@ class YamlEnv(BaseEnv):
         return shown or [_front()]
 
     def _load_agent(self, options: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        """The agents: each with the file's robot of its name, or one of ManiSkill's own."""
+        """Loads the agents, each with the file's robot of its name or one of ManiSkill's own."""
         self.scene_builder.loaded = None
         uids: Any = self.robot_uids
         listed, names = _agents_of(uids)
@@ -222,15 +223,15 @@ class YamlEnv(BaseEnv):
             self.scene_builder.build()
 
     def _warn_of_lone_robots(self, uids: Any) -> None:
-        """Warns where the file has robots that agents could control, and the agents that are asked for bring others."""
+        """Warns if the file has robots that agents could control, but the requested agents bring their own."""
         listed, names = _agents_of(uids)
         lone = sorted(self.own_robots & agents_by_uid.keys())
         if not lone or listed in ([], ["none"]) or not self.own_robots.isdisjoint(names):
             return
         robots, requested = (", ".join(f"'{name}'" for name in found) for found in (lone, names))
         warnings.warn(
-            f"no agent controls the robots that the scene has ({robots}): ManiSkill builds {requested} beside them;"
-            " leave them out of the scene, or give their names as `robot_uids`",
+            f"no agent controls the robots of the scene ({robots}): ManiSkill builds {requested} in addition;"
+            " leave them out of the scene, or pass their names as `robot_uids`",
             stacklevel=3,
         )
 
@@ -258,7 +259,7 @@ class YamlEnv(BaseEnv):
         return super()._get_obs_agent()  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
 
     def _get_obs_extra(self, info: dict[str, Any]) -> dict[str, Any]:
-        """Where every object is that can move, and how: 13 numbers, and of an articulation its joints' besides."""
+        """Returns pose and velocity of every movable object: 13 numbers, and the joint states of an articulation."""
         del info
         if not self.obs_mode_struct.use_state:
             return {}
@@ -271,7 +272,7 @@ class YamlEnv(BaseEnv):
         }
 
     def get_state_dict(self) -> dict[str, Any]:
-        """The simulation's state, and that of the controllers where there are any."""
+        """Returns the simulation's state, and that of the controllers if there are any."""
         if self.agent is None:
             return {"actors": {}, "articulations": {}} | self.scene.get_sim_state()
         return super().get_state_dict()  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
@@ -280,7 +281,7 @@ class YamlEnv(BaseEnv):
         return [] if self.agent is None else list(getattr(self.agent, "agents", [self.agent]))
 
     def _spread_rows(self, each: Any, rows: Any) -> Any:
-        """A row for every environment: zeros where the object is not."""
+        """Returns a row for every environment, with zeros where the object is missing."""
         if len(rows) == self.num_envs:
             return rows
         found = torch.zeros((self.num_envs, rows.shape[1]), dtype=rows.dtype, device=rows.device)
@@ -289,13 +290,13 @@ class YamlEnv(BaseEnv):
 
 
 def _agents_of(uids: Any) -> tuple[list[Any], list[str]]:
-    """The agents that are asked for, and what ManiSkill calls their robots."""
+    """Returns the requested agents, and ManiSkill's names of their robots."""
     listed: list[Any] = [*uids] if isinstance(uids, tuple) else [uids]  # pyright: ignore[reportUnknownVariableType]
     return listed, [uid if len(listed) == 1 else f"{uid}-agent-{number}" for number, uid in enumerate(listed)]
 
 
 def _with_robot(agent: Any, robot: Any) -> Any:
-    """An agent's class, for a robot that stands already."""
+    """Returns an agent's class for a robot that exists already."""
 
     def adopt(self: Any, initial_pose: object = None) -> None:
         del initial_pose  # the file has it
@@ -306,7 +307,7 @@ def _with_robot(agent: Any, robot: Any) -> Any:
 
 
 def _front() -> Any:
-    """A camera in front of the origin, for files that have none for people."""
+    """Returns a camera in front of the origin, for files without a camera for people."""
     return CameraConfig(uid=_RENDER_CAMERA, pose=look_at([1.2, 1.0, 1.0], [0, 0, 0.2]), width=512, height=512, fov=1.0)
 
 
@@ -325,40 +326,40 @@ def register_env(
     limits: Mapping[str, int] | None = None,
     override: bool = False,
 ) -> type[YamlEnv]:
-    """Makes a Gymnasium environment of a scene file, for `gym.make(name)`.
+    """Registers a scene file as a Gymnasium environment, for `gym.make(name)`.
 
-    It is a ManiSkill environment without a task: no rewards, no success, no failure. Observations are those of
-    ManiSkill's modes; their states hold position and motion of every object that can move. The file's cameras are its
-    sensors, but for one named `render_camera`, which `render()` shows. Where the file brings no lights, ManiSkill's
-    shine. `physics` of the file is the environment's.
+    It is a ManiSkill environment without a task: no rewards, success or failure. Observations are those of ManiSkill's
+    modes. Their states contain position and motion of every movable object. The file's cameras are its sensors, except
+    one named `render_camera`, which `render()` uses. A file without lights gets ManiSkill's. The file's `physics`
+    applies to the environment.
 
     Args:
-        name: Gymnasium's, as `Desk-v0`.
-        scene_yaml: as for `scenecc.validate`, and no stream; read again by every environment.
-        max_episode_steps: after which an episode is truncated; None: never.
-        robot_uids: ManiSkill's agents, whose actions the environment takes; None: it takes none, and whatever the file
-            holds moves by itself. An articulation of the file that has the agent's name (`panda`; of several agents
-            `panda-agent-0`, …) is its robot. An agent that the file does not have is built by ManiSkill before
-            the file's objects, and starts every episode in its first keyframe.
+        name: for Gymnasium, such as `Desk-v0`.
+        scene_yaml: as for `scenecc.validate`, but not a stream: every environment reads it again.
+        max_episode_steps: number of steps after which an episode is truncated. None: never.
+        robot_uids: ManiSkill's agents, whose actions the environment takes. None: it takes none, and all objects of the
+            file move by themselves. An articulation of the file with the agent's name (`panda`; with several agents
+            `panda-agent-0`, …) is its robot. If the file has none, ManiSkill builds the agent before the file's
+            objects, and it starts every episode in its first keyframe.
         control_freq: as for `sim_config`.
-        robot_init_qpos_noise: as for `YamlSceneBuilder`; None: its default.
+        robot_init_qpos_noise: as for `YamlSceneBuilder`. None: its default.
         seed: as for `YamlSceneBuilder`.
-        params: as of `scenecc.CompileOptions`, like those that follow.
-        asset_roots: as of `scenecc.CompileOptions`.
-        allow_outside_assets: as of `scenecc.CompileOptions`.
-        limits: as of `scenecc.CompileOptions`.
-        override: take the place of an environment that has the name already.
+        params: as for `scenecc.CompileOptions`, like the following.
+        asset_roots: as for `scenecc.CompileOptions`.
+        allow_outside_assets: as for `scenecc.CompileOptions`.
+        limits: as for `scenecc.CompileOptions`.
+        override: replace an environment of the same name.
 
     Returns:
-        The environment's class, to derive a task from.
+        The environment's class, from which a task can be derived.
 
     Raises:
-        SceneError: the scene is at fault.
+        SceneError: the scene is invalid.
         TypeError: the source is a stream.
-        ValueError: there is such an environment, and it is not to be overridden.
+        ValueError: an environment of this name exists, and `override` is False.
     """
     _check_registration(name, scene_yaml, override=override)
-    # The file is read more than once, and the roots may be an iterator.
+    # The file is read several times, and the roots may be an iterator.
     roots = tuple(asset_roots)
     options: dict[str, Any] = {"params": params, "asset_roots": roots, "limits": limits}
     options["allow_outside_assets"] = allow_outside_assets
@@ -379,11 +380,11 @@ def _check_registration(name: str, scene_yaml: Source, *, override: bool) -> Non
     if hasattr(scene_yaml, "read"):
         raise TypeError("an environment reads its scene more than once: give a path or a mapping, not a stream")
     if name in compat.REGISTERED_ENVS and not override:
-        raise ValueError(f"there is an environment '{name}' already; `override=True` takes its place")
+        raise ValueError(f"an environment '{name}' already exists; `override=True` replaces it")
 
 
 def _make_environment_class(name: str, plan: ScenePlan, **attributes: object) -> type[YamlEnv]:
-    """The class of a plan's environment. `attributes`: of `YamlEnv`, but for those that the plan tells."""
+    """Makes the class of a plan's environment. `attributes`: those of `YamlEnv` that do not follow from the plan."""
     robots = (entity.name for entity in plan.entities if isinstance(entity.structures[0], ArticulationStructure))
     own = {"__doc__": plan.description or f"The scene of '{plan.name}'.", "own_robots": frozenset(robots)}
     return type("".join(filter(str.isidentifier, name)) or "SceneEnv", (YamlEnv,), {**own, **attributes})

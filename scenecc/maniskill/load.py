@@ -1,7 +1,7 @@
-"""Scene files in an environment of your own: `load_into` builds one, `sim_config` gives its physics, `episode_seeds`
-its seeds.
+"""Scene files in your own environment: `load_into` builds one, `sim_config` returns its physics, `episode_seeds` its
+seeds.
 
-Loads no ManiSkill before a scene has been checked.
+ManiSkill is not loaded before a scene has been checked.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ def load_into(
 ) -> LoadedScene:
     """Builds a scene file in a `ManiSkillScene`, one of its scenes in each environment. Call it in `_load_scene`.
 
-    Actors and articulations are made by ManiSkill's own builders, stand in `scene.actors` and `scene.articulations`
-    under their names in the file, and belong to the environment's state. Where they start is set by `initialize` of
-    what is returned, in `_initialize_episode`.
+    ManiSkill's own builders make actors and articulations. These are in `scene.actors` and `scene.articulations` under
+    their names in the file, and in the environment's state. Set their start in `_initialize_episode` with `initialize`
+    of the result.
 
     Args:
         scene: of the environment, `self.scene`.
-        source: as for `scenecc.validate`; its `num_scenes` gives way to the number of environments.
+        source: as for `scenecc.validate`. The number of environments overrides its `num_scenes`.
         audit: as for `scenecc.load_scene`.
         options: those of `scenecc.CompileOptions`, except `num_scenes`.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault.
-        TypeError: `scene` is no environment's, or another argument is of another type.
-        ValueError: an argument is out of its range.
+        SceneError: the scene is invalid, or the engine or the machine cannot build it.
+        TypeError: `scene` is not that of an environment, or another argument has a wrong type.
+        ValueError: an argument is out of range.
     """
     asked = Options.of_call(load_into, options, EnvironmentOptions)
     check_types(load_into, {"audit": audit}, BUILD_TYPES)
@@ -63,23 +63,23 @@ def sim_config(
     allow_outside_assets: bool = False,
     limits: Mapping[str, int] | None = None,
 ) -> Any:
-    """The `mani_skill.utils.structs.types.SimConfig` with what a file says under `physics`.
+    """Returns a `mani_skill.utils.structs.types.SimConfig` with a file's `physics`.
 
-    What the file leaves out is ManiSkill's default. Give it to `gym.make(…, sim_config=…)`, or return it from an
-    environment's `_default_sim_config`. `sdf` has no place in it; `load_into` sets that while it builds.
+    Settings that the file omits are ManiSkill's defaults. Pass it to `gym.make(…, sim_config=…)`, or return it from an
+    environment's `_default_sim_config`. It cannot contain `sdf`, which `load_into` sets during the build.
 
     Args:
         source: as for `scenecc.validate`.
-        control_freq: actions a second, which divides the steps a second; None: ManiSkill's 20, or the next less that
-            does.
-        params: as for `scenecc.validate`, like the others.
+        control_freq: actions per second, a divisor of the steps per second. None: ManiSkill's 20, or the next lower
+            divisor.
+        params: as for `scenecc.validate`, like the following.
         asset_roots: as for `scenecc.validate`.
         allow_outside_assets: as for `scenecc.validate`.
         limits: as for `scenecc.validate`.
 
     Raises:
-        SceneError: the scene is at fault, its time step is no whole part of a second, or ManiSkill is not installed.
-        ValueError: `control_freq` does not divide the steps a second.
+        SceneError: the scene is invalid, a second is not a multiple of its time step, or ManiSkill is not installed.
+        ValueError: `control_freq` does not divide the steps per second.
     """
     sink = Sink()
     given = {"asset_roots": asset_roots, "allow_outside_assets": allow_outside_assets, "limits": limits}
@@ -94,15 +94,15 @@ _SEED_COUNT = 2**31
 
 
 def episode_seeds(env: Any, env_idx: Iterable[int] | None = None) -> list[int]:
-    """One seed for each of some environments, from the generators that ManiSkill has for their episodes.
+    """Returns one seed for each of some environments, from ManiSkill's generators of their episodes.
 
-    After `env.reset(seed=…)` they are the same every time; after `env.reset()` they go on, so that every episode is
-    another. Each call takes one number of each of these generators, `env._batched_episode_rng`.
+    They are the same after each `env.reset(seed=…)`. After `env.reset()` the sequence continues, so that every episode
+    differs. Each call takes one number from each of these generators, `env._batched_episode_rng`.
 
     Args:
         env: a `mani_skill.envs.sapien_env.BaseEnv`.
-        env_idx: which environments, as `_initialize_episode` is told; None: all.
+        env_idx: environments, as passed to `_initialize_episode`. None: all.
     """
     chosen = range(env.num_envs) if env_idx is None else [int(index) for index in env_idx]
-    # One by one, as the generator of one environment gives a number and no array.
+    # One at a time, because the generator of one environment returns a number, not an array.
     return [int(env._batched_episode_rng[index].randint(_SEED_COUNT)) for index in chosen]  # noqa: SLF001

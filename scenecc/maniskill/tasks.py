@@ -1,4 +1,4 @@
-"""ManiSkill's tasks as scene files: a task is built, reset, and decompiled."""
+"""ManiSkill's tasks as scene files: builds, resets and decompiles a task."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from scenecc.scene_file.parallel import UnlikeScenes
 
 
 class TaskFailure(Exception):
-    """A task that cannot be built here; the message says why, and on further lines what helps."""
+    """A task cannot be built here. The message says why, and its further lines what helps."""
 
 
 def decompile_task(task: str, *, base: Path, seed: int = 0, num_envs: int = 1, check: bool = True) -> Decompiled:
-    """The scene of a task of ManiSkill, as `gym.make(task)` and `reset(seed=seed)` leave it.
+    """Returns the scene of a ManiSkill task after `gym.make(task)` and `reset(seed=seed)`.
 
-    ManiSkill's CPU simulation holds one scene in an environment, so parallel scenes are environments of their own, of
-    which each is reset with the next seed.
+    ManiSkill's CPU simulation has one scene in an environment. Parallel scenes are therefore separate environments,
+    each reset with the next seed.
 
     Args:
         task: its name in ManiSkill's registry; the module that registers it is imported.
         base: folder of the scene file.
-        seed: of the reset, of the first environment.
-        num_envs: how many parallel scenes the file has.
-        check: whether to build the file and to compare.
+        seed: of the reset of the first environment.
+        num_envs: number of parallel scenes in the file.
+        check: build the file and compare.
 
     Raises:
         TaskFailure: there is no such task, it does not build here, or its scenes are too different for one file.
@@ -40,7 +40,7 @@ def decompile_task(task: str, *, base: Path, seed: int = 0, num_envs: int = 1, c
         raise TaskFailure(f"ManiSkill has no task `{task}`; {hint}")
     problem = render_problem()
     if problem is not None:
-        raise TaskFailure(f"ManiSkill's tasks need a device that renders: {problem}\n{DRIVER_HINT}")
+        raise TaskFailure(f"ManiSkill's tasks need a render device: {problem}\n{DRIVER_HINT}")
     where = "gpu" if torch.cuda.is_available() else "cpu"
     envs: list[Any] = []
     with ExitStack() as opened:
@@ -52,7 +52,7 @@ def decompile_task(task: str, *, base: Path, seed: int = 0, num_envs: int = 1, c
                     envs[-1].reset(seed=seed + number)
         except (Exception, SystemExit) as error:
             words = f"{type(error).__name__}: {error}".partition("\n")[0]
-            raise TaskFailure(f"the task `{task}` does not build: {words}") from error
+            raise TaskFailure(f"the task `{task}` cannot be built: {words}") from error
         try:
             return decompile(envs, recording=recording, base=base, name=task, check=check)
         except UnlikeScenes as error:

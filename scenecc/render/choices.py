@@ -1,4 +1,4 @@
-"""What a caller chooses of pictures: the arguments of `render_scene`, and their checks, alone and against a plan."""
+"""Arguments of `render_scene`, and their checks against each other and against a plan."""
 
 from __future__ import annotations
 
@@ -29,40 +29,39 @@ if TYPE_CHECKING:
 
 
 class RenderChoices(TypedDict, total=False):
-    """Which pictures are taken of a scene.
+    """Which pictures to take of a scene.
 
     Attributes:
-        camera: a camera of the file; None: one that frames each scene as it stands at its first picture.
-        focus: an entity, or a link as ENTITY/LINK, that the framing camera frames; None: what moves.
-        eye: where the framing camera stands [m]; None: where it sees all that it frames.
-        look_at: the point in the middle of its picture [m]; None: the middle of what it frames.
-        scenes: of which scenes, as `scene_idxs` of a file: `3`, `0:4`, `0,2`; None: the first that has the camera, or
-            all that have it for a `grid`.
-        grid: put the pictures on one sheet; so it is whenever there are several scenes.
-        size: width and height of each picture [px], in place of the camera's (640 × 480, on a sheet 320 × 240, of one
-            that frames the scene).
+        camera: a camera of the file. None: one that frames each scene at its first picture.
+        focus: an entity, or a link as ENTITY/LINK, to frame. None: what moves.
+        eye: position of the framing camera [m]. None: where the whole subject is in view.
+        look_at: the point in the middle of its picture [m]. None: the middle of the subject.
+        scenes: scenes to show, as `scene_idxs` of a file: `3`, `0:4`, `0,2`. None: the first that has the camera, or
+            for a `grid` all that have it.
+        grid: put the pictures on one sheet. Several scenes always are.
+        size: width and height of each picture [px], instead of the camera's (for the framing camera 640 × 480, on a
+            sheet 320 × 240).
         what: "color", "depth", "segmentation" or "normal".
-        legend: draw a bar of metres beside depths, or names beside the colours of a segmentation. Such a picture is
-            for people: its pixels are colours.
-        samples: samples a pixel, 1 to 256, whose mean is the colour; None: 4 of a camera that frames the scene, 1 of
-            one of the file, 32 for ray tracing.
-        shader: "rt" traces rays, without noise where the device is NVIDIA's; None: the camera's own.
-        preset: "studio", "plain" or "dark", a light rig and a background in place of the file's lights and environment;
-            None: the file's, or "studio" where it has none.
-        background: colour of what is beyond the scene, "#rrggbb" or a name of CSS; None: that of the preset, or of the
-            file's environment.
-        ground: draw a grid on what the scene stands on; `Rendering.cell` is the side of its cells.
-        labels: write names of entities at their places.
+        legend: draw a bar of metres beside depths, or names beside the colours of a segmentation. The pixels of this
+            picture are colours, for people.
+        samples: samples per pixel, 1 to 256, whose mean is the colour. None: 4 for the framing camera, 1 for one of the
+            file, 32 for ray tracing.
+        shader: "rt" traces rays, with denoising on an NVIDIA device. None: the camera's own.
+        preset: "studio", "plain" or "dark", a light rig and a background instead of the file's lights and environment.
+            None: the file's, or "studio" if it has none.
+        background: background colour, "#rrggbb" or a CSS colour name. None: that of the preset, or of the file's
+            environment.
+        ground: draw a grid on the ground; `Rendering.cell` is the side of its cells.
+        labels: write names of entities on them.
         frames: draw the axes of entities and links, x red, y green, z blue.
-        contacts: draw the points of contact of the last step, and forces as arrows.
-        steps: of the simulation, before the picture.
-        film: take one over these steps, "mp4" or "gif".
-        every: steps from one frame of the film to the next; None: as many as give about 30 a second. It plays as fast
-            as the simulation's time goes.
-        collision: show what collides, and not what is seen.
-        hidden: show what is `hidden` too; None: where the camera is none of the file.
-        progress: called with (scenes, steps, frames or pictures done, of how many) as one follows the other.
-        estimate: called before rays are traced with the time that it will take [s], as measured on a small picture.
+        contacts: draw the contact points of the last step, and forces as arrows.
+        steps: steps to simulate before the picture.
+        film: record a film of these steps, "mp4" or "gif".
+        every: steps between two frames of the film. None: about 30 frames per second. It plays in real time.
+        collision: show collision shapes instead of visuals.
+        hidden: also show `hidden` entities. None: only if the camera is not from the file.
+        progress: called with (finished, all) scenes, steps, frames or pictures, one after the other.
+        estimate: called before rays are traced with the expected time [s], as measured on a small picture.
     """
 
     camera: str | None
@@ -96,7 +95,7 @@ class RenderArguments(RenderChoices, CompileOptions, total=False):
 
 
 class ChoiceError(ValueError):
-    """An argument that is out of its range, or does not go with the others.
+    """An argument is out of range, or conflicts with the others.
 
     Attributes:
         argument: its name. problem: what is wrong with it.
@@ -114,10 +113,10 @@ _MOST_SAMPLES: Final = 256
 
 
 def check_choices(given: Mapping[str, Any]) -> None:
-    """Checks arguments that have the types of `RenderChoices` against one another.
+    """Checks arguments with the types of `RenderChoices` against each other.
 
     Raises:
-        ChoiceError: one is out of its range, or another makes it useless.
+        ChoiceError: an argument is out of range, or another makes it useless.
     """
     _check_numbers(given)
     what, film, camera = given.get("what", "color"), given.get("film"), given.get("camera")
@@ -128,7 +127,7 @@ def check_choices(given: Mapping[str, Any]) -> None:
         if given.get(name) and what != "color":
             raise ChoiceError(name, f"is for pictures in colour, not for {what}")
     if what == "normal" and given.get("shader") in SHADERS_WITHOUT_NORMALS:
-        raise ChoiceError("shader", f"`{given['shader']}` sees no normals")
+        raise ChoiceError("shader", f"`{given['shader']}` cannot render normals")
     if given.get("legend") and what not in {"depth", "segmentation"}:
         raise ChoiceError("legend", f"is for depth and segmentation, not for {what}")
     if given.get("legend") and film is not None:
@@ -136,14 +135,14 @@ def check_choices(given: Mapping[str, Any]) -> None:
     if given.get("contacts") and not given.get("steps"):
         raise ChoiceError("contacts", "needs steps: a scene that was not simulated has no contacts")
     if (text := given.get("background")) is not None and read_background(text) is None:
-        raise ChoiceError("background", f"must be '#rrggbb' or a name of CSS such as white, not {text!r}")
+        raise ChoiceError("background", f"must be '#rrggbb' or a CSS colour name such as white, not {text!r}")
 
 
 def _check_numbers(given: Mapping[str, Any]) -> None:
     for pixels in given.get("size") or ():
         if not PIXEL_BOUNDS.allow(integer(pixels, "a size", 1)):
             low, high = PIXEL_BOUNDS.low, PIXEL_BOUNDS.high
-            raise ChoiceError("size", f"has {low} to {high} pixels a side, not {pixels}")
+            raise ChoiceError("size", f"must be {low} to {high} pixels a side, not {pixels}")
     samples = given.get("samples")
     if samples is not None and not 1 <= integer(samples, "samples", 0) <= _MOST_SAMPLES:
         raise ChoiceError("samples", f"must be 1 to {_MOST_SAMPLES}, not {samples}")
@@ -152,37 +151,37 @@ def _check_numbers(given: Mapping[str, Any]) -> None:
         if point is not None and not all(isfinite(number) and abs(number) <= _FARTHEST for number in point):
             raise ChoiceError(name, f"must be within {_FARTHEST:g} m of the origin")
     if eye is not None and look_at is not None and tuple(eye) == tuple(look_at):
-        raise ChoiceError("look_at", "must not be the point where the camera stands")
+        raise ChoiceError("look_at", "must not be the position of the camera")
     steps, film, every = integer(given.get("steps", 0), "steps", 0), given.get("film"), given.get("every")
     if steps == 0 and film is not None:
-        raise ChoiceError("film", "needs steps: a film needs steps of at least 1")
+        raise ChoiceError("film", "needs at least 1 step")
     if every is not None and (film is None or integer(every, "every", 1) > steps):
-        raise ChoiceError("every", "is for a film, and at most its steps")
+        raise ChoiceError("every", "needs a film, and must not exceed its steps")
 
 
 def written_film(file: Path, film: Film | None) -> Film | None:
-    """The film that a file's suffix stands for; None for `.png`, a picture.
+    """Returns the kind of film for a file's suffix, or None for `.png`, a picture.
 
     Raises:
-        ValueError: the suffix stands for nothing, or for another film than is asked for.
+        ValueError: the suffix is unknown, or belongs to another kind of film than requested.
     """
     suffix = file.suffix.lower()
     if suffix not in _WRITTEN:
-        raise ValueError(f"{file.name} ends in none of {', '.join(_WRITTEN)}")
+        raise ValueError(f"{file.name} must end in one of {', '.join(_WRITTEN)}")
     found = _WRITTEN[suffix]
     if found is not None and film not in {None, found}:
-        raise ValueError(f"film is {film!r}, and {file.name} ends in another suffix")
+        raise ValueError(f"film is {film!r}, but {file.name} has another suffix")
     return found
 
 
 _WRITTEN: Final[dict[str, Film | None]] = {".png": None, ".mp4": "mp4", ".gif": "gif"}
-"""Suffix of a file → the film that it holds; None: it holds a picture."""
+"""Suffix of a file → the film in it. None: it holds a picture."""
 
 _FARTHEST: Final = 1e6
 
 
 def read_background(text: str) -> tuple[int, int, int] | None:
-    """The red, green and blue, 0 to 255, of "#rrggbb" or a name of CSS; None if it is no opaque colour."""
+    """Returns red, green and blue, 0 to 255, of "#rrggbb" or a CSS colour name; None if it is not an opaque colour."""
     from PIL import ImageColor
 
     try:
@@ -193,29 +192,29 @@ def read_background(text: str) -> tuple[int, int, int] | None:
 
 
 _SIZE, _TILE = (640, 480), (320, 240)
-"""Of the pictures of the camera that frames the scene, alone and on a sheet [px]."""
+"""Picture size of the framing camera, single and on a sheet [px]."""
 
 _FRAMING_SAMPLES, _RAY_SAMPLES = 4, 32
-"""Samples a pixel of this camera, and of one that traces rays (as SAPIEN's)."""
+"""Samples per pixel of this camera, and of one that traces rays (as in SAPIEN)."""
 
 _MOST_OF_A_PICTURE, _MOST_OF_A_FRAME, _MOST_OF_ALL_SAMPLES = 2**26, 2**23, 2**28
-"""Pixels of what is written; each pixel of a film takes some 300 bytes while the scene is simulated. Then pixels times
-samples.
+"""Limits in pixels of a picture and of a film's frame, each of which takes some 300 bytes during the simulation; and
+limit of pixels times samples.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class RenderSetup:
-    """The pictures that are taken, as checked against the plan.
+    """The pictures to take, as checked against the plan.
 
     Attributes:
-        camera: None if one is to frame the scene.
+        camera: None: a framing camera.
         scene_idxs: the scenes.
         width, height: of each picture [px].
         grid: whether they are put on one sheet.
-        samples: a pixel. traced: whether rays are traced, so that the shader takes the samples.
-        background: red, green, blue, 0 to 255; None: what SAPIEN draws.
-        choices: all that was chosen.
+        samples: per pixel. traced: whether rays are traced, so that the shader takes the samples.
+        background: red, green, blue, 0 to 255. None: what SAPIEN draws.
+        choices: all choices of the caller.
     """
 
     camera: Camera | None
@@ -235,7 +234,7 @@ class RenderSetup:
 
 
 def choose_pictures(plan: ScenePlan, choices: RenderChoices, sink: Sink) -> RenderSetup:
-    """Raises SceneError."""
+    """Checks choices against a plan. Raises SceneError."""
     name, shader, size = choices.get("camera"), choices.get("shader"), choices.get("size")
     camera = None if name is None else _camera(plan, name, choices, sink)
     having = tuple(range(plan.num_scenes)) if camera is None else camera.scene_idxs
@@ -268,16 +267,16 @@ def _background(plan: ScenePlan, choices: RenderChoices) -> tuple[int, int, int]
 
 
 def _check_size(whole: tuple[int, int], samples: int, choices: RenderChoices, sink: Sink) -> None:
-    """Raises SceneError."""
+    """Checks the number of pixels and samples. Raises SceneError."""
     film, pixels = choices.get("film") is not None, whole[0] * whole[1]
     kind, most = ("film", _MOST_OF_A_FRAME) if film else ("picture", _MOST_OF_A_PICTURE)
     if pixels > most:
-        message = f"a {kind} of {whole[0]} × {whole[1]} pixels is more than {most}"
+        message = f"a {kind} of {whole[0]} × {whole[1]} pixels is larger than {most} pixels"
         hint = "take fewer scenes, or smaller pictures, such as 160 × 120"
         sink.report("SC912", message, Location(None), hint=hint, path=("size",))
     elif pixels * samples > _MOST_OF_ALL_SAMPLES:
         message = (
-            f"a {kind} of {whole[0]} × {whole[1]} pixels with {samples} samples each takes more than "
+            f"a {kind} of {whole[0]} × {whole[1]} pixels with {samples} samples each exceeds "
             f"{_MOST_OF_ALL_SAMPLES} samples"
         )
         hint = f"take smaller pictures, or at most {_MOST_OF_ALL_SAMPLES // pixels} samples"
@@ -298,13 +297,13 @@ def _check_focus(plan: ScenePlan, focus: str | None, scene_idxs: tuple[int, ...]
 
 
 def _names_of(entity: Any) -> list[str]:
-    """An entity's name, and ENTITY/LINK of its links."""
+    """Returns an entity's name, and ENTITY/LINK for its links."""
     links = dict.fromkeys(link.name for one in entity.structures for link in getattr(one, "links", ()))
     return [entity.name, *(f"{entity.name}/{link}" for link in links)]
 
 
 def _camera(plan: ScenePlan, name: str, choices: RenderChoices, sink: Sink) -> Camera | None:
-    """The camera of a name; None where that was reported."""
+    """Returns the camera with a name, or None if it was reported."""
     camera = {camera.name: camera for camera in plan.cameras}.get(name)
     if camera is None:
         hint = suggest(name, [camera.name for camera in plan.cameras]) or "leave it out to see the whole scene"
@@ -313,12 +312,14 @@ def _camera(plan: ScenePlan, name: str, choices: RenderChoices, sink: Sink) -> C
     shader = choices.get("shader") or camera.shader
     if choices.get("what") == "normal" and shader in SHADERS_WITHOUT_NORMALS:
         place = camera.origin.child("shader") if camera.origin else Location(None)
-        hint = "take another camera, or none"
-        sink.report("SC913", f"a camera with the shader `{shader}` sees no normals", place, hint=hint, path=("what",))
+        hint = "use another camera, or none"
+        sink.report(
+            "SC913", f"a camera with the shader `{shader}` cannot render normals", place, hint=hint, path=("what",)
+        )
     return camera
 
 
 def raise_errors(sink: Sink) -> None:
-    """Raises SceneError if anything went wrong so far."""
+    """Raises SceneError if an error was reported."""
     if sink.failed:
         raise SceneError(sink.diagnostics())

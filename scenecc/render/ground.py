@@ -1,5 +1,5 @@
-"""A grid on the ground that shows how large things are: each pixel's ray meets the plane, and the depth picture says
-whether something is before it.
+"""A grid on the ground that shows the scale: intersects each pixel's ray with the plane, and hides what is behind
+surfaces by the depth picture.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from scenecc.render.projection import Projection
 
 _NEAR_SURFACE: Final = 3e-3
-"""A surface is the ground if its depth differs by at most this part from the plane's."""
+"""Largest relative difference in depth between a surface on the ground and the plane."""
 
 _SEEN_GROUND: Final = 0.005
-"""Of so many of the pixels a surface must be the ground, for the grid to be drawn on surfaces alone."""
+"""Smallest fraction of pixels that must be ground surface, for the grid to be drawn only on surfaces."""
 
 _HEAVY: Final = 5
-"""Every so many lines one is wider."""
+"""One line in this many is wider."""
 
 _STRENGTH, _HEAVY_STRENGTH = 0.22, 0.42
 _X_AXIS, _Y_AXIS = (0.75, 0.03, 0.03), (0.03, 0.35, 0.03)
@@ -34,17 +34,17 @@ def draw_ground(
     cell: float,
     shift: tuple[float, float] = (0, 0),
 ) -> NDArray[np.float64]:
-    """A picture with lines every `cell` metres along the world's x and y, and the axes in red and green.
+    """Returns a picture with lines every `cell` metres along the world's x and y, and the axes in red and green.
 
-    Where a surface lies at this height, they are drawn on it; otherwise as if there were a pane of glass.
+    If there is a surface at this height, they are drawn on it; otherwise as if on a pane of glass.
 
     Args:
         linear: (H, W, 3) linear colours.
         depth: (H, W, 1) [m], 0 where there is nothing.
         projection: of the camera.
         height: of the plane z = height [m].
-        cell: [m].
-        shift: of the picture [px], as of `CameraBatch.capture`.
+        cell: side of a cell [m].
+        shift: of the picture [px], as for `CameraBatch.capture`.
     """
     points, away = projection.plane_points(height, shift)
     seen = np.where(depth[..., 0] > 0, depth[..., 0], np.inf)
@@ -72,7 +72,7 @@ def _draw_lines(
     strength: float,
     ink: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Lines `width` pixels wide, `spacing` metres apart, which fade where they come close; inf: one at 0."""
+    """Draws lines `width` pixels wide, `spacing` metres apart (inf: one at 0), which fade where they are too dense."""
     with np.errstate(invalid="ignore"):
         down, right = np.gradient(across, axis=0), np.gradient(across, axis=1)
         pixel: NDArray[np.float64] = np.hypot(down, right)

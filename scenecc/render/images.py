@@ -1,6 +1,6 @@
-"""Pictures as files: what a camera measures as pixels, contact sheets, and the bytes of PNG, GIF and MP4.
+"""Pictures as files: camera data as pixels, contact sheets, and the bytes of PNG, GIF and MP4.
 
-Takes arrays and knows nothing of scenes. Pillow and ffmpeg are loaded when something is drawn or written.
+Works on arrays and does not depend on scenes. Pillow and ffmpeg are loaded when needed.
 """
 
 from __future__ import annotations
@@ -35,19 +35,14 @@ _FARTHEST: Final = 65535
 
 
 def encoded(what: What, pixels: NDArray[Any]) -> NDArray[Any]:
-    """The pixels of a PNG: (H, W) uint16 of a depth [mm], otherwise (H, W, 3) uint8.
-
-    Args:
-        what: what the picture shows.
-        pixels: (H, W, C) as a camera gives them.
-    """
+    """Returns the pixels of a PNG: (H, W) uint16 for a depth [mm], otherwise (H, W, 3) uint8."""
     return millimetres(pixels) if what == "depth" else film_pixels(what, pixels)
 
 
 def film_pixels(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
-    """The pixels of a film (H, W, 3): as `encoded`, a depth in shades of grey."""
+    """Returns the pixels of a film (H, W, 3): like `encoded`, with a depth in shades of grey."""
     if what == "color":
-        # Cut off, not rounded: as in SAPIEN's examples and in ManiSkill.
+        # Truncated, not rounded, as in SAPIEN's examples and in ManiSkill.
         return (np.clip(pixels[..., :3], 0, 1) * 255).astype(np.uint8)
     if what == "depth":
         return _grey(pixels[..., 0])
@@ -57,14 +52,14 @@ def film_pixels(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
 
 
 def millimetres(depth: NDArray[Any]) -> NDArray[np.uint16]:
-    """A depth (H, W, 1) [m] as (H, W) [mm]: 0 where there is nothing, 65535 from 65.535 m on."""
+    """Converts a depth (H, W, 1) [m] to (H, W) [mm]: 0 where there is nothing, 65535 from 65.535 m on."""
     return np.clip(np.rint(depth[..., 0] * _MILLIMETRES), 0, _FARTHEST).astype(np.uint16)
 
 
 def colors(ids: NDArray[Any]) -> NDArray[np.uint8]:
-    """The colour (…, 3) of each id: that of PASCAL VOC, and so another one for every id below 2²⁴. 0 is black.
+    """Returns the colour (…, 3) of each id as in PASCAL VOC, unique for ids below 2²⁴. 0 is black.
 
-    The bits of an id are dealt to red, green and blue in turn, the lowest first, and into each from the highest down.
+    The bits of an id go to red, green and blue in turn, the lowest bit first, and fill each from its highest bit down.
     """
     bits = np.asarray(ids, np.uint32)
     found = np.zeros((*bits.shape, 3), np.uint8)
@@ -76,13 +71,13 @@ def colors(ids: NDArray[Any]) -> NDArray[np.uint8]:
 
 
 def _grey(depth: NDArray[Any]) -> NDArray[np.uint8]:
-    """White at the lens, half as bright a metre away, a third at two, and so on; black where there is nothing."""
+    """Returns shades of grey: white at the lens, half as bright at 1 m, a third at 2 m; black where empty."""
     grey = np.where(depth > 0, np.rint(255 / (1 + np.maximum(depth, 0))), 0).astype(np.uint8)
     return np.repeat(grey[..., None], 3, axis=2)
 
 
 def _normal(pixels: NDArray[Any]) -> NDArray[np.uint8]:
-    """-1 to 1 of each axis as 0 to 255; black where there is nothing."""
+    """Maps -1 to 1 of each axis to 0 to 255; black where there is nothing."""
     nothing = ~pixels.any(axis=2, keepdims=True)
     return np.where(nothing, 0, np.rint((np.clip(pixels, -1, 1) + 1) * 127.5)).astype(np.uint8)
 
@@ -95,19 +90,19 @@ _MARGIN: Final = 4
 
 
 def grid_of(count: int) -> tuple[int, int]:
-    """Rows and columns of a sheet of so many pictures: as many columns as rows, or one more."""
+    """Returns rows and columns of a sheet of `count` pictures: as many columns as rows, or one more."""
     columns = ceil(sqrt(count))
     return ceil(count / columns), columns
 
 
 def sheet_size(count: int, width: int, height: int) -> tuple[int, int]:
-    """Width and height [px] of a sheet of `count` pictures of this size."""
+    """Returns width and height [px] of a sheet of `count` pictures of this size."""
     rows, columns = grid_of(count)
     return columns * width, rows * (height + BAR)
 
 
 def sheet(tiles: Sequence[NDArray[Any]], labels: Sequence[str]) -> NDArray[Any]:
-    """Pictures (H, W) or (H, W, 3) of one integer type as one; labels are white on black, above each.
+    """Joins pictures (H, W) or (H, W, 3) of one integer type; labels are white on black, above each.
 
     The picture of row r and column c begins at pixel (r · (H + BAR) + BAR, c · W).
     """
@@ -123,7 +118,7 @@ def sheet(tiles: Sequence[NDArray[Any]], labels: Sequence[str]) -> NDArray[Any]:
 
 
 def _letters(text: str, width: int) -> NDArray[np.uint16]:
-    """A text (BAR, width), 0 to 255; what does not fit is cut off."""
+    """Renders a text as (BAR, width), 0 to 255; what does not fit is cut off."""
     from PIL import Image, ImageDraw, ImageFont
 
     image = Image.new("L", (width, BAR))
@@ -136,24 +131,24 @@ Film = Literal["gif", "mp4"]
 
 _MOST_IN_A_PALETTE: Final = 255
 _QUALITY: Final = "18"
-"""H.264's rate factor at which people see no loss."""
+"""H.264's rate factor without visible loss."""
 
 _COLORS: Final = [
     *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
 ]
-"""What players take a film for that says nothing, said and done."""
+"""The colour space that players assume by default, for the conversion and for the file's header."""
 
 
 def png(pixels: NDArray[Any]) -> bytes:
-    """A PNG of (H, W) uint16 or (H, W, 3) uint8."""
+    """Encodes (H, W) uint16 or (H, W, 3) uint8 as a PNG."""
     from PIL import Image
 
     return _encode_png(Image.fromarray(np.ascontiguousarray(pixels)))
 
 
 def png_of_ids(ids: NDArray[Any]) -> bytes:
-    """A PNG of ids (H, W): with a palette, so that a pixel's value is the id, or in colours where ids go beyond 255."""
+    """Encodes ids (H, W) as a PNG, with a palette whose indices are the ids, or in colours if an id exceeds 255."""
     from PIL import Image
 
     if ids.max(initial=0) > _MOST_IN_A_PALETTE:
@@ -164,13 +159,13 @@ def png_of_ids(ids: NDArray[Any]) -> bytes:
 
 
 def encode_film(kind: Film, frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
-    """A film that plays `rate` frames a second.
+    """Encodes a film that plays `rate` frames per second.
 
     Args:
-        kind: which file.
-        frames: (H, W, 3) each, of one size; taken one after another, and none is kept.
+        kind: file format.
+        frames: (H, W, 3) each, of one size; read one at a time, without keeping them.
         rate: [1/s].
-        count: how many there are.
+        count: number of frames.
 
     Raises:
         OSError: the encoder cannot be run, or fails.
@@ -179,13 +174,13 @@ def encode_film(kind: Film, frames: Iterable[NDArray[np.uint8]], rate: float, co
 
 
 def gif(frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
-    """A GIF that starts again when it ends, of 256 colours a frame. Equal frames in a row are one that lasts longer."""
+    """Encodes a GIF that loops, with 256 colours per frame. Equal successive frames become one longer frame."""
     from PIL import Image
 
     def small(frame: NDArray[np.uint8]) -> Image.Image:
         return Image.fromarray(frame).quantize(256, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
 
-    # A GIF counts hundredths of a second: what one frame is too short, another is too long.
+    # A GIF counts hundredths of a second, so rounding errors are carried over to the next frame.
     ends = [round(100 * number / rate) for number in range(count + 1)]
     lasts = [10 * (end - start) for start, end in pairwise(ends)]
     rest = map(small, frames)
@@ -195,7 +190,7 @@ def gif(frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
 
 
 def mp4(frames: Iterable[NDArray[np.uint8]], rate: float) -> bytes:
-    """An MP4 (H.264, 4:2:0) that every player shows. A width or height that is odd grows by a pixel, its last again.
+    """Encodes an MP4 (H.264, 4:2:0) for every player. An odd width or height is padded by repeating its last pixel.
 
     Raises:
         OSError: the encoder cannot be run, or fails.
@@ -211,9 +206,9 @@ def mp4(frames: Iterable[NDArray[np.uint8]], rate: float) -> bytes:
 
 @contextmanager
 def _encoder(width: int, height: int, rate: float, film: int) -> Generator[Callable[[NDArray[np.uint8]], object]]:
-    """A running ffmpeg, which takes frames. It is gone when this ends, and has written the film if nothing failed.
+    """Runs ffmpeg and yields a function that takes frames. Unless something failed, the film is complete afterwards.
 
-    `film` is the descriptor of a file without a name, so that a killed process leaves no file.
+    `film` is the descriptor of an unnamed file, so that a killed process leaves no file.
     """
     ffmpeg: Any = import_module("imageio_ffmpeg")
     frame_rate = Fraction(rate).limit_denominator(1000)
@@ -230,15 +225,15 @@ def _encoder(width: int, height: int, rate: float, film: int) -> Generator[Calla
     ):
         assert process.stdin is not None
         try:
-            with suppress(BrokenPipeError):  # it has ended, and said why
+            with suppress(BrokenPipeError):  # it has ended, and its error says why
                 yield process.stdin.write
                 process.stdin.close()
             if process.wait() != 0 or os.fstat(film).st_size == 0:
                 said.seek(0)
                 words = said.read().decode(errors="replace").strip()
-                raise OSError(f"ffmpeg failed: {words or f'it ended with status {process.returncode}'}")
+                raise OSError(f"ffmpeg failed: {words or f'its process ended with status {process.returncode}'}")
         finally:
-            process.kill()  # before what it has not read is written to it
+            process.kill()  # before buffered frames are written to it
             with suppress(BrokenPipeError):
                 process.stdin.close()
 
@@ -258,5 +253,5 @@ NO_ENCODER: Final = "a film in MP4 needs imageio-ffmpeg, which is not installed 
 
 
 def has_encoder() -> bool:
-    """Whether the package is installed that writes MP4."""
+    """Returns whether the package that writes MP4 is installed."""
     return find_spec("imageio_ffmpeg") is not None

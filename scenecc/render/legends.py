@@ -1,4 +1,4 @@
-"""Depths and segmentations for people: metres as colours with a bar beside them, and names beside colours of ids."""
+"""Depths and segmentations for people: depths as colours with a scale bar, and names beside the colours of ids."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SCALE: Final = (
     (0.75, (59, 82, 139)),
     (1.00, (68, 1, 84)),
 )
-"""Near to far, from bright to dark, as in viridis: it is read in grey and by colour-blind people too."""
+"""Near to far, from bright to dark, like viridis: readable in grey and by colour-blind people."""
 
 _NOTHING: Final = (0, 0, 0)
 _LETTERS, _MARGIN, _BAR, _SWATCH = 12, 8, 16, 12
@@ -30,7 +30,7 @@ _LONGEST: Final = 40
 
 
 def depth_range(depths: Sequence[NDArray[np.float32]]) -> tuple[float, float]:
-    """The nearest and the farthest depth in pictures [m], but for the farthest 2 % of pixels; 0.5 and 1 without any."""
+    """Returns smallest and largest depth in pictures [m], without the farthest 2 % of pixels; 0.5 and 1 if empty."""
     known = np.concatenate([depth[depth > 0] for depth in depths])
     if not known.size:
         return 0.5, 1.0
@@ -39,14 +39,14 @@ def depth_range(depths: Sequence[NDArray[np.float32]]) -> tuple[float, float]:
 
 
 def depth_colors(depth: NDArray[np.float32], low: float, high: float) -> NDArray[np.uint8]:
-    """(H, W, 3) colours of a depth (H, W, 1) [m], by its logarithm; black where there is nothing."""
+    """Returns colours (H, W, 3) of a depth (H, W, 1) [m], by its logarithm; black where there is nothing."""
     share = _shares(depth[..., 0], low, high)
     found = np.stack([np.interp(share, *_channel(channel)) for channel in range(3)], axis=-1)
     return np.where(depth > 0, np.rint(found), _NOTHING).astype(np.uint8)
 
 
 def _shares(depth: NDArray[Any], low: float, high: float) -> NDArray[np.float64]:
-    """0 at the nearest depth, 1 at the farthest: the logarithm keeps near things apart before a far floor."""
+    """Maps depths to 0 to 1 on a log scale, which separates near objects despite a far floor."""
     return np.clip(np.log(np.maximum(depth, low) / low) / np.log(high / low), 0, 1)
 
 
@@ -55,7 +55,7 @@ def _channel(number: int) -> tuple[list[float], list[int]]:
 
 
 def with_depth_bar(picture: NDArray[np.uint8], low: float, high: float) -> NDArray[np.uint8]:
-    """A picture (H, W, 3) with a bar of these depths [m] at its right."""
+    """Returns a picture (H, W, 3) with a bar of these depths [m] on its right."""
     from PIL import Image, ImageDraw
 
     height, width, _ = picture.shape
@@ -78,7 +78,7 @@ def with_depth_bar(picture: NDArray[np.uint8], low: float, high: float) -> NDArr
 
 
 def _ticks(low: float, high: float, height: int) -> list[float]:
-    """Round depths [m] whose texts do not overlap on a bar so high [px]; the ends where there is no round one."""
+    """Returns round depths [m] whose labels do not overlap on a bar of this height [px], or else the ends."""
     rough = (high - low) / 40
     power = 10.0 ** np.floor(np.log10(rough))
     step = next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough)
@@ -97,12 +97,7 @@ def _ticks(low: float, high: float, height: int) -> list[float]:
 
 
 def with_names(picture: NDArray[np.uint8], rows: Sequence[tuple[str, str]]) -> NDArray[np.uint8]:
-    """A picture (H, W, 3) with colours and names at its right, in as many columns as they need.
-
-    Args:
-        picture: (H, W, 3).
-        rows: colour as #rrggbb, and name.
-    """
+    """Returns a picture (H, W, 3) with colours (#rrggbb) and names on its right, in as many columns as needed."""
     from PIL import Image, ImageDraw
 
     height, width, _ = picture.shape

@@ -1,4 +1,4 @@
-"""What is drawn over a picture in colour: names, axes, contacts and a caption. Pillow is loaded when it is needed."""
+"""Overlays of colour pictures: names, axes, contacts and a caption. Pillow is loaded when needed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scenecc.render.projection import Projection
 
 _SCALE: Final = 3
-"""An overlay is drawn so many times as large, and made smaller: its lines are smooth."""
+"""An overlay is drawn this many times larger and scaled down, for smooth lines."""
 
 _AXES: Final = ((214, 39, 40), (44, 140, 44), (31, 90, 200))
 _CONTACT, _FORCE = (255, 140, 0), (190, 0, 140)
@@ -26,12 +26,12 @@ _PAPER, _INK = (20, 22, 26, 205), (255, 255, 255)
 _LEADER: Final = (20, 22, 26)
 _LONGEST_NAME: Final = 40
 _LEAST_SEEN: Final = 6
-"""Pixels of a body that has a label."""
+"""Smallest number of visible pixels of a body with a label."""
 
 
 @dataclass(slots=True)
 class Overlay:
-    """Things to draw over a picture of this size [px]; positions are right and down from its corner [px]."""
+    """Shapes to draw over a picture of this size [px]. Positions are to the right and down from its corner [px]."""
 
     width: int
     height: int
@@ -51,7 +51,7 @@ class Overlay:
         return max(1.5, self.height / 240)
 
     def add_axes(self, projection: Projection, poses: Iterable[NDArray[np.float64]], length: float) -> None:
-        """The axes of frames (7,) each, so long [m]."""
+        """Adds the axes of frames (7,) each, with this length [m]."""
         from scenecc.geometry.rotation_arrays import rotation_matrix
 
         for pose in poses:
@@ -63,7 +63,7 @@ class Overlay:
     def add_contacts(
         self, projection: Projection, points: NDArray[np.float64], forces: NDArray[np.float64], longest: float
     ) -> None:
-        """Dots at points (N, 3) [m], and arrows for forces (N, 3) [N], the strongest of which is so long [m]."""
+        """Adds dots at points (N, 3) [m], and arrows for forces (N, 3) [N], the strongest with length `longest` [m]."""
         strengths = np.linalg.norm(forces, axis=1)
         most = float(strengths.max(initial=0))
         starts, _ = projection.project(points)
@@ -89,17 +89,15 @@ class Overlay:
     def add_line(
         self, start: NDArray[np.float64], end: NDArray[np.float64], color: tuple[int, ...], width: float
     ) -> None:
-        """A line, unless an end of it is behind the camera or far outside."""
+        """Adds a line, unless an end is behind the camera or far outside."""
         ends = np.concatenate([start, end])
         if np.isfinite(ends).all() and np.abs(ends).max() < 1e5:
             self.lines.append((start.tolist(), end.tolist(), color, width))
 
     def add_labels(self, ids: NDArray[np.int32], names: Mapping[int, str]) -> None:
-        """A name at each thing that is seen; no two overlap. The caption says of how many there is no room.
+        """Adds a label on each visible object, without overlaps. `ids`: (H, W); several ids may have one name.
 
-        Args:
-            ids: (H, W) what is seen.
-            names: of these; several ids may have one name.
+        The caption counts labels without space.
         """
         numbers: dict[str, list[int]] = {}
         for number in np.unique(ids).tolist():
@@ -107,7 +105,7 @@ class Overlay:
                 numbers.setdefault(names[number], []).append(number)
         regions = [(name, np.isin(ids, found)) for name, found in numbers.items()]
         regions = [(name, region) for name, region in regions if region.sum() >= _LEAST_SEEN]
-        # The smallest first: a name on the floor finds another place.
+        # The smallest first, because a large floor can place its name elsewhere.
         regions.sort(key=lambda one: int(one[1].sum()))
         left_out = [name for name, region in regions if not self._place(name, region)]
         if left_out:
@@ -134,7 +132,7 @@ class Overlay:
         return False
 
     def drawn(self, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-        """The picture (H, W, 4) with all of it; the same where there is nothing to draw."""
+        """Returns the picture (H, W, 4) with the overlay, or unchanged if there is none."""
         if not (self.lines or self.dots or self.texts or self.captions):
             return pixels
         from PIL import Image, ImageDraw
@@ -168,7 +166,7 @@ _OFFSETS: Final = tuple(
     for ring in (1.5, 2.5, 3.5, 5, 7)
     for angle in (-pi / 2, -pi / 4, -3 * pi / 4, 0, pi, pi / 2, pi / 4, 3 * pi / 4)
 )
-"""Where a label may stand beside its thing, in its heights, right and down: above first."""
+"""Possible positions of a label beside its object, in label heights, right and down: above first."""
 
 
 def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
@@ -176,7 +174,7 @@ def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
 
 
 def _inner_point(region: NDArray[np.bool_]) -> tuple[float, float]:
-    """The middle of a pixel (x, y) that is about as far from the region's edge as one can be."""
+    """Returns a pixel's centre (x, y) that is about as far from the region's edge as possible."""
     step = max(1, int(region.sum() ** 0.5) // 60)
     inner = region[::step, ::step] if region[::step, ::step].any() else region
     step = step if inner is not region else 1
@@ -192,12 +190,12 @@ def _inner_point(region: NDArray[np.bool_]) -> tuple[float, float]:
 
 
 def font(size: float) -> Any:
-    """Pillow's own font, so high [px]."""
+    """Returns Pillow's own font with this height [px]."""
     from PIL import ImageFont
 
     return ImageFont.load_default(size)
 
 
 def text_width(text: str, size: float) -> float:
-    """How wide a line is [px]."""
+    """Returns the width of a line of text [px]."""
     return float(font(size).getlength(text))

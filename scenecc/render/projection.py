@@ -1,4 +1,4 @@
-"""From the world to the picture and back, by a camera's matrices."""
+"""Projects the world to the picture and back with a camera's matrices."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Projection:
 
     @classmethod
     def of(cls, component: Any) -> Projection:
-        """That of a `RenderCameraComponent`."""
+        """Reads the matrices of a `RenderCameraComponent`."""
         return cls(
             component.width,
             component.height,
@@ -37,9 +37,9 @@ class Projection:
         )
 
     def project(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Points (N, 3) of the world [m] as (N, 2), right and down in the picture [px], and their depths (N,) [m].
+        """Projects points (N, 3) of the world [m] to (N, 2) right and down in the picture [px], and depths (N,) [m].
 
-        A point that is not before the camera is at NaN.
+        A point that is not in front of the camera becomes NaN.
         """
         local = (points - self.model[:3, 3]) @ self.model[:3, :3]
         clip = np.concatenate([local, np.ones((len(local), 1))], axis=1) @ self.lens.T
@@ -52,9 +52,9 @@ class Projection:
     def plane_points(
         self, height: float, shift: tuple[float, float] = (0, 0)
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Where the middle of each pixel sees the plane z = height: points (H, W, 3) and depths (H, W) [m], else NaN.
+        """Returns where each pixel's ray meets the plane z = height: points (H, W, 3) and depths (H, W) [m], or NaN.
 
-        `shift` [px] as of `CameraBatch.capture`.
+        `shift` [px] is as for `CameraBatch.capture`.
         """
         columns = (np.arange(self.width) + 0.5 - shift[0]) / self.width * 2 - 1
         rows = (np.arange(self.height) + 0.5 - shift[1]) / self.height * 2 - 1

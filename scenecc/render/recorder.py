@@ -1,4 +1,4 @@
-"""Simulates scenes and takes their pictures: samples a pixel, background, ground grid and overlays among them."""
+"""Simulates scenes and takes their pictures, with multisampling, background, ground grid and overlays."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """What a camera sees of a scene.
+    """A camera's picture of a scene.
 
     Attributes:
         scene_idx: the scene's index.
-        pixels: (H, W, C) as `CameraBatch.capture` gives what was asked for: of a colour (H, W, 4) float32, of a depth
-            (H, W, 1) float32 [m], of a segmentation (H, W, 1) int32, of normals (H, W, 3) float32. A colour has its
-            background, and all that is drawn over it; alpha is 0 where nothing is.
-        names: what the ids of a segmentation stand for in this scene.
+        pixels: (H, W, C) as from `CameraBatch.capture`: colour (H, W, 4) float32, depth (H, W, 1) float32 [m],
+            segmentation (H, W, 1) int32, normals (H, W, 3) float32. A colour includes background and overlays; alpha is
+            0 where there is nothing.
+        names: id → name for a segmentation of this scene.
     """
 
     scene_idx: int
@@ -43,28 +43,28 @@ class Picture:
 
 
 def labelled(tiles: Sequence[NDArray[Any]], pictures: Sequence[Picture]) -> NDArray[Any]:
-    """A sheet of pictures, (H, W) or (H, W, 3) each, with the scene of each above it."""
+    """Joins pictures, (H, W) or (H, W, 3) each, on a sheet, with the scene of each above it."""
     return sheet(tiles, [f"scene {picture.scene_idx}" for picture in pictures])
 
 
 _FRAMES_A_SECOND: Final = 30
-"""About as many has a film of which nothing is said."""
+"""Approximate default frame rate of a film [1/s]."""
 
 _STRIDE: Final = 10
-"""Steps between two reports of the progress."""
+"""Steps between two progress reports."""
 
 _GAMMA: Final = 2.2
-"""SAPIEN's, from linear light to what a screen shows."""
+"""SAPIEN's gamma, from linear light to display values."""
 
 _TILE_SIDE: Final = 64
-"""Longer side of the small picture on which ray tracing is timed [px]."""
+"""Longer side of the small picture for timing ray tracing [px]."""
 
 _AXES, _FORCES = 0.18, 0.5
 """Lengths of axes and of the strongest force, in radii of the subject."""
 
 
 def sample_shifts(count: int) -> list[tuple[float, float]]:
-    """Where samples lie in a pixel, from its middle [px]; evenly spread, the first `count` of one sequence.
+    """Returns the offsets of `count` samples from a pixel's centre [px]: the first of an evenly spread sequence.
 
     The sequence is that of the two-dimensional golden ratio: no two are in one row or column.
     """
@@ -77,9 +77,9 @@ def sample_shifts(count: int) -> list[tuple[float, float]]:
 
 
 class FrameRecorder:
-    """Simulates scenes and takes their pictures. `human`: show what is hidden too.
+    """Simulates scenes and takes their pictures. `human`: also show hidden entities.
 
-    Raises RuntimeError if the device cannot trace the rays that are asked for.
+    Raises RuntimeError if the device does not support ray tracing and the pictures need it.
     """
 
     def __init__(
@@ -109,18 +109,18 @@ class FrameRecorder:
 
     @property
     def cell(self) -> float | None:
-        """The side of a cell of the ground grid [m]; None without one. The same in all scenes."""
+        """The side of a cell of the ground grid [m], the same in all scenes. None without a grid."""
         return cell_size(self._subject(self._batch.scene_idxs[0])) if self._choices.get("ground") else None
 
     def estimate(self, pictures: int) -> float:
-        """How long tracing the rays of so many pictures takes [s], as measured on a small one of the first scene."""
+        """Returns the expected time for ray tracing a number of pictures [s], from a small one of the first scene."""
         setup, index = self._setup, self._batch.scene_idxs[0]
         factor = min(1.0, _TILE_SIDE / max(setup.width, setup.height))
         width, height = (max(1, round(factor * side)) for side in (setup.width, setup.height))
         tile = self._framing_camera(width, height)
         tile.capture("color", [index])  # the first picture compiles shaders
         started = time.perf_counter()
-        tile.capture("color", [index], shift=(0.25, 0.25))  # SAPIEN takes no picture anew of which nothing changed
+        tile.capture("color", [index], shift=(0.25, 0.25))  # SAPIEN does not render again if nothing has changed
         seconds = time.perf_counter() - started
         tile.retire(index)
         return seconds * pictures * setup.width * setup.height / (width * height)
@@ -128,12 +128,13 @@ class FrameRecorder:
     def take(
         self, steps: int, film: Film | None, every: int | None
     ) -> tuple[tuple[Picture, ...], tuple[bytes | None, int, float]]:
-        """A picture of each scene after the steps, and the film: its bytes, its number of frames and its rate [1/s].
+        """Returns a picture of each scene after the steps, and the film: its bytes, number of frames and frame rate
+        [1/s].
 
         Raises:
             SceneError: the simulation diverges.
             RuntimeError: the renderer fails.
-            OSError: the film's encoder does.
+            OSError: the film's encoder fails.
         """
         if film is None:
             self._step(steps)
@@ -145,7 +146,7 @@ class FrameRecorder:
         return self._stills(), (data, count, rate)
 
     def stride(self, steps: int, every: int | None) -> int:
-        """Steps from one frame of a film to the next."""
+        """Returns the steps between two frames of a film."""
         return every or min(steps, max(1, round(1 / (_FRAMES_A_SECOND * self._batch.timestep))))
 
     def _step(self, steps: int) -> None:
@@ -162,7 +163,7 @@ class FrameRecorder:
             yield labelled(tiles, pictures) if self._setup.grid else tiles[0]
 
     def _stills(self) -> tuple[Picture, ...]:
-        """The last pictures that are taken: the memory of one camera is enough for all of them."""
+        """Takes the last pictures, one scene after another, so that one camera's memory is enough."""
         pictures: list[Picture] = []
         for index in self._batch.scene_idxs:
             self._progress(len(pictures), len(self._batch))
@@ -178,7 +179,7 @@ class FrameRecorder:
         return Picture(index, pixels, self._camera.names(index) if name == "segmentation" else {})
 
     def _color(self, index: int) -> NDArray[np.float32]:
-        """(H, W, 4) the mean of all samples, in linear light, before the background."""
+        """Returns the mean of all samples (H, W, 4) in linear light, without the background."""
         setup = self._setup
         shifts = sample_shifts(1 if setup.traced else setup.samples)
         ground = self._choices.get("ground", False)
@@ -213,7 +214,7 @@ class FrameRecorder:
             overlay.add_axes(self._projection(index), poses, _AXES * self._subject(index).radius)
         if choices.get("contacts"):
             found = self._batch.contacts(scene_idxs={index})
-            # On `b`, which was built later: what lies on a table is held up by it.
+            # On `b`, which was built later: a table supports what is on it.
             forces = -found.impulse.astype(np.float64) / self._batch.timestep
             longest = _FORCES * self._subject(index).radius
             overlay.add_contacts(self._projection(index), found.point.astype(np.float64), forces, longest)
@@ -229,14 +230,14 @@ class FrameRecorder:
         return Projection.of(camera.objs[camera.scene_idxs.index(index)])
 
     def _subject(self, index: int) -> Subject:
-        """What is framed of a scene, as it stands at the first picture."""
+        """Returns the subject of a scene at its first picture."""
         if index not in self._subjects:
             self._subjects[index] = self._batch.subject(index, self._choices.get("focus"))
         return self._subjects[index]
 
 
 def _entity(name: str, articulations: Any) -> str:
-    """The entity of a body; of a link, its articulation."""
+    """Returns the entity of a body, or the articulation of a link."""
     owner = name.rpartition("/")[0]
     return owner if owner in articulations else name
 

@@ -1,4 +1,4 @@
-"""Pictures and films of a scene, from a source to files: `render_scene` and what it returns.
+"""Pictures and films of a scene, from a source to files: `render_scene` and its result.
 
 The arguments are checked against the plan before anything is built.
 """
@@ -38,13 +38,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LegendRow:
-    """An id that is seen in a segmentation.
+    """A visible id of a segmentation.
 
     Attributes:
-        scene_idxs: the scenes in which it has this name and is seen, ascending.
+        scene_idxs: the scenes in which it is visible with this name, ascending.
         id: of the entity.
         color: of its pixels, as #rrggbb.
-        name: of the entity, ENTITY/LINK of a link.
+        name: of the entity; ENTITY/LINK for a link.
     """
 
     scene_idxs: tuple[int, ...]
@@ -59,15 +59,15 @@ class Rendering:
 
     Attributes:
         plan: the scene's plan.
-        camera: the camera's name; None: one that frames the scene.
+        camera: the camera's name. None: one that frames the scene.
         what: what the pictures show.
         grid: whether they are written as one sheet.
-        pictures: one a scene, by ascending index, as it is after the simulation.
-        film: the bytes of the film's file; None: none was taken.
-        frames, rate: how many pictures the film shows, and how many a second [1/s]; 0 without one. Equal pictures in a
-            row are one frame of a GIF's file, which lasts as long as all of them.
+        pictures: one for each scene, by ascending index, after the simulation.
+        film: the bytes of the film's file. None: no film.
+        frames, rate: number of frames of the film, and frames per second [1/s]; 0 without one. In a GIF, equal
+            successive frames are one longer frame.
         explained: whether depths or ids are written as colours with a legend.
-        cell: the side of a cell of the ground grid [m]; None without one.
+        cell: the side of a cell of the ground grid [m]. None: no grid.
         diagnostics: warnings and notes.
         timings: stage → seconds, in order.
     """
@@ -86,10 +86,10 @@ class Rendering:
     timings: dict[str, float] = field(default_factory=dict[str, float])
 
     def png(self) -> bytes:
-        """The pictures as one PNG: the picture itself, or a sheet with a label above each.
+        """Returns the pictures as one PNG: the picture itself, or a sheet with a label above each.
 
-        Colours and normals have three bytes a pixel, a depth 16 bits [mm], a segmentation the ids as a palette's
-        indices, and colours on a sheet or where an id is beyond 255. With a legend all are colours.
+        Colours and normals have three bytes per pixel, a depth 16 bits [mm]. A segmentation has ids as palette indices,
+        but colours on a sheet or if an id exceeds 255. With a legend, all are colours.
         """
         if self.explained:
             return png(self._with_legend())
@@ -101,7 +101,7 @@ class Rendering:
         return png(encoded(self.what, picture.pixels))
 
     def legend(self) -> list[LegendRow]:
-        """The ids that are seen in a segmentation, ascending; empty for other pictures."""
+        """Returns the visible ids of a segmentation, ascending; empty for other pictures."""
         scenes: dict[tuple[int, str], list[int]] = {}
         for picture in self.pictures if self.what == "segmentation" else ():
             for number in np.unique(picture.pixels).tolist():
@@ -113,7 +113,7 @@ class Rendering:
         ]
 
     def _with_legend(self) -> NDArray[np.uint8]:
-        """The picture or sheet in colours, (H, W, 3), with its legend at the right."""
+        """Returns the picture or sheet in colours, (H, W, 3), with its legend on the right."""
         found = [picture.pixels for picture in self.pictures]
         low, high = depth_range(found) if self.what == "depth" else (0.0, 1.0)
         tiles = [depth_colors(one, low, high) if self.what == "depth" else film_pixels(self.what, one) for one in found]
@@ -125,17 +125,17 @@ class Rendering:
 
 
 def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
-    """Builds scenes, simulates them and takes a picture of each; `scenecc render` writes these.
+    """Builds scenes, simulates them and takes a picture of each, for `scenecc render`.
 
     Args:
         source: as for `validate`.
         given: those of `RenderChoices` and of `CompileOptions`.
 
     Raises:
-        SceneError: the scene, the engine or the machine is at fault; there is no such camera or scene, or it does not
-            take this picture.
-        TypeError: a flag is neither True nor False, or a number is no integer.
-        ValueError: an argument is out of its range.
+        SceneError: the scene is invalid, the engine or the machine cannot build it, there is no such camera or scene,
+            or the camera does not support this picture.
+        TypeError: a flag is not a bool, or a number is not an integer.
+        ValueError: an argument is out of range.
     """
     asked = Options.of_call(render_scene, given, RenderArguments)
     check_choices(given)
@@ -166,7 +166,7 @@ def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
 
 
 def _take(plan: ScenePlan, batch: SceneBatch, setup: RenderSetup, sink: Sink) -> Rendering:
-    """Raises SceneError."""
+    """Takes the pictures. Raises SceneError."""
     choices = setup.choices
     camera, focus, hidden = choices.get("camera"), choices.get("focus"), choices.get("hidden")
     steps, film, every = choices.get("steps", 0), choices.get("film"), choices.get("every")
@@ -186,17 +186,17 @@ def _take(plan: ScenePlan, batch: SceneBatch, setup: RenderSetup, sink: Sink) ->
         if focus is None:
             raise
         hint = "name an entity with visuals"
-        sink.report("SC910", f"nothing is seen of '{focus}'", Location(None), hint=hint, path=("focus",))
+        sink.report("SC910", f"'{focus}' has no visuals", Location(None), hint=hint, path=("focus",))
         raise SceneError(sink.diagnostics()) from error
     except (RuntimeError, OSError) as error:
-        sink.report("SC814", f"the picture cannot be made: {error}", Location(None))
+        sink.report("SC814", f"the picture cannot be rendered: {error}", Location(None))
         raise SceneError(sink.diagnostics()) from error
     explained = choices.get("legend", False)
     return Rendering(plan, camera, setup.what, setup.grid, pictures, *made, explained=explained, cell=cell)
 
 
 def _ray_tracing(setup: RenderSetup) -> AbstractContextManager[object]:
-    """SAPIEN's settings of rays, where the caller chose any."""
+    """Returns SAPIEN's ray tracing settings, if the caller chose any."""
     asked = setup.choices.get("shader") in RAY_TRACING_SHADERS
     if not setup.traced or not (asked or setup.choices.get("samples")):
         return nullcontext()

@@ -31,7 +31,7 @@ def scene(tmp_path: Path) -> Path:
 def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Path) -> None:
     done = run("render", scene, "-o", "out.png", **NOWHERE)
     assert (done.returncode, done.stdout) == (3, "")
-    assert "error SC803: visuals were asked for, and there is no render device" in done.stderr
+    assert "error SC803: visuals were requested, but there is no render device" in done.stderr
     hint = done.stderr.partition("hint: ")[2].splitlines()
     assert hint[0].startswith("with a GPU, install its Vulkan driver")
     assert hint[1].strip().startswith("without one, Mesa's lavapipe")

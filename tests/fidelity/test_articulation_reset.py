@@ -128,7 +128,7 @@ def test_removed_and_added_it_is_as_it_was() -> None:
     batch.remove("arm")
     assert list(batch.articulations) == []
     assert [[e.name for e in scene.entities] for scene in batch.scenes] == [["ground", "box"]] * 3
-    with pytest.raises(ValueError, match="'arm' is removed already"):
+    with pytest.raises(ValueError, match="'arm' is already removed"):
         batch.remove("arm")
     state = batch.state()
     assert state.articulations["arm"] == other.state().articulations["arm"]

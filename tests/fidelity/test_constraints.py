@@ -456,7 +456,7 @@ def test_what_is_not_enabled_does_nothing_until_it_is(name: str) -> None:
 def test_what_is_no_flag_of_a_constraint(flags: Any) -> None:
     with (
         load_scene(file_of(CASES["weld"]), render=False) as batch,
-        pytest.raises(ValueError, match="enabled is true or"),
+        pytest.raises(ValueError, match="enabled must be true or"),
     ):
         batch.constraints["tie"].enabled = flags
 

@@ -170,7 +170,7 @@ def test_axes_that_are_locked_are_no_joints(tmp_path: Path) -> None:
     model, _, found = compiled(scene(entities), tmp_path)
     assert [model.body(name).dofnum[0] for name in entities] == [5, 2, 0, 6]
     assert [(each.code, each.message) for each in found] == [
-        ("SC730", "`odd`: left out: `locked_axes` that leave two axes to turn about")
+        ("SC730", "`odd`: left out: `locked_axes` that leave two axes of rotation")
     ]
 
 

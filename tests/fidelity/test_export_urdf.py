@@ -170,7 +170,7 @@ def test_drives_are_told(tmp_path: Path) -> None:
     source["entities"]["arm"]["drives"] = {"first": {"stiffness": 10, "damping": 1, "force_limit": 7}}
     path, found = written(source, tmp_path)
     assert [(each.code, each.message) for each in found] == [
-        ("SC740", "`arm`: left out: the drive of a joint, but for its `force_limit`")
+        ("SC740", "`arm`: left out: the drive of a joint, except its `force_limit`")
     ]
     limit = next(ET.parse(path).iter("limit"))
     assert limit.get("effort") == "7"
@@ -224,7 +224,7 @@ def test_a_folder_has_a_file_for_each_articulation() -> None:
 @pytest.mark.parametrize(
     ("scene", "entity", "words"),
     [
-        ("robot_arm", None, "one file is one robot, and scene 0 has `arm`, `tumbling`"),
+        ("robot_arm", None, "a file holds one robot, but scene 0 has `arm`, `tumbling`"),
         ("robot_arm", "leg", "there is no entity `leg` in scene 0; its articulations: `arm`, `tumbling`"),
         ("tabletop", None, "scene 0 has no articulation"),
     ],

@@ -177,7 +177,7 @@ def test_a_device_that_traces_no_rays_is_told_from_a_mistake(monkeypatch: pytest
         load({"box": BOX}, cameras={"eye": {"shader": "rt"}})
     (found,) = caught.value.diagnostics
     assert (found.code, found.path) == ("SC807", "cameras.eye.shader")
-    assert found.message == "'eye' traces rays, and the render device cannot"
+    assert found.message == "'eye' needs ray tracing, which the render device does not support"
     with load({"box": BOX}, cameras={"eye": {"shader": "minimal"}}) as batch:
         assert len(batch.cameras["eye"].objs) == 1
 

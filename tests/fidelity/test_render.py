@@ -400,7 +400,7 @@ def test_a_camera_that_was_taken_out_takes_no_picture_and_one_that_frames_comes_
             camera.retire(0)
         assert batch.scenes[0].render_system.cameras == []
         assert np.array_equal(framing.capture("color")["color"], before)
-        with pytest.raises(RuntimeError, match="'eye' was taken out of scene 0"):
+        with pytest.raises(RuntimeError, match="'eye' was removed from scene 0"):
             eye.capture("color")
         with pytest.raises(ValueError, match="1 to 16384 pixels"):
             batch.framed(0, 10)

@@ -106,7 +106,7 @@ CASES: dict[str, tuple[Sabotage, str, tuple[str, ...]]] = {
     "moved light": (moved("panel"), "lights.panel", ("pose", "9.0")),
     "moved camera": (moved("tall"), "cameras.tall", ("pose", "9.0")),
     "removed light": (removed, "", ("entities in the scene", "scene 0")),
-    "one light less": (unmounted, "lights", ("scene 1", "lights = 'bulb', 'film', 'panel', 'sun', and the plan")),
+    "one light less": (unmounted, "lights", ("scene 1", "lights = 'bulb', 'film', 'panel', 'sun', but the plan")),
     "swapped scenes": (swapped, "lights.bulb", ("build order", "1 more")),
     "one camera more": (another, "cameras", ("cameras = 'flat', 'matrix', 'more', 'tall', 'wide', and", "scene 1")),
 }

@@ -2,8 +2,8 @@
 #
 # decomposed: 2 parallel scenes.
 #
-# Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# It finds its files by paths from its own folder: move it only with them, or emit it again.
+# Run this file, or import it and call build_scenes(). It needs sapien, but not scenecc.
+# It finds its files relative to its own folder: move it together with them, or emit it again.
 
 import atexit
 import functools
@@ -19,7 +19,7 @@ from sapien import physx
 
 @functools.cache
 def convex_parts(mesh: Path, **parameters: object) -> str:
-    """A file with the convex parts that CoACD cuts a mesh into; gone when the script ends."""
+    """Returns a file with CoACD's convex parts of a mesh, which is deleted at exit."""
     coacd.set_log_level("error")
     whole = trimesh.load(mesh, force="mesh")
     parts = coacd.run_coacd(coacd.Mesh(whole.vertices, whole.faces), **parameters)
@@ -37,7 +37,7 @@ FILES = [BOWL]
 
 
 def build_scenes(render: bool = False) -> list[sapien.Scene]:
-    """Builds 2 parallel scenes. `render`: build what is seen, too."""
+    """Builds 2 parallel scenes. `render`: also build visuals."""
     for file in FILES:
         if not file.is_file():
             raise FileNotFoundError(file)
@@ -95,7 +95,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
 
 
 def main() -> None:
-    """Simulates 100 steps and prints where everything in the first scene is."""
+    """Simulates 100 steps and prints the poses of all entities in the first scene."""
     scenes = build_scenes()
     for _ in range(100):
         for scene in scenes:

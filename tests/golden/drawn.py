@@ -2,9 +2,9 @@
 #
 # drawn: 3 parallel scenes.
 #
-# Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# It finds its files by paths from its own folder: move it only with them, or emit it again.
-# What a reset would draw anew is as the seed 11 draws it.
+# Run this file, or import it and call build_scenes(). It needs sapien, but not scenecc.
+# It finds its files relative to its own folder: move it together with them, or emit it again.
+# Values that a reset would draw again are those of seed 11.
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ FILES = [CHECKER, BUMPS]
 
 
 def build_scenes(render: bool = False) -> list[sapien.Scene]:
-    """Builds 3 parallel scenes. `render`: build what is seen, too."""
+    """Builds 3 parallel scenes. `render`: also build visuals."""
     for file in FILES:
         if not file.is_file():
             raise FileNotFoundError(file)
@@ -176,7 +176,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
 
 
 def main() -> None:
-    """Simulates 100 steps and prints where everything in the first scene is."""
+    """Simulates 100 steps and prints the poses of all entities in the first scene."""
     scenes = build_scenes()
     for _ in range(100):
         for scene in scenes:

@@ -2,8 +2,8 @@
 #
 # fastened: 2 parallel scenes.
 #
-# Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# It finds its files by paths from its own folder: move it only with them, or emit it again.
+# Run this file, or import it and call build_scenes(). It needs sapien, but not scenecc.
+# It finds its files relative to its own folder: move it together with them, or emit it again.
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ FILES = [MUG, BOWL, CHECKER]
 
 
 def build_scenes(render: bool = False) -> list[sapien.Scene]:
-    """Builds 2 parallel scenes. `render`: build what is seen, too."""
+    """Builds 2 parallel scenes. `render`: also build visuals."""
     for file in FILES:
         if not file.is_file():
             raise FileNotFoundError(file)
@@ -39,7 +39,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
     if render:
         shared_look = sapien.render.RenderMaterial(base_color=[0.8, 0.1, 0.1, 1])
 
-    # What constraints, lights and cameras hold on to, by scene and name.
+    # Bodies that constraints, lights and cameras are attached to, by scene and name.
     held = {}
 
     # ground
@@ -159,7 +159,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         component = physx.PhysxArticulationLinkComponent
         links = [entity.find_component_by_type(component) for entity in entities]
         articulation = links[0].articulation
-        # right slide follows left slide: SAPIEN's own mimic joints turn it round.
+        # right slide follows left slide: SAPIEN's own mimic joints invert it.
         articulation.create_fixed_tendon(
             [links[4], links[5], links[6]],
             [0, -0.5, 1],
@@ -309,7 +309,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         component = physx.PhysxArticulationLinkComponent
         links = [entity.find_component_by_type(component) for entity in entities]
         articulation = links[0].articulation
-        # right slide follows left slide: SAPIEN's own mimic joints turn it round.
+        # right slide follows left slide: SAPIEN's own mimic joints invert it.
         articulation.create_fixed_tendon(
             [links[4], links[5], links[6]],
             [0, -0.5, 1],
@@ -520,7 +520,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         constraint.set_limit_y(0, 0)
         constraint.set_limit_z(0, 0)
         constraint.set_limit_twist(0, 0)
-        # A drive's limits of the swing do nothing: a spring that gives way to nothing holds it.
+        # A drive's swing limits have no effect, so a stiff spring holds the swing.
         constraint.set_drive_property_swing(10000000000.0, 10000, mode="acceleration")
 
     # hung
@@ -680,7 +680,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
 
 
 def main() -> None:
-    """Simulates 100 steps and prints where everything in the first scene is."""
+    """Simulates 100 steps and prints the poses of all entities in the first scene."""
     scenes = build_scenes()
     for _ in range(100):
         for scene in scenes:

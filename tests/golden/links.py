@@ -2,8 +2,8 @@
 #
 # links: 2 parallel scenes.
 #
-# Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# It finds its files by paths from its own folder: move it only with them, or emit it again.
+# Run this file, or import it and call build_scenes(). It needs sapien, but not scenecc.
+# It finds its files relative to its own folder: move it together with them, or emit it again.
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ FILES = [MUG, BOWL]
 
 
 def build_scenes(render: bool = False) -> list[sapien.Scene]:
-    """Builds 2 parallel scenes. `render`: build what is seen, too."""
+    """Builds 2 parallel scenes. `render`: also build visuals."""
     for file in FILES:
         if not file.is_file():
             raise FileNotFoundError(file)
@@ -196,7 +196,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         links.append(body)
         entities[0].pose = chest_pose[i]
         articulation = links[0].articulation
-        # wheel follows knob: SAPIEN's own mimic joints turn it round.
+        # wheel follows knob: SAPIEN's own mimic joints invert it.
         articulation.create_fixed_tendon(
             [links[0], links[2], links[3]],
             chest_coefficients[i],
@@ -244,7 +244,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
 
 
 def main() -> None:
-    """Simulates 100 steps and prints where everything in the first scene is."""
+    """Simulates 100 steps and prints the poses of all entities in the first scene."""
     scenes = build_scenes()
     for _ in range(100):
         for scene in scenes:

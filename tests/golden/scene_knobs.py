@@ -3,8 +3,8 @@
 # knobs: 2 parallel scenes.
 # Every key of a body, one example each.
 #
-# Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# It finds its files by paths from its own folder: move it only with them, or emit it again.
+# Run this file, or import it and call build_scenes(). It needs sapien, but not scenecc.
+# It finds its files relative to its own folder: move it together with them, or emit it again.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,7 +22,7 @@ FILES = [MUG, BOWL, BOWL_2]
 
 @contextmanager
 def physics_settings() -> Iterator[None]:
-    """SAPIEN keeps these for the whole process: they are put back once the scenes are built."""
+    """Sets process-wide defaults of SAPIEN, and restores them once the scenes are built."""
     scene_config = physx.get_scene_config()
     shape_config = physx.get_shape_config()
     body_config = physx.get_body_config()
@@ -70,7 +70,7 @@ def physics_settings() -> Iterator[None]:
 
 @physics_settings()
 def build_scenes(render: bool = False) -> list[sapien.Scene]:
-    """Builds 2 parallel scenes. `render`: build what is seen, too."""
+    """Builds 2 parallel scenes. `render`: also build visuals."""
     for file in FILES:
         if not file.is_file():
             raise FileNotFoundError(file)
@@ -336,7 +336,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
 
 
 def main() -> None:
-    """Simulates 100 steps and prints where everything in the first scene is."""
+    """Simulates 100 steps and prints the poses of all entities in the first scene."""
     scenes = build_scenes()
     for _ in range(100):
         for scene in scenes:

@@ -3,8 +3,8 @@
 # prefabs: 2 parallel scenes.
 # A workspace, a bin, a shelf and stairs, with a few objects, all from prefabs.
 #
-# Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# What a reset would draw anew is as the seed 0 draws it.
+# Run this file, or import it and call build_scenes(). It needs sapien, but not scenecc.
+# Values that a reset would draw again are those of seed 0.
 
 import atexit
 import base64
@@ -18,7 +18,7 @@ from sapien import physx
 
 
 def packed_file(name: str, lines: list[str]) -> Path:
-    """A file that this script brings with it; gone when the script ends."""
+    """Returns a file that is embedded in this script and deleted at exit."""
     folder = Path(tempfile.mkdtemp())
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     (folder / name).write_bytes(zlib.decompress(base64.b64decode("".join(lines))))
@@ -41,7 +41,7 @@ FILES = [TILES]
 
 
 def build_scenes(render: bool = False) -> list[sapien.Scene]:
-    """Builds 2 parallel scenes. `render`: build what is seen, too."""
+    """Builds 2 parallel scenes. `render`: also build visuals."""
     for file in FILES:
         if not file.is_file():
             raise FileNotFoundError(file)
@@ -412,7 +412,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
 
 
 def main() -> None:
-    """Simulates 100 steps and prints where everything in the first scene is."""
+    """Simulates 100 steps and prints the poses of all entities in the first scene."""
     scenes = build_scenes()
     for _ in range(100):
         for scene in scenes:

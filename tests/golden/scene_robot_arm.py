@@ -4,15 +4,15 @@
 # Arms from a URDF: one bolted to the ground and driven, and one that tumbles.
 # Two robots that each ignore their own links do collide with one another.
 #
-# Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# What a reset would draw anew is as the seed 0 draws it.
+# Run this file, or import it and call build_scenes(). It needs sapien, but not scenecc.
+# Values that a reset would draw again are those of seed 0.
 
 import sapien
 from sapien import physx
 
 
 def build_scenes(render: bool = False) -> list[sapien.Scene]:
-    """Builds 2 parallel scenes. `render`: build what is seen, too."""
+    """Builds 2 parallel scenes. `render`: also build visuals."""
     scenes: list[sapien.Scene] = []
     for _ in range(2):
         systems = [physx.PhysxCpuSystem()]
@@ -42,7 +42,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         builder.build(name="ground")
 
     # arm
-    # As in ../../scenes/robots/arm.urdf.
+    # From ../../scenes/robots/arm.urdf.
     arm_qpos = [[0.22197205672905634, 0.8], [0.23421379849852206, 0.8]]
     arm_drive_target = [0.22197205672905634, 0.23421379849852206]
     for i, scene in enumerate(scenes):
@@ -119,7 +119,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         joint.set_drive_target(1.2)
 
     # tumbling
-    # As in ../../scenes/robots/arm.urdf.
+    # From ../../scenes/robots/arm.urdf.
     tumbling_pose = [
         sapien.Pose([0.1, 0, 1.0256972010337972], [0.7071067811865476, 0, 0.7071067811865475, 0]),
         sapien.Pose([0.1, 0, 1.3588445582515618], [0.7071067811865476, 0, 0.7071067811865475, 0]),
@@ -193,7 +193,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
 
 
 def main() -> None:
-    """Simulates 100 steps and prints where everything in the first scene is."""
+    """Simulates 100 steps and prints the poses of all entities in the first scene."""
     scenes = build_scenes()
     for _ in range(100):
         for scene in scenes:

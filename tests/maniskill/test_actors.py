@@ -172,7 +172,7 @@ def test_meshes_are_those_of_maniskills_own_builder_and_move_as_they_do(tmp_path
     assert _unlike(scene, built_by_hand(_meshes(tmp_path))) == []
 
 
-def test_actors_stand_where_those_of_maniskills_own_builder_stand() -> None:
+def test_actors_are_at_the_poses_of_maniskills_own_builder() -> None:
     scene, by_hand = new_scene(), built_by_hand(_one_of_each)
     loaded = scenecc.load_scene({"scenecc": 1, "entities": ONE_OF_EACH}, scene=scene)
     assert list(scene.actors) == list(by_hand.actors) == list(loaded.actors)

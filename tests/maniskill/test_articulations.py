@@ -112,7 +112,7 @@ def test_a_robot_of_a_file_is_what_maniskills_agent_loads_and_moves_as_it_does()
     assert first_difference(trajectory(by_hand.sub_scenes[0], STEPS), trajectory(scene.sub_scenes[0], STEPS)) is None
 
 
-def test_starts_are_drawn_anew_in_some_environments_alone() -> None:
+def test_starts_are_drawn_again_only_in_reset_environments() -> None:
     door = {**DOOR, "qpos": [{"uniform": [-0.5, 0.5]}], "pose": [0, 0, {"uniform": [1, 2]}]}
     document = {"scenecc": 1, "num_scenes": 3, "entities": {"door": door}}
     loaded = scenecc.load_scene(document, scene=new_scene(3))
@@ -148,7 +148,7 @@ def test_links_that_differ_are_one_merged_view_in_scene_order() -> None:
     assert view._scene_idxs.tolist() == [0, 1, 2]
 
 
-def test_a_robot_that_is_read_otherwise_in_each_scene_is_one_merged_view() -> None:
+def test_a_robot_that_differs_between_scenes_is_one_merged_view() -> None:
     urdf = "pkg://mani_skill/assets/robots/panda/panda_v2.urdf"
     arm = {"urdf": urdf, "scale": {"cycle": [1, 0.5]}, "fix_root_link": "${scene < 3}", "qpos": {"panda_joint4": -2}}
     loaded = scenecc.load_scene({"scenecc": 1, "entities": {"arm": arm}}, scene=new_scene(4))
@@ -160,7 +160,7 @@ def test_a_robot_that_is_read_otherwise_in_each_scene_is_one_merged_view() -> No
     assert heights == pytest.approx([0.333, 0.1665, 0.333, 0.1665])
 
 
-def test_what_is_fastened_holds() -> None:
+def test_constraints_hold_in_an_environment() -> None:
     weld = {"type": "weld", "parent": "door/panel", "child": "knob"}
     entities = {"door": DOOR, "knob": {"shapes": [{"type": "sphere", "radius": 0.02}], "pose": [0.7, 0, 1]}}
     document = {"scenecc": 1, "entities": entities, "constraints": {"bond": weld}}

@@ -122,31 +122,31 @@ CASES: dict[str, tuple[Callable[[Any], object], str]] = {
     "order": (reorder, "'ground' in scene 2: the engine holds entity 0 of the build order = 'scene-2_cube'"),
     "missing": (
         lambda scene: scene.remove_entity(find(scene, "scene-2_cube")),
-        "the scene in scene 2: the engine holds entities in the scene = 3, and the plan asks for 4",
+        "the scene in scene 2: the engine holds entities in the scene = 3, but the plan asks for 4",
     ),
     "constraint": (
         untie,
-        "'tie' in scene 2: the engine holds constraints of 'cube' = none, and the plan asks for 'tie'",
+        "'tie' in scene 2: the engine holds constraints of 'cube' = none, but the plan asks for 'tie'",
     ),
 }
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_difference_is_reported(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_audit_of_an_environment_reports_differences(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     sabotage, words = CASES[name]
     found = loaded(monkeypatch, sabotage)
     assert any(message.startswith(words) for message in found), found
 
 
-def test_nothing_is_reported_of_a_good_build(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_audit_of_an_environment_reports_nothing_for_a_good_build(monkeypatch: pytest.MonkeyPatch) -> None:
     assert loaded(monkeypatch) == []
 
 
-def test_without_the_audit_nothing_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_audit_of_an_environment_nothing_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     assert loaded(monkeypatch, lighten, audit=False) == []
 
 
-def test_a_shape_that_the_builder_drops(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_audit_of_an_environment_reports_a_dropped_shape(monkeypatch: pytest.MonkeyPatch) -> None:
     from scenecc.backends.sapien import builder
 
     attach = builder.attach_shape
@@ -156,10 +156,10 @@ def test_a_shape_that_the_builder_drops(monkeypatch: pytest.MonkeyPatch) -> None
             attach(component, shape, row)
 
     monkeypatch.setattr(builder, "attach_shape", forgetful)
-    assert any("the engine holds collision_shapes = 1, and the plan asks for 33" in one for one in loaded(monkeypatch))
+    assert any("the engine holds collision_shapes = 1, but the plan asks for 33" in one for one in loaded(monkeypatch))
 
 
-def test_on_a_gpu_links_are_not_yet_where_their_joints_say(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_on_a_gpu_link_poses_are_not_audited(monkeypatch: pytest.MonkeyPatch) -> None:
     """As with a simulation on a GPU: qpos is not set before there are buffers, and roots and actors are in place."""
     assert loaded(monkeypatch, gpu=True) == []
     monkeypatch.undo()

@@ -53,7 +53,7 @@ def test_an_environment_is_what_bare_sapien_builds_of_its_scene() -> None:
             assert first_difference(trajectory(bare, 200), trajectory(ours, 200)) is None
 
 
-def test_an_object_of_some_environments_is_in_these_alone() -> None:
+def test_an_object_of_some_environments_is_only_in_these() -> None:
     loaded = load({"cube": CUBE, "other": {**CUBE, "scene_idxs": [0, 2]}})
     assert [[entity.name for entity in scene.entities] for scene in loaded.scene.sub_scenes] == [
         ["scene-0_cube", "scene-0_other"],
@@ -74,7 +74,7 @@ VARIANTS = {"variants": [{"shapes": CUBE["shapes"]}, {"shapes": [{"type": "spher
     ],
     ids=["variants", "sizes"],
 )
-def test_what_differs_in_its_shapes_is_one_merged_view_in_scene_order(entity: dict[str, Any]) -> None:
+def test_an_actor_with_different_shapes_is_one_merged_view_in_scene_order(entity: dict[str, Any]) -> None:
     loaded = load({"thing": entity})
     actor, scene = loaded.actors["thing"], loaded.scene
     assert actor.merged
@@ -89,7 +89,7 @@ def test_what_differs_in_its_shapes_is_one_merged_view_in_scene_order(entity: di
     assert list(scene.actors) == ["thing"]
 
 
-def test_what_is_the_same_everywhere_is_no_view() -> None:
+def test_an_actor_with_equal_shapes_is_not_a_merged_view() -> None:
     loaded = load({"cube": CUBE})
     assert not loaded.actors["cube"].merged
     assert loaded.actors["cube"] is loaded.scene.actors["cube"]
@@ -98,12 +98,12 @@ def test_what_is_the_same_everywhere_is_no_view() -> None:
 
 def test_variants_of_several_types_are_refused() -> None:
     variants = [{"shapes": CUBE["shapes"]}, {"shapes": CUBE["shapes"], "body_type": "static"}]
-    with pytest.raises(SceneError, match="bodies of the types dynamic and static") as caught:
+    with pytest.raises(SceneError, match="have different body types: dynamic and static") as caught:
         load({"thing": {"variants": variants, "pick": {"cycle": [0, 1]}}})
     assert [d.code for d in caught.value.diagnostics] == ["SC811"]
 
 
-def test_what_is_only_seen_stands_among_the_actors_and_not_in_the_state() -> None:
+def test_static_visuals_are_actors_but_not_in_the_state() -> None:
     sign = {"body_type": "none", "visuals": [{"type": "sphere", "radius": 0.1}], "pose": [0, 0, 2]}
     loaded = load({"sign": sign, "cube": CUBE}, num_envs=1)
     assert loaded.actors["sign"].px_body_type == "static"

@@ -14,7 +14,7 @@ from plugins.expectations import ROOT
 
 
 @pytest.mark.timeout(600)
-def test_the_scenes_of_tasks_have_no_fault() -> None:
+def test_the_check_finds_nothing_in_scenes_of_tasks() -> None:
     """Two tasks overlap at the start as ManiSkill builds them; their files say so under `expect`."""
     asked = [sys.executable, "-m", "scenecc", "check", "scenes/maniskill", "--strict", "--format", "json", "--no-cache"]
     done = subprocess.run([*asked, "--jobs", "2"], cwd=ROOT, capture_output=True, text=True, check=False)

@@ -104,14 +104,14 @@ def test_each_task_that_builds_has_a_file_and_the_others_name_what_they_lack(tas
     assert len(TASKS) - len(UNLIKE) >= 40
 
 
-def test_the_page_has_the_table(tasks: Tasks) -> None:
+def test_the_page_about_maniskill_has_the_table_of_tasks(tasks: Tasks) -> None:
     text = page_with(table(tasks))
     if os.environ.get("SCENECC_UPDATE_GOLDEN"):
         PAGE.write_text(text, encoding="utf-8")
     assert PAGE.read_text(encoding="utf-8") == text
 
 
-def test_files_are_short() -> None:
+def test_scene_files_of_tasks_are_short() -> None:
     for file in FOLDER.glob("*.yaml"):
         lines = file.read_text(encoding="utf-8").splitlines()
         assert lines[0].startswith("# "), file.name

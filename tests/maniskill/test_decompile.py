@@ -49,7 +49,7 @@ def test_without_a_device_that_renders_the_error_says_how_to_get_one(
     from scenecc.maniskill import tasks
 
     monkeypatch.setattr(tasks, "render_problem", lambda: "none")
-    with pytest.raises(tasks.TaskFailure, match=r"need a device that renders: none\n(.|\n)*mesa-vulkan-drivers"):
+    with pytest.raises(tasks.TaskFailure, match=r"need a render device: none\n(.|\n)*mesa-vulkan-drivers"):
         tasks.decompile_task("PickCube-v1", base=tmp_path)
 
 
@@ -71,6 +71,6 @@ def test_environments_are_closed_if_a_later_one_fails(monkeypatch: pytest.Monkey
     numbers = iter(range(5))
     monkeypatch.setattr(tasks, "render_problem", lambda: None)
     monkeypatch.setattr(tasks.gym, "make", lambda *_, **__: Environment(next(numbers)))
-    with pytest.raises(tasks.TaskFailure, match="does not build: RuntimeError: no place left"):
+    with pytest.raises(tasks.TaskFailure, match="cannot be built: RuntimeError: no place left"):
         tasks.decompile_task("PickCube-v1", base=tmp_path, num_envs=4)
     assert sorted(closed) == [0, 1, 2]

@@ -136,12 +136,12 @@ def test_the_noise_of_a_robot_is_a_parameter_of_the_file(table: Path, given: dic
     assert float(env.unwrapped.scene.actors["cube"].pose.p[0, 2]) == pytest.approx(height)
 
 
-def test_noise_for_a_file_without_the_parameter_is_a_mistake() -> None:
+def test_noise_for_a_file_without_the_parameter_is_an_error() -> None:
     with pytest.raises(SceneError, match="robot_init_qpos_noise"):
         make({"scenecc": 1, "entities": {}}, robot_init_qpos_noise=0.1)
 
 
-def test_mistakes_are_told_when_it_is_registered(table: Path) -> None:
+def test_errors_of_a_scene_are_reported_when_it_is_registered(table: Path) -> None:
     from scenecc.maniskill import register_env
 
     table.write_text(TABLE.replace("cube:", "cube: {}\n  cube2:"))
@@ -168,7 +168,7 @@ ARM = {
 }
 
 
-def test_robots_of_the_file_that_no_agent_controls_are_told() -> None:
+def test_robots_that_no_agent_controls_are_warned_of() -> None:
     ball = [{"type": "sphere", "radius": 0.1}]
     hand = {"name": "hand", "joint": {"name": "elbow", "type": "revolute"}, "shapes": ball}
     base = {"name": "base", "shapes": ball, "children": [hand]}
@@ -180,7 +180,7 @@ def test_robots_of_the_file_that_no_agent_controls_are_told() -> None:
             env.close()
         told = [str(one.message) for one in found if "no agent controls" in str(one.message)]
         assert len(told) == warned, name
-        assert all("('fetch')" in text and "'panda' beside them" in text for text in told)
+        assert all("('fetch')" in text and "'panda' in addition" in text for text in told)
 
 
 def test_an_articulation_of_the_agents_name_is_its_robot() -> None:
@@ -201,7 +201,7 @@ def test_an_articulation_of_the_agents_name_is_its_robot() -> None:
     assert plain.agent.tcp.name == "panda_hand_tcp"
 
 
-def test_an_agent_that_the_file_has_not_is_maniskills_own(table: Path) -> None:
+def test_an_agent_missing_from_the_file_is_built_by_maniskill(table: Path) -> None:
     from mani_skill.agents.robots.panda.panda import Panda
 
     env = make(table, robot_uids="panda", obs_mode="state_dict")
@@ -217,7 +217,7 @@ def test_an_articulation_without_agent_is_observed() -> None:
     assert observation["extra"]["arm"].shape == (1, 13 + 2 * 9)
 
 
-def test_a_scene_builder_in_a_task(table: Path) -> None:
+def test_a_scene_builder_works_in_a_task(table: Path) -> None:
     import gymnasium
     from mani_skill.envs.sapien_env import BaseEnv
     from mani_skill.utils.registration import register_env
@@ -289,11 +289,11 @@ def test_settings_become_the_environments(table: Path) -> None:
         sim_config(table, control_freq=3)
 
 
-def test_a_time_step_that_is_no_part_of_a_second(table: Path) -> None:
+def test_a_time_step_that_does_not_divide_a_second_is_reported(table: Path) -> None:
     from scenecc.maniskill import sim_config
 
     table.write_text("scenecc: 1\nphysics:\n  timestep: 0.003\n")
-    with pytest.raises(SceneError, match=r"of 0\.003 s there are 333\.333") as caught:
+    with pytest.raises(SceneError, match=r"0\.003 s gives 333\.333") as caught:
         sim_config(table)
     assert [(d.code, d.location.line) for d in caught.value.diagnostics] == [("SC810", 3)]
 

@@ -51,7 +51,7 @@ def starts(env: Any) -> Any:
     return torch.hstack([cube.pose.raw_pose, cube.linear_velocity, arm.qpos]).cpu()
 
 
-def test_partial_resets_touch_these_environments_alone() -> None:
+def test_partial_resets_on_a_gpu_change_no_other_environment() -> None:
     import torch
 
     env = make(4)
@@ -65,7 +65,7 @@ def test_partial_resets_touch_these_environments_alone() -> None:
     assert (after[[1, 3]] != before[[1, 3]]).any(dim=1).all()
 
 
-def test_resets_repeat_by_their_seed() -> None:
+def test_resets_on_a_gpu_repeat_by_their_seed() -> None:
     env = make(4)
     env.reset(seed=5)
     first = starts(env)
@@ -85,7 +85,7 @@ def test_shapes_that_differ_are_one_view_and_planes_are_built_once() -> None:
     assert list(env.get_state_dict()["actors"]) == ["cube", "thing"]
 
 
-def test_planes_that_differ_are_refused() -> None:
+def test_planes_that_differ_are_refused_on_a_gpu() -> None:
     from scenecc import SceneError
 
     plane = {"body_type": "static", "shapes": [{"type": "plane"}], "pose": [0, 0, {"uniform": [-0.1, 0]}]}
@@ -93,7 +93,7 @@ def test_planes_that_differ_are_refused() -> None:
         make(2, {"scenecc": 1, "entities": {"ground": plane}})
 
 
-def test_what_is_built_is_compared_with_the_plan(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_build_on_a_gpu_is_audited(monkeypatch: pytest.MonkeyPatch) -> None:
     """Masses and places of actors, before there are buffers; links are not where they belong until then."""
     from scenecc import SceneError
     from scenecc.backends.maniskill import build

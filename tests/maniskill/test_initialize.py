@@ -74,7 +74,7 @@ def test_the_same_seeds_give_the_same_again_and_others_do_not(loaded: Any) -> No
     assert (other[:, 17:] == first[:, 17:]).all()
 
 
-def test_only_these_environments(loaded: Any) -> None:
+def test_initialize_changes_only_the_given_environments(loaded: Any) -> None:
     import torch
 
     loaded.initialize(seed=5)
@@ -95,7 +95,7 @@ def test_without_a_seed_it_is_the_start_that_was_built(loaded: Any) -> None:
     assert (starts(loaded) == built).all()
 
 
-def test_what_moved_is_put_back(loaded: Any) -> None:
+def test_initialize_restores_moved_objects(loaded: Any) -> None:
     loaded.initialize(seed=5)
     first = starts(loaded)
     for scene in loaded.scene.sub_scenes:
@@ -106,7 +106,7 @@ def test_what_moved_is_put_back(loaded: Any) -> None:
     assert (starts(loaded) == first).all()
 
 
-def test_draws_may_be_given(loaded: Any) -> None:
+def test_initialize_takes_given_draws(loaded: Any) -> None:
     loaded.initialize([1, 2], seed=5, draws={"height": [0.25, 0.75]})
     assert starts(loaded)[1:, [2, 12]].tolist() == [[0.25, 0.25], [0.75, 0.75]]
 
@@ -119,12 +119,12 @@ def test_draws_may_be_given(loaded: Any) -> None:
         (((0,), [1, 2]), "2 seeds for 1"),
     ],
 )
-def test_arguments_that_do_not_fit(loaded: Any, arguments: tuple[Any, ...], message: str) -> None:
+def test_initialize_refuses_invalid_arguments(loaded: Any, arguments: tuple[Any, ...], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         loaded.initialize(*arguments)
 
 
-def test_no_environment_is_none(loaded: Any) -> None:
+def test_initialize_accepts_an_empty_list_of_environments(loaded: Any) -> None:
     before = starts(loaded)
     loaded.initialize([], seed=[])
     assert (starts(loaded) == before).all()
@@ -160,7 +160,7 @@ def test_targets_of_constraints_are_what_bare_sapien_resets_to() -> None:
     assert all(now != then for now, then in zip(targets(drives)[::2], built[::2], strict=True))
 
 
-def test_what_a_gpu_keeps_as_built_is_told_by_name() -> None:
+def test_values_that_a_gpu_keeps_as_built_are_named_in_a_warning() -> None:
     cube = {"mass": {"uniform": [1, 2]}, "shapes": [{"type": "sphere", "radius": 0.1}]}
     tie = {"type": "connection", "child": "a", "parent": "b", "pose_in_parent": [0, 0, 0]}
     scene: dict[str, Any] = {

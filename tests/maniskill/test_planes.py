@@ -22,7 +22,7 @@ def once(ground: dict[str, Any], num_scenes: int = 3) -> Any:
     return plan, deduplicate_planes(plan)
 
 
-def test_a_plane_is_in_the_first_scene_alone_and_what_is_beside_it_in_all() -> None:
+def test_a_plane_is_only_in_the_first_scene_and_other_shapes_in_all() -> None:
     _, built = once({"shapes": [PLANE, BOX]})
     (entity,) = built.entities
     shapes = [[type(shape.geometry).__name__ for shape in entity.structure(row).collisions] for row in range(3)]
@@ -31,12 +31,12 @@ def test_a_plane_is_in_the_first_scene_alone_and_what_is_beside_it_in_all() -> N
 
 
 @pytest.mark.parametrize("ground", [{"shapes": [{**PLANE, "every_scene": True}]}, {"shapes": [BOX]}])
-def test_what_is_asked_for_in_every_scene_stays(ground: dict[str, Any]) -> None:
+def test_a_plane_required_in_every_scene_stays(ground: dict[str, Any]) -> None:
     plan, built = once(ground)
     assert built is plan
 
 
-def test_one_scene_is_as_it_is() -> None:
+def test_planes_of_a_single_scene_are_unchanged() -> None:
     plan, built = once({"shapes": [PLANE]}, 1)
     assert built is plan
 
@@ -44,7 +44,7 @@ def test_one_scene_is_as_it_is() -> None:
 @pytest.mark.parametrize(
     ("ground", "message"),
     [
-        ({"shapes": [PLANE], "scene_idxs": [0, 1]}, "asked for in some"),
+        ({"shapes": [PLANE], "scene_idxs": [0, 1]}, "in some environments only"),
         ({"shapes": [PLANE], "pose": [0, 0, {"per_scene": [0, 1, 2]}]}, "differs"),
         ({"shapes": [{**PLANE, "offset": {"per_scene": [0, 1, 2]}}]}, "differs"),
     ],

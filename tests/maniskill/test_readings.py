@@ -56,12 +56,14 @@ def test_maniskill_gives_the_same_force(loaded: LoadedScene) -> None:
     assert np.isfinite(ours).all()
 
 
-def test_what_is_not_there(loaded: LoadedScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contacts_of_unknown_names_are_refused_in_an_environment(
+    loaded: LoadedScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with pytest.raises(KeyError, match=r"no link 'pannel' of 'door'; did you mean `panel`"):
         loaded.contacts("door/pannel")
     with pytest.raises(KeyError, match=r"no actor 'cub'; did you mean `cube`"):
         loaded.actors["cub"]
     monkeypatch.setattr(loaded, "scene", SimpleNamespace(gpu_sim_enabled=True))
     for read in (loaded.contacts, lambda: loaded.net_contact_force("cube")):
-        with pytest.raises(RuntimeError, match="on a GPU: ask ManiSkill's get_net_contact_forces"):
+        with pytest.raises(RuntimeError, match="on a GPU: use get_net_contact_forces"):
             read()

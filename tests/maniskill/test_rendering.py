@@ -41,7 +41,7 @@ def test_cameras_are_configurations_of_sensors() -> None:
     assert wide.pose.p.tolist() == [[0, 0, 2]]
 
 
-def test_what_differs_between_environments_is_a_row_for_each() -> None:
+def test_camera_values_that_differ_between_environments_are_rows() -> None:
     camera = {"width": 64, "height": 48, "fovx_deg": {"per_scene": [60, 70]}, "pose": [0, 0, {"per_scene": [1, 2]}]}
     loaded = scenecc.load_scene({**SCENE, "cameras": {"eye": camera}}, scene=new_scene(2))
     (eye,) = loaded.sensor_configs
@@ -51,7 +51,7 @@ def test_what_differs_between_environments_is_a_row_for_each() -> None:
 
 
 @pytest.mark.render
-def test_sensors_see_the_scene_and_not_what_is_hidden() -> None:
+def test_sensors_see_the_scene_without_hidden_entities() -> None:
     import gymnasium
 
     from scenecc.maniskill import register_env
@@ -80,7 +80,7 @@ def test_sensors_see_the_scene_and_not_what_is_hidden() -> None:
         ({"cameras": {"eye": {"width": 8, "height": 8, "orthographic": {"top": 1}}}}, "no perspective"),
     ],
 )
-def test_what_maniskill_cannot_see_with_or_hide_is_refused(change: dict[str, Any], message: str) -> None:
+def test_unsupported_cameras_and_hidden_entities_are_refused(change: dict[str, Any], message: str) -> None:
     from scenecc.backends.maniskill.builders import unsupported_cameras
 
     (failure,) = unsupported_cameras(scenecc.compile_scene({**SCENE, **change}))
@@ -102,7 +102,7 @@ def test_a_camera_on_robots_whose_links_differ_is_refused_where_anything_renders
     assert [config.uid for config in loaded.sensor_configs] == ["plain"]
 
 
-def test_what_maniskill_cannot_hide_is_no_hidden_object_where_nothing_renders() -> None:
+def test_without_rendering_unsupported_hidden_entities_are_skipped() -> None:
     box = [{"type": "box", "half_size": [0.1, 0.1, 0.1]}]
     cube = {**SCENE["entities"]["cube"], "hidden": True}
     entities = {**SCENE["entities"], "cube": cube, "arm": {"root": {"name": "base", "shapes": box}, "hidden": True}}
@@ -111,7 +111,7 @@ def test_what_maniskill_cannot_hide_is_no_hidden_object_where_nothing_renders() 
 
 
 @pytest.mark.render
-def test_lights_follow_what_a_reset_draws_anew() -> None:
+def test_lights_follow_what_a_reset_draws_again() -> None:
     import gymnasium
 
     from scenecc.maniskill import register_env
@@ -141,7 +141,7 @@ DRAWN_POSE = {"p": [{"uniform": [-1, 1]}, 0, 2], "rpy_deg": [0, {"uniform": [60,
 
 @pytest.mark.render
 @pytest.mark.parametrize("lens", LENSES)
-def test_cameras_are_drawn_anew_as_a_fresh_environment_draws_them(lens: str) -> None:
+def test_cameras_are_drawn_again_as_in_a_fresh_environment(lens: str) -> None:
     import gymnasium
 
     from scenecc.maniskill import register_env

@@ -62,7 +62,7 @@ def without_objects(facts: LiveObject) -> LiveObject:
 
 
 @pytest.mark.parametrize("robot", PLACED)
-def test_a_robot_stands_at_the_table_as_maniskill_puts_it(robot: str, tasks: dict[str, Captured | LeftOut]) -> None:
+def test_a_robot_is_at_the_table_as_in_maniskill(robot: str, tasks: dict[str, Captured | LeftOut]) -> None:
     task = tasks[PLACED[robot]]
     assert isinstance(task, Captured), task
     with load_scene(scene(robot, robot_init_qpos_noise=0, hold=False), render=False) as batch:
@@ -71,7 +71,7 @@ def test_a_robot_stands_at_the_table_as_maniskill_puts_it(robot: str, tasks: dic
 
 
 @pytest.mark.parametrize("robot", HANDS)
-def test_the_others_are_built_and_stay_where_they_are_held(robot: str) -> None:
+def test_other_robots_at_the_table_are_built_and_stay_in_place(robot: str) -> None:
     with load_scene(scene(robot, robot_init_qpos_noise=0), render=False) as batch:
         (arm,) = batch.articulations.values()
         start = arm.qpos.copy()
@@ -83,7 +83,7 @@ def test_the_others_are_built_and_stay_where_they_are_held(robot: str) -> None:
 
 
 @pytest.mark.parametrize("robot", NOISY)
-def test_noise_is_on_the_joints_where_maniskill_adds_it_and_drawn_anew_at_a_reset(robot: str) -> None:
+def test_noise_is_on_the_joints_of_maniskill_and_drawn_again_at_a_reset(robot: str) -> None:
     noisy = np.array(NOISY[robot])
     with load_scene(scene(robot), num_scenes=150, seed=3, render=False) as batch:
         (arm,) = batch.articulations.values()
@@ -104,13 +104,13 @@ def test_no_noise_is_the_rest_position_in_every_scene() -> None:
 
 
 @pytest.mark.parametrize("robot", DOWNLOADED)
-def test_a_robot_whose_files_are_not_in_the_wheel_tells_how_to_get_them(robot: str) -> None:
+def test_a_robot_with_missing_files_says_how_to_get_them(robot: str) -> None:
     with pytest.raises(SceneError, match=f"download_asset {DOWNLOADED[robot]}"):
         load_scene(scene(robot), render=False)
 
 
 @pytest.mark.parametrize("robot", DOWNLOADED)
-def test_what_is_said_of_such_a_robot_fits_its_links_and_joints(robot: str, tmp_path: Path) -> None:
+def test_keys_of_a_robot_with_missing_files_fit_its_links_and_joints(robot: str, tmp_path: Path) -> None:
     """A stand-in with the names that ManiSkill's code has of the robot."""
     arm = [f"joint{i}" for i in range(1, 7)]
     fingers = [f"{side}_{part}_joint" for part in ("outer_knuckle", "inner_knuckle", "inner_finger") for side in SIDES]

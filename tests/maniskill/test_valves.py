@@ -30,7 +30,7 @@ def angles_of(valve: Any) -> np.ndarray:
     return np.arctan2(poses[:, 1], poses[:, 0]) % (2 * np.pi)
 
 
-def test_parameters_give_another_valve_than_the_one_that_was_drawn() -> None:
+def test_parameters_replace_the_drawn_valve() -> None:
     angles = [0.5, 2.0, 4.0]
     params = {"angles": angles, "radius_scale": 1.2, "capsule_radius_scale": 0.9}
     with load_scene(FOLDER / "RotateValveLevel3-v1.yaml", params=params, render=False) as batch:
@@ -42,14 +42,14 @@ def test_parameters_give_another_valve_than_the_one_that_was_drawn() -> None:
     np.testing.assert_allclose(halves, half, rtol=1e-6)
 
 
-def test_a_longer_valve_with_the_same_angles_is_not_held_to_what_was_rounded() -> None:
+def test_a_longer_valve_has_exact_angles() -> None:
     with load_scene(FOLDER / "RotateValveLevel3-v1.yaml", params={"radius_scale": 1.5}, render=False) as batch:
         poses, _, halves = capsules(batch.articulations["valve_station_0"].objs[0])
     np.testing.assert_allclose(np.hypot(poses[:, 0], poses[:, 1]), 1.5 * 0.061706 / 2, rtol=1e-6)
     np.testing.assert_allclose(halves, 1.5 * 0.061706 / 2, rtol=1e-6)
 
 
-def test_valves_are_even_in_turn() -> None:
+def test_heads_of_a_valve_are_evenly_spaced() -> None:
     with load_scene(FOLDER / "RotateValveLevel1-v1.distribution.yaml", render=False) as batch:
         for heads in (3, 4, 5):
             valves = batch.articulations[f"valve_station_{heads}"]

@@ -168,7 +168,10 @@ def test_given_draws_are_in_the_passport(scene: Path) -> None:
             assert again.passport(1) == text
     assert _told(text) == ["SC931 the scene of this passport was no file"]
     assert "SC931 the scene file differs" in _told(text, file=scene)[0]
-    with load_scene(compile_scene(scene), render=False) as batch, pytest.raises(ValueError, match="plan as an object"):
+    with (
+        load_scene(compile_scene(scene), render=False) as batch,
+        pytest.raises(ValueError, match="built from a plan object"),
+    ):
         batch.passport(0)
 
 

@@ -378,10 +378,10 @@ def test_a_stream_that_is_closed_too_early_is_refused_with_the_remedy(file: Path
 @pytest.mark.parametrize(
     ("name", "choices", "words"),
     [
-        ("picture.jpg", {}, "picture.jpg ends in none of .png, .mp4, .gif"),
-        ("picture", {}, "picture ends in none of"),
-        ("film.mp4", {"film": "gif", "steps": 1}, "film is 'gif', and film.mp4 ends in another suffix"),
-        ("film.gif", {}, "a film needs steps"),
+        ("picture.jpg", {}, "picture.jpg must end in one of .png, .mp4, .gif"),
+        ("picture", {}, "picture must end in one of"),
+        ("film.mp4", {"film": "gif", "steps": 1}, "film is 'gif', but film.mp4 has another suffix"),
+        ("film.gif", {}, "film needs at least 1 step"),
     ],
 )
 def test_a_picture_is_written_by_its_suffix_or_not_at_all(

@@ -1,6 +1,6 @@
-"""The plan in a scene of ManiSkill's: its actors and articulations, under its names and in its registries.
+"""Builds a plan in a ManiSkill scene: its actors and articulations, with its names and in its registries.
 
-Importing this loads neither ManiSkill nor PyTorch; what is called does.
+Importing this loads neither ManiSkill nor PyTorch; calling its functions does.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ INSTALL_HINT = install_hint("maniskill", "torch")
 
 
 class ManiSkillScene(Protocol):
-    """A `mani_skill.envs.scene.ManiSkillScene`, for types; the package need not be there to check them."""
+    """A `mani_skill.envs.scene.ManiSkillScene`, for type checks without the package."""
 
     @property
     def num_envs(self) -> int:
-        """How many environments it has."""
+        """Number of environments."""
         ...
 
 
 def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink, *, audit: bool = True) -> LoadedScene | None:
-    """Builds the plan in a `ManiSkillScene`, a row of the plan in each of its sub-scenes.
+    """Builds the plan in a `ManiSkillScene`, one scene of the plan in each sub-scene.
 
     Args:
-        plan: of as many scenes as `scene` has environments.
+        plan: has as many scenes as `scene` has environments.
         scene: a `mani_skill.envs.scene.ManiSkillScene` before its simulation is set up, as in `_load_scene`.
-        sink: told what cannot be built, at the node that asked.
-        audit: whether counts, order, poses and masses are then compared with the plan.
+        sink: receives what cannot be built, at the node that asked.
+        audit: compare counts, order, poses and masses with the plan afterwards.
 
     Returns:
         What was built, or None after a failure.
@@ -51,10 +51,10 @@ def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink, *, audit: bo
 
 
 def plan_sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> Any:
-    """ManiSkill's configuration with what the plan says of physics; None after a failure, which the sink is told.
+    """Returns ManiSkill's configuration with the plan's physics settings, or None after a failure, which is reported.
 
     Raises:
-        ValueError: `control_freq` does not divide the steps a second.
+        ValueError: `control_freq` does not divide the steps per second.
     """
     if not _check_installed(sink):
         return None
@@ -65,14 +65,14 @@ def plan_sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None
 
 
 def __getattr__(name: str) -> object:
-    """The class of what was built, loaded when somebody asks for it."""
+    """Loads the class of the result on first use."""
     if name != "LoadedScene":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module("scenecc.backends.maniskill.loaded_scene"), name)
 
 
 def _check_installed(sink: Sink) -> bool:
-    """Whether ManiSkill can be used here; the sink is told why not."""
+    """Returns whether ManiSkill can be used here; reports why not."""
     try:
         for name in ("mani_skill", "torch", "scenecc.backends.maniskill.compat"):
             import_module(name)

@@ -1,4 +1,4 @@
-"""From a plan to a filled `ManiSkillScene`, and the plan's settings against those of the environment."""
+"""Builds a plan in a `ManiSkillScene`, and checks the plan's settings against those of the environment."""
 
 from __future__ import annotations
 
@@ -36,48 +36,44 @@ _CONFLICT_HINT = (
 )
 
 _DEFAULT_CONTROL_FREQ = 20
-"""ManiSkill's, a second."""
+"""ManiSkill's default [Hz]."""
 
 _SIM_FREQ_LIMIT = 1_000_000
-"""A second: what is finer is no time step of a simulation."""
+"""[Hz] Highest simulation frequency that is accepted."""
 
 
 def report_conflicts(physics: Physics, scene: Any, sink: Sink) -> bool:
-    """Reports every key that says something else than the environment has; whether there are any."""
+    """Reports every key that conflicts with the environment's setting. Returns whether there are any."""
     found = False
     for path, said, present in _compared_settings(physics, scene):
         if not np.array_equal(np.asarray(said, np.float32), np.asarray(present, np.float32)):
-            message = (
-                f"`{'.'.join(path)}` is {_format_value(said)} here, and the environment has {_format_value(present)}"
-            )
+            message = f"`{'.'.join(path)}` is {_format_value(said)}, but the environment has {_format_value(present)}"
             sink.report(CONFLICT_CODE, message, _key_origin(physics.origin, *path), hint=_CONFLICT_HINT)
             found = True
     return found
 
 
 def physics_sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) -> Any:
-    """ManiSkill's `SimConfig` with what a plan says, and ManiSkill's defaults for the rest.
+    """Returns ManiSkill's `SimConfig` with the settings of a plan, and ManiSkill's defaults for the rest.
 
     Args:
-        physics: of the plan. `sdf` is no part of ManiSkill's configuration: it is set while a scene is loaded.
-        sink: receives the error about a time step that ManiSkill cannot have.
-        control_freq: actions a second; None: ManiSkill's 20, or the next less that divides the steps a second.
+        physics: of the plan. `sdf` is not part of ManiSkill's configuration: it is set while a scene is loaded.
+        sink: receives the error about a time step that ManiSkill does not support.
+        control_freq: actions per second. None: ManiSkill's 20, or the next lower divisor of the steps per second.
 
     Returns:
         None after an error.
 
     Raises:
-        ValueError: `control_freq` is not positive, or does not divide the steps a second.
+        ValueError: `control_freq` is not positive, or does not divide the steps per second.
     """
     config = SimConfig()
     if physics.timestep is not None:
         steps = round(1 / physics.timestep)
         if not 1 <= steps <= _SIM_FREQ_LIMIT or np.float32(1 / steps) != np.float32(physics.timestep):
             count = f"{1 / physics.timestep:.6g}"
-            message = f"ManiSkill takes whole steps a second, and of {physics.timestep} s there are {count}"
-            sink.report(
-                CONFLICT_CODE, message, _key_origin(physics.origin, "timestep"), hint="as with 0.01, 0.005 or 0.002 s"
-            )
+            message = f"ManiSkill needs a whole number of steps per second, but {physics.timestep} s gives {count}"
+            sink.report(CONFLICT_CODE, message, _key_origin(physics.origin, "timestep"), hint="use for example 0.005 s")
             return None
         config.sim_freq = steps
     config.control_freq = _control_freq(config.sim_freq, control_freq)
@@ -101,12 +97,12 @@ def _control_freq(sim_freq: int, requested: int | None) -> int:
     if requested is None:
         return next(each for each in range(min(_DEFAULT_CONTROL_FREQ, sim_freq), 0, -1) if sim_freq % each == 0)
     if requested < 1 or sim_freq % requested:
-        raise ValueError(f"control_freq divides the {sim_freq} steps a second, and {requested} does not")
+        raise ValueError(f"control_freq must divide the {sim_freq} steps per second, and {requested} does not")
     return requested
 
 
 def _compared_settings(physics: Physics, scene: Any) -> Iterator[tuple[tuple[str, ...], Any, Any]]:
-    """Each key that is said, with its value and the environment's."""
+    """Yields each key that the plan sets, with its value and the environment's."""
     if physics.timestep is not None:
         yield ("timestep",), physics.timestep, scene.px.timestep
     given = process_wide_settings(physics)
@@ -139,7 +135,7 @@ def _key_origin(origin: Origin | None, *path: str) -> Origin | Location:
 
 
 def _format_value(value: Any) -> str:
-    """With as many digits as the engine keeps."""
+    """Formats a value with as many digits as the engine keeps."""
     if isinstance(value, bool | int):
         return str(value).lower()
     numbers = [float(str(np.float32(number))) for number in np.ravel(value)]
@@ -147,13 +143,13 @@ def _format_value(value: Any) -> str:
 
 
 _AGENT_HINT = (
-    "call one of them otherwise; if it is the agent's robot, leave this one out,"
+    "rename one of them; if it is the agent's robot, leave this one out,"
     " or derive the task from the class that `register_env` returns"
 )
 
 
 def build_plan(plan: ScenePlan, scene: Any, sink: Sink, *, audit: bool) -> LoadedScene | None:
-    """`scenecc.backends.maniskill.instantiate` once ManiSkill is known to be there."""
+    """Builds as `scenecc.backends.maniskill.instantiate`, once ManiSkill is known to be installed."""
     if not _check_environment(plan, scene, sink):
         return None
     try:
@@ -161,7 +157,7 @@ def build_plan(plan: ScenePlan, scene: Any, sink: Sink, *, audit: bool) -> Loade
     except EngineFailure as failure:
         failure.report(sink, plan.origin)
         return None
-    # The environment has no say in these alone.
+    # These settings are not part of the environment.
     with engine_settings(Physics(sdf=plan.physics.sdf)), collector_paused():
         drawn, every_scene = DrawnObjects(), tuple(range(plan.num_scenes))
         prepared_entities = prepare_entities(built, every_scene, sink, drawn, rendered=scene.can_render())
@@ -194,7 +190,7 @@ def _fill_scene(
         lookup = ManiSkillEntityLookup(tuple(range(plan.num_scenes)), _environment_scenes(scene), prepared_entities)
         _refuse_world_constraints(plan, scene)
         constraints = ConstraintSet(plan, lookup)
-        # Lights are built once where environments are shown together, as ManiSkill's.
+        # Lights are built once if environments are shown together, like ManiSkill's.
         once = scene.parallel_in_single_scene
         lit = ManiSkillEntityLookup((0,), lookup.scenes[:1], prepared_entities) if once else lookup
         lights = LightSet(plan, lit, rendered=True) if scene.can_render() else None
@@ -215,7 +211,7 @@ def _built_scenes(
     lights: LightSet | None,
     scene: Any,
 ) -> BuiltScenes:
-    """What is compared with the plan while the environment loads its scene, before its simulation is set up."""
+    """Returns what is compared with the plan while the environment loads its scene, before its simulation is set up."""
     return BuiltScenes(
         plan,
         prepared_entities,
@@ -226,29 +222,29 @@ def _built_scenes(
         shared=True,
         # Environments that are shown together are moved apart.
         poses=not scene.parallel_in_single_scene,
-        # On a GPU the positions of joints are in buffers that are not there yet: links are not where they belong.
+        # On a GPU the buffers for joint positions do not exist yet, so links are not at their poses.
         link_poses=not scene.gpu_sim_enabled,
     )
 
 
 def _refuse_world_constraints(plan: ScenePlan, scene: Any) -> None:
-    """Raises EngineFailure where a constraint holds on to the world, and environments share one simulation."""
+    """Raises EngineFailure for a constraint to the world if environments share one simulation."""
     for constraint in plan.constraints if scene.gpu_sim_enabled and plan.num_scenes > 1 else ():
         if constraint.parent is None:
-            message = f"'{constraint.name}' holds on to the world, which environments share on the GPU"
-            hint = "put a static or kinematic body there, and hold on to that"
+            message = f"'{constraint.name}' is attached to the world, which environments share on the GPU"
+            hint = "attach it to a static or kinematic body instead"
             raise EngineFailure(UNSUPPORTED_CODE, message, origin=constraint.origin, hint=hint)
 
 
 def _environment_scenes(scene: Any) -> list[Any]:
-    """The scene of each environment; where they are shown together, it is the first for all."""
+    """Returns the scene of each environment; if they are shown together, the first for all."""
     if scene.parallel_in_single_scene:
         return [scene.sub_scenes[0]] * len(scene.sub_scenes)
     return list(scene.sub_scenes)
 
 
 def _check_environment(plan: ScenePlan, scene: Any, sink: Sink) -> bool:
-    """Whether the environment can have the plan; everything that it cannot have is reported."""
+    """Returns whether the environment supports the plan; reports everything that it does not support."""
     contradicted = report_conflicts(plan.physics, scene, sink)
     failures = list(_name_conflicts(plan, scene))
     if scene.can_render():
@@ -259,14 +255,14 @@ def _check_environment(plan: ScenePlan, scene: Any, sink: Sink) -> bool:
 
 
 def _name_conflicts(plan: ScenePlan, scene: Any) -> list[EngineFailure]:
-    """Objects of names that the environment has already; ManiSkill would stop in between."""
+    """Returns a failure for each entity whose name is taken. ManiSkill would stop in the middle of the build."""
     taken = [entity for entity in plan.entities if entity.name in scene.actors or entity.name in scene.articulations]
     return [
         EngineFailure(
             "SC809",
-            f"the environment has an object '{entity.name}' already",
+            f"the environment already has an object '{entity.name}'",
             origin=entity.origin,
-            hint=_AGENT_HINT if entity.name in scene.articulations else "call one of them otherwise",
+            hint=_AGENT_HINT if entity.name in scene.articulations else "rename one of them",
         )
         for entity in taken
     ]

@@ -1,4 +1,4 @@
-"""A plan through ManiSkill's own builders: actors, articulations, sensors and lights."""
+"""Builds a plan through ManiSkill's builders: actors, articulations, sensors and lights."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.preparation import PreparedActor, PreparedArticulation, PreparedEntity
     from scenecc.plan import CollisionShape, ScenePlan
 
-_PLANE_HINT = "environments share one simulation on the GPU: put a box there, or the same plane in all of them"
+_PLANE_HINT = "environments share one simulation on the GPU: use a box, or the same plane in all environments"
 
 
 def deduplicate_planes(plan: ScenePlan) -> ScenePlan:
-    """The plan with each plane in the first scene alone, but for those that are asked for in every scene.
+    """Returns the plan with each plane in the first scene only, except planes that must be in every scene.
 
     Raises:
         EngineFailure: a plane is not the same in all scenes.
@@ -51,7 +51,7 @@ def deduplicate_planes(plan: ScenePlan) -> ScenePlan:
 
 
 def without_planes(structure: BodyStructure) -> BodyStructure:
-    """The structure without those planes that are built once."""
+    """Returns the structure without the planes that are built once."""
     return replace(structure, collisions=tuple(shape for shape in structure.collisions if not _is_shared(shape)))
 
 
@@ -65,7 +65,7 @@ def _is_shared(shape: CollisionShape) -> bool:
 
 def _deduplicate_plane(entity: Entity, num_scenes: int) -> Entity:
     if len(entity.scene_idxs) < num_scenes:
-        message = f"the plane of '{entity.name}' would be in every environment, and is asked for in some"
+        message = f"the plane of '{entity.name}' is in some environments only"
         raise EngineFailure(UNSUPPORTED_CODE, message, origin=entity.origin, hint=_PLANE_HINT)
     whole = entity.structures[0]
     if len(entity.structures) > 1 or not isinstance(whole, BodyStructure) or _plane_varies(entity, whole):
@@ -83,26 +83,26 @@ def _plane_varies(entity: Entity, structure: BodyStructure) -> bool:
 
 
 _BODY_TYPES = {"none": "static"}
-"""What ManiSkill calls a body that it does not know by our name: one that never moves."""
+"""ManiSkill's name for a body type that it does not have: a static one."""
 
 
 class PlannedActorBuilder(ActorBuilder):
-    """ManiSkill's builder, whose entities a `PreparedActor` makes, scene by scene.
+    """ManiSkill's builder, with entities made by a `PreparedActor`, scene by scene.
 
-    ManiSkill's `build` names them, places them, adds them to their sub-scenes and registers the actor. What it would
-    have made of its records is made by the `PreparedActor`, which leaves out nothing that the engine refuses.
+    ManiSkill's `build` names and places them, adds them to their sub-scenes and registers the actor. A `PreparedActor`
+    fails on everything that the engine refuses, where ManiSkill would skip it.
     """
 
     def __init__(self, prepared: PreparedActor) -> None:
         super().__init__()  # pyright: ignore[reportUnknownMemberType]
         self._prepared = prepared
-        # Shapes come from the plan alone: the add_* methods append to these, and must not do so unheard.
+        # Shapes come only from the plan. The add_* methods append to these, and must not do so silently.
         self.collision_records = self.visual_records = ()
         structure = prepared.parts[0].structure
         self.physx_body_type = _BODY_TYPES.get(structure.body_type, structure.body_type)
 
     def build_entity(self) -> Any:
-        """The next of the prepared actor's entities, by ascending scene index."""
+        """Returns the next of the prepared actor's entities, by ascending scene index."""
         prepared = self._prepared
         index = prepared.scene_idxs[len(prepared.objs)]
         if prepared.make is not None:
@@ -117,10 +117,10 @@ class PlannedActorBuilder(ActorBuilder):
 
 
 def build_actor(prepared: PreparedActor, scene: Any) -> Any:
-    """One entity of the plan in a `ManiSkillScene`, all of whose sub-scenes have it, by their index.
+    """Builds an entity of the plan in a `ManiSkillScene` whose sub-scenes have the plan's indices.
 
-    Where the shapes are not the same in all of its scenes, what is returned is a view by `Actor.merge`, in scene order.
-    The actor in `scene.actors`, and in the environment's state, has the same bodies and name.
+    If the shapes differ between its scenes, returns a view made by `Actor.merge`, in scene order. The actor in
+    `scene.actors`, and in the environment's state, has the same bodies and name.
 
     Raises:
         EngineFailure: the engine refuses a shape or a value, or ManiSkill cannot handle the bodies as one actor.
@@ -136,7 +136,7 @@ def build_actor(prepared: PreparedActor, scene: Any) -> Any:
 
 
 def batched_pose(prepared: PreparedEntity, scene: Any) -> Any:
-    """Where an entity starts: a row for each of its scenes, or one for all."""
+    """Returns the start pose of an entity: a row for each of its scenes, or one for all."""
     rows = select_rows(prepared.entity.pose, prepared.rows).astype(np.float32)
     return Pose.create(torch.from_numpy(np.ascontiguousarray(rows)), device=scene.device)
 
@@ -144,13 +144,13 @@ def batched_pose(prepared: PreparedEntity, scene: Any) -> Any:
 def _refuse_mixed_types(prepared: PreparedActor) -> None:
     types = sorted({part.structure.body_type for part in prepared.parts})
     if len(types) > 1:
-        message = f"the variants of '{prepared.entity.name}' are bodies of the types {' and '.join(types)}"
-        hint = "an actor of ManiSkill's is of one type in all environments: give them one, or entities of their own"
+        message = f"the variants of '{prepared.entity.name}' have different body types: {' and '.join(types)}"
+        hint = "a ManiSkill actor has one type in all environments: use one type, or separate entities"
         raise EngineFailure(UNSUPPORTED_CODE, message, hint=hint)
 
 
 def _shapes_differ(prepared: PreparedActor) -> bool:
-    """Whether a mesh of one scene's body would be wrong for another's."""
+    """Returns whether the mesh of one scene's body would be wrong for another's."""
     if len(prepared.scene_idxs) == 1:
         return False
     first, *others = (without_planes(part.structure) for part in prepared.parts)
@@ -164,10 +164,10 @@ def _shapes_differ(prepared: PreparedActor) -> bool:
 
 
 class PlannedArticulationBuilder(ArticulationBuilder):
-    """ManiSkill's builder, whose links a `PreparedArticulation` makes, scene by scene.
+    """ManiSkill's builder, with links made by a `PreparedArticulation`, scene by scene.
 
-    ManiSkill's `build` adds them to their sub-scenes and registers the articulation. Links, joints and mimics are made
-    by the `PreparedArticulation`: ManiSkill's own have frictions that are dropped and mimics that mean something else.
+    ManiSkill's `build` adds them to their sub-scenes and registers the articulation. A `PreparedArticulation` makes
+    links, joints and mimics, because ManiSkill drops frictions and its mimics mean something else.
     """
 
     def __init__(self, prepared: PreparedArticulation, scene_idxs: Sequence[int]) -> None:
@@ -178,7 +178,7 @@ class PlannedArticulationBuilder(ArticulationBuilder):
     def _build_entities(
         self, fix_root_link: object = None, name_prefix: str = "", initial_pose: Any = None
     ) -> list[Any]:
-        del fix_root_link  # the prepared articulation has it
+        del fix_root_link  # set by the prepared articulation
         own = self._prepared.table[self._waiting.pop(0)]
         assert own is not None
         builder, row = own
@@ -195,10 +195,10 @@ class PlannedArticulationBuilder(ArticulationBuilder):
 
 
 def build_articulation(prepared: PreparedArticulation, scene: Any) -> Any:
-    """One articulation of the plan in a `ManiSkillScene`, all of whose sub-scenes have it, by their index.
+    """Builds an articulation of the plan in a `ManiSkillScene` whose sub-scenes have the plan's indices.
 
-    Where the links are not the same in all of its scenes, each scene has one of its own, `NAME-INDEX`, and what is
-    returned, and stands in the environment's state, is a view by `Articulation.merge`, in scene order.
+    If the links differ between its scenes, each scene has its own articulation, `NAME-INDEX`. Then the result, also in
+    the environment's state, is a view made by `Articulation.merge`, in scene order.
 
     Raises:
         EngineFailure: the engine refuses a shape or a value.
@@ -235,7 +235,7 @@ def _build_part(prepared: PreparedArticulation, scene: Any, name: str, scene_idx
 def _start_articulation(
     prepared: PreparedArticulation, links: list[Any], index: int, name: str, *, on_gpu: bool
 ) -> Any:
-    """Everything that ManiSkill's builder does not set; a GPU holds positions in buffers that are not there yet."""
+    """Sets everything that ManiSkill's builder does not. On a GPU, the buffers for positions do not exist yet."""
     own = prepared.table[index]
     assert own is not None
     builder, row = own
@@ -245,19 +245,15 @@ def _start_articulation(
 
 
 _DEFAULT_SHADER = "minimal"
-"""ManiSkill's shader for sensors that name none."""
+"""ManiSkill's shader for sensors without one."""
 
 
 def camera_configs(
     plan: ScenePlan, actors: Mapping[str, Any], articulations: Mapping[str, Any], *, on_gpu: bool
 ) -> list[Any]:
-    """ManiSkill's configuration of each camera, by the names in the plan.
+    """Returns ManiSkill's configuration of each camera, by its name in the plan.
 
-    Args:
-        plan: where nothing renders, those of its cameras that `unsupported_cameras` finds wrong are left out.
-        actors: by entity.
-        articulations: by entity.
-        on_gpu: whether the simulation runs on a GPU.
+    Without rendering, cameras that `unsupported_cameras` rejects are skipped. `on_gpu`: simulation on a GPU.
     """
     return [
         _camera_config(camera, actors, articulations)
@@ -267,7 +263,7 @@ def camera_configs(
 
 
 def unsupported_cameras(plan: ScenePlan, *, on_gpu: bool = False) -> Iterator[EngineFailure]:
-    """What ManiSkill cannot see with, or cannot hide. `on_gpu`: whether the simulation runs on a GPU."""
+    """Yields cameras and hidden entities that ManiSkill does not support. `on_gpu`: simulation on a GPU."""
     for camera in plan.cameras:
         found = _unsupported_camera(camera, plan, on_gpu=on_gpu)
         if found is not None:
@@ -277,51 +273,51 @@ def unsupported_cameras(plan: ScenePlan, *, on_gpu: bool = False) -> Iterator[En
             )
     for entity in plan.entities:
         if entity.hidden and not _can_hide(entity):
-            message = f"'{entity.name}' is hidden, and ManiSkill hides what nothing collides with and can be moved"
-            hint = "`body_type: kinematic`, with `visuals` alone"
+            message = f"'{entity.name}' is hidden, but ManiSkill can only hide movable bodies without collision shapes"
+            hint = "set `body_type: kinematic`, and give it `visuals` only"
             yield EngineFailure(UNSUPPORTED_CODE, message, origin=entity.origin, hint=hint)
 
 
 def hidden_objects(plan: ScenePlan, scene: Any) -> list[Any]:
-    """The actors that sensors do not see: not the views of them, of which ManiSkill hides none.
+    """Returns the actors that are hidden from sensors, not views of them, since ManiSkill cannot hide views.
 
-    Where nothing renders, those that `unsupported_cameras` finds wrong are left out.
+    Without rendering, those that `unsupported_cameras` rejects are skipped.
     """
     return [scene.actors[entity.name] for entity in plan.entities if entity.hidden and _can_hide(entity)]
 
 
 def _follows_what_is_drawn(camera: Camera) -> bool:
-    """Whether a camera stands relative to what a reset draws anew; its own pose stays as it is built."""
+    """Returns whether a camera's pose is relative to a frame that a reset draws again."""
     recipe = camera.pose.recipe
     return isinstance(recipe, Composed) and isinstance(recipe.outer, NODES) and not isinstance(recipe.outer, Rows)
 
 
 def _unsupported_camera(camera: Camera, plan: ScenePlan, *, on_gpu: bool) -> tuple[str, str] | None:
-    """What is wrong with a camera, and what to do."""
+    """Returns what is wrong with a camera, and a hint."""
     if len(camera.scene_idxs) < plan.num_scenes:
-        return "is in some environments only", "ManiSkill's sensors are in all: leave `scene_idxs` out"
+        return "is in some environments only", "ManiSkill's sensors are in all environments: leave `scene_idxs` out"
     if on_gpu and _follows_what_is_drawn(camera):
-        return "stands relative to what a reset draws anew", "mount it on that, and it moves along on a GPU too"
+        return "is posed relative to what a reset draws again", "mount it there, so that it moves along on a GPU"
     mount = camera.mount and next(entity for entity in plan.entities if entity.name == camera.mount.entity)
     if mount is not None and _has_several_links(mount):
-        reason = f"is mounted on '{mount.name}', whose links differ from environment to environment"
+        reason = f"is mounted on '{mount.name}', whose links differ between environments"
         return reason, "ManiSkill's view of such robots has no links: leave `mount` out"
     return _unsupported_lens(camera)
 
 
 def _unsupported_lens(camera: Camera) -> tuple[str, str] | None:
-    """Likewise, wherever it is."""
+    """Returns what is wrong with a camera's lens or shader, and a hint."""
     if not isinstance(camera.lens, Perspective | Intrinsic):
-        return "has no perspective", "ManiSkill's sensors have: give it a `fovy`"
+        return "has no perspective", "ManiSkill's sensors need one: give it a `fovy`"
     if isinstance(camera.lens, Intrinsic) and camera.lens.skew.data.any():
-        return "has a skew", "ManiSkill's sensors have none"
+        return "has a skew", "ManiSkill's sensors do not support skew"
     if camera.shader is not None and camera.shader not in SHADERS:
-        return f"wants the shader '{camera.shader}'", f"ManiSkill has {', '.join(SHADERS)}"
+        return f"needs the shader '{camera.shader}'", f"ManiSkill has {', '.join(SHADERS)}"
     return None
 
 
 def _has_several_links(entity: Entity) -> bool:
-    """Whether it is one of several robots, whose links have not the same names."""
+    """Returns whether the entity's variants are articulations with different link names."""
     links = [[link.name for link in one.links] for one in entity.structures if isinstance(one, ArticulationStructure)]
     return any(names != links[0] for names in links)
 
@@ -368,7 +364,7 @@ def _lens_arguments(camera: Camera) -> dict[str, Any]:
             assert lens.fovy is not None
             return {"fov": _one_or_all(lens.fovy)}
         if lens.fovy is None:
-            # The lens of a camera whose pixels are square.
+            # ManiSkill's lens with square pixels.
             upright = [2 * atan(tan(fovx / 2) * camera.height / camera.width) for fovx in lens.fovx.data.tolist()]
             return {"fov": upright if lens.fovx.varies else upright[0]}
         fx, fy = (
@@ -380,7 +376,7 @@ def _lens_arguments(camera: Camera) -> dict[str, Any]:
 
 
 def _intrinsic_matrix(*numbers: NDArray[np.float64]) -> NDArray[np.float32]:
-    """(B, 3, 3), or (3, 3) where all cameras have the same."""
+    """Returns (B, 3, 3), or (3, 3) if all cameras have the same."""
     fx, fy, cx, cy = np.broadcast_arrays(*numbers)
     found = np.zeros((len(fx), 3, 3), np.float32)
     found[:, 0, 0], found[:, 1, 1], found[:, 0, 2], found[:, 1, 2], found[:, 2, 2] = fx, fy, cx, cy, 1

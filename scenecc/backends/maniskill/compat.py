@@ -1,4 +1,4 @@
-"""The one place that imports ManiSkill and PyTorch. Everything here that needs them imports them from this module.
+"""The only module that imports ManiSkill and PyTorch. Everything here that needs them imports them from it.
 
 They are untyped here: ManiSkill ships no types, and a type checker need not find either.
 """
@@ -13,7 +13,7 @@ from typing import Any
 from scenecc.extras import install_hint
 
 _OLDEST, _TOO_NEW = (3, 0, 1), (4,)
-"""Versions of ManiSkill: the oldest that the tests run with, and the first whose builders have moved."""
+"""Versions of ManiSkill: the oldest that is tested, and the first whose builders have moved."""
 
 
 def check_version(installed: str) -> None:
@@ -90,4 +90,4 @@ __all__ = [
 ]
 
 UNSUPPORTED_CODE = "SC811"
-"""Its code."""
+"""The code for something that ManiSkill does not support."""

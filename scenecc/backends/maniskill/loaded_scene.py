@@ -1,7 +1,7 @@
-"""What was built in a `ManiSkillScene`: its objects, constraints and lights, and their start in an episode.
+"""A loaded plan in a `ManiSkillScene`: its objects, constraints and lights, and their start in an episode.
 
-On the CPU a state is set on the engine's objects; on a GPU it goes into ManiSkill's buffers, which ManiSkill
-applies at the end of a reset.
+On the CPU, states are set on the engine's objects. On a GPU they go into ManiSkill's buffers, which ManiSkill applies
+at the end of a reset.
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ if TYPE_CHECKING:
 
 
 class ManiSkillEntityLookup(EntityLookup):
-    """Bodies by their mounts; links by their names in the plan, which ManiSkill's are longer than."""
+    """Finds bodies by their mounts, and links by their names in the plan, since ManiSkill's names are longer."""
 
     def component(self, mount: Mount, number: int) -> Any:
-        """The physical component that a mount names in the scene of a number. Errors as of `EntityLookup`."""
+        """Returns the physical component of a mount in the scene of a number. Raises the errors of `EntityLookup`."""
         prepared = self._prepared[mount.entity]
         if not isinstance(prepared, PreparedArticulation) or mount.link is None:
             return super().component(mount, number)
@@ -67,7 +67,7 @@ class ManiSkillEntityLookup(EntityLookup):
 
 
 def write_state_on_cpu(objects: BodyObjects | ArticulationObjects, state: AnyState) -> None:
-    """Puts an entity where its state says, in the scenes that the state is of. What is static stays."""
+    """Restores the state of an entity in the scenes of the state. Static bodies stay."""
     if isinstance(objects, ArticulationObjects):
         assert isinstance(state, ArticulationState)
         placement = ArticulationStateWriter(objects, state)
@@ -87,11 +87,11 @@ def write_state_on_cpu(objects: BodyObjects | ArticulationObjects, state: AnySta
 
 
 def write_state_on_gpu(actors: Sequence[Any], objects: BodyObjects | ArticulationObjects, state: AnyState) -> None:
-    """The same in ManiSkill's buffers, by the setters of `Actor`s or `Articulation`s.
+    """Writes a state to ManiSkill's buffers, by the setters of `Actor`s or `Articulation`s.
 
     Args:
-        actors: those of ManiSkill that have the entity's bodies, in scene order.
-        objects: the engine's.
+        actors: the ManiSkill objects with the entity's bodies, in scene order.
+        objects: the engine's objects.
         state: of the environments that ManiSkill's setters reach now.
     """
     if not isinstance(state, ArticulationState):
@@ -107,7 +107,7 @@ def write_state_on_gpu(actors: Sequence[Any], objects: BodyObjects | Articulatio
 
 @contextmanager
 def restrict_reset(scene: Any, chosen: Sequence[int]) -> Generator[None]:
-    """Lets ManiSkill's setters reach some environments alone, as while these are reset."""
+    """Restricts ManiSkill's setters to some environments within the block, as during a reset."""
     before = scene._reset_mask  # noqa: SLF001
     mask = torch.zeros_like(before)
     mask[list(chosen)] = True
@@ -143,10 +143,10 @@ def _write_articulation(articulation: Any, state: ArticulationState, *, fixed: b
 
 
 def _warn_of_kept(names: Sequence[str]) -> None:
-    """A Python warning of what a file draws anew at a reset, and ManiSkill's simulation on a GPU keeps as built."""
+    """Warns of values that a file draws at a reset, but that stay as built in a simulation on a GPU."""
     if names:
         shown = ", ".join(names[:_SHOWN]) + (", …" if len(names) > _SHOWN else "")
-        message = f"a reset draws these anew, and on a GPU they stay as built: {shown}"
+        message = f"a reset draws these again, but on a GPU they stay as built: {shown}"
         warnings.warn(f"{message}. Write `{{once: …}}` around their forms if that is meant", stacklevel=2)
 
 
@@ -163,9 +163,9 @@ class LoadedScene:
     Attributes:
         plan: what was built.
         scene: the `ManiSkillScene`.
-        actors: entity → `Actor`, in build order; a view by `Actor.merge` where its scenes have different shapes.
-        articulations: entity → `Articulation`, in build order; a view by `Articulation.merge` where its scenes have
-            different links.
+        actors: entity → `Actor`, in build order; a view by `Actor.merge` if its shapes differ between scenes.
+        articulations: entity → `Articulation`, in build order; a view by `Articulation.merge` if its links differ
+            between scenes.
     """
 
     def __init__(
@@ -191,29 +191,29 @@ class LoadedScene:
 
     @property
     def sensor_configs(self) -> list[Any]:
-        """A `CameraConfig` for each camera of the plan: what `_default_sensor_configs` of the environment returns."""
+        """Returns a `CameraConfig` for each camera of the plan, for `_default_sensor_configs` of the environment."""
         return camera_configs(self.plan, self.actors, self.articulations, on_gpu=self.scene.gpu_sim_enabled)
 
     @property
     def hidden_objects(self) -> list[Any]:
-        """The `hidden` entities, for `_hidden_objects` of the environment: sensors do not see them."""
+        """Returns the `hidden` entities, for `_hidden_objects` of the environment: they are hidden from sensors."""
         return hidden_objects(self.plan, self.scene)
 
     def contacts(self, a: str | None = None, b: str | None = None) -> Contacts:
-        """The contacts of the last step of the environments, by the names of the plan, as `SceneBatch.contacts`.
+        """Returns the contacts of the last step, with the names of the plan, like `SceneBatch.contacts`.
 
-        Right after a reset they are still those of before. The agent's robot has the names of its links.
+        Directly after a reset they are still the old ones. The agent's robot has the names of its links.
 
         Raises:
             KeyError: the plan has no such entity or link.
-            RuntimeError: the simulation runs on a GPU, where PhysX gives no points.
+            RuntimeError: the simulation runs on a GPU, where PhysX does not report contact points.
         """
         return self._contact_reader.read(self._stepped_scenes(), a, b)
 
     def net_contact_force(self, name: str) -> NDArray[np.float32]:
-        """(B, 3) [N] of the environments that have the entity, as `SceneBatch.net_contact_force`.
+        """Returns (B, 3) [N] for the environments that have the entity, like `SceneBatch.net_contact_force`.
 
-        Errors as of `contacts`.
+        Raises the errors of `contacts`.
         """
         return self._contact_reader.net_force(self._stepped_scenes(), name, self.scene.timestep)
 
@@ -223,8 +223,8 @@ class LoadedScene:
 
     def _stepped_scenes(self) -> Iterable[tuple[int, Any]]:
         if self.scene.gpu_sim_enabled:
-            message = "PhysX gives no points of contact on a GPU: ask ManiSkill's get_net_contact_forces of an actor"
-            raise RuntimeError(f"{message} or link, or get_pairwise_contact_forces of its scene")
+            message = "PhysX does not report contact points on a GPU: use get_net_contact_forces of an actor"
+            raise RuntimeError(f"{message} or link, or get_pairwise_contact_forces of the scene")
         scenes: list[Any] = self.scene.sub_scenes
         return enumerate(scenes)
 
@@ -235,26 +235,25 @@ class LoadedScene:
         *,
         draws: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        """Puts every object to its start in some environments, with what a running simulation can change drawn anew.
+        """Resets every object to its start in some environments, and draws again what a running simulation can change.
 
-        Call it in `_initialize_episode`: ManiSkill then hands what is set to the simulation. Poses, velocities, joint
-        positions and drive targets are set, and of the rest what the plan draws; static bodies and the other
-        environments are not touched. On a GPU cameras and the numbers of the simulation (masses, gains, frictions)
-        stay as built.
+        Call it in `_initialize_episode`; ManiSkill then passes the values to the simulation. It sets poses, velocities,
+        joint positions and drive targets, and of the rest what the plan draws. Static bodies and other environments are
+        not touched. On a GPU, cameras and physical parameters (masses, gains, frictions) stay as built.
 
         Args:
-            env_idx: which environments, as `_initialize_episode` is told; None: all.
-            seed: of the draws, for all of these environments or one for each; None: the plan's. With
-                `scenecc.maniskill.episode_seeds` those of the environment's episodes.
-            draws: values of shared draws in place of drawing, name → one row for each of these environments.
+            env_idx: environments, as passed to `_initialize_episode`. None: all.
+            seed: seed of the draws, for all of these environments or one for each. None: the plan's.
+                `scenecc.maniskill.episode_seeds` returns those of the environment's episodes.
+            draws: values of shared draws to use instead of drawing: name → one row for each of these environments.
 
         Raises:
-            ValueError: something is drawn that has no value, or an argument does not fit.
+            ValueError: a drawn value is undefined, or an argument is invalid.
         """
         count = self.plan.num_scenes
         chosen = tuple(range(count)) if env_idx is None else check_scene_idxs(map(int, env_idx))
         if any(not 0 <= index < count for index in chosen):
-            raise ValueError(f"env_idx are in 0 to {count - 1}, not {list(chosen)}")
+            raise ValueError(f"env_idx must be in 0 to {count - 1}, not {list(chosen)}")
         seeds = check_seeds(seed, [self.plan.seed] * len(chosen))
         if not chosen:
             return
@@ -265,7 +264,7 @@ class LoadedScene:
         self._drawn_fields.apply(drawn)
         self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
         for _, camera in self._cameras():
-            # ManiSkill keeps what it has read of a camera once.
+            # ManiSkill caches what it has read of a camera.
             camera._cached_local_pose = camera._cached_intrinsic_matrix = None  # noqa: SLF001
         for component, name, arguments in pulls:
             getattr(component, name)(*arguments)
@@ -278,11 +277,11 @@ class LoadedScene:
                 write_state_on_gpu(self._objects(name), self._engine_objects[name], state)
 
     def passport(self, scene: int) -> str:
-        """As `SceneBatch.passport`, of an environment. A replay has no agent's robot that the file lacks."""
+        """Like `SceneBatch.passport`, for an environment. A replay lacks an agent's robot that is not in the file."""
         return str(self.passports([scene])[0])
 
     def passports(self, env_idx: Iterable[int] | None = None) -> list[Passport]:
-        """As `SceneBatch.passports`, of some environments, all by default."""
+        """Like `SceneBatch.passports`, for some environments. Default: all."""
         chosen = range(self.plan.num_scenes) if env_idx is None else map(int, env_idx)
         return [Passport(partial(self._write_passport, index, self._passports.start(index))) for index in chosen]
 
@@ -294,7 +293,7 @@ class LoadedScene:
         self._passports.provenance = provenance
 
     def _objects(self, name: str) -> list[Any]:
-        """ManiSkill's objects of an entity, in scene order: one, or of articulations that differ one a scene."""
+        """Returns ManiSkill's objects of an entity, in scene order: one, or one a scene if articulations differ."""
         if name in self.actors:
             return [self.scene.actors[name]]
         if name in self.scene.articulations:
@@ -312,7 +311,7 @@ class LoadedScene:
         components |= {f"constraints/{name}": one for name, one in self._constraints.batches.items()}
         holders = plan_holders(self.plan, every_scene, self._engine_objects, self._drawn_objects, components, systems)
         if self.scene.gpu_sim_enabled:
-            # Its buffers hold the numbers of the simulation, and SAPIEN's setters do not reach all of them.
+            # The buffers hold these numbers on a GPU, and SAPIEN's setters do not reach all of them.
             every = tuple(holders)
             cameras = [
                 holder
@@ -326,7 +325,7 @@ class LoadedScene:
         return DrawnFieldSet(holders, self._drawn_objects, rendered=self._lights is not None)
 
     def _cameras(self) -> Iterator[tuple[Camera, Any]]:
-        """The cameras of the plan that the environment has as sensors, or to show itself, with ManiSkill's."""
+        """Yields the cameras of the plan that the environment has as sensors or human cameras, with ManiSkill's."""
         for present in (self.scene.sensors, self.scene.human_render_cameras):
             for camera in self.plan.cameras:
                 if camera.name in present:

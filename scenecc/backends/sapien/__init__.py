@@ -1,4 +1,4 @@
-"""The plan on SAPIEN: live scenes on PhysX's CPU engine. Importing this loads no engine; `instantiate` does."""
+"""Builds a plan with SAPIEN: live scenes on PhysX's CPU engine. The engine is loaded by `instantiate`."""
 
 from __future__ import annotations
 
@@ -51,18 +51,18 @@ def instantiate(
     audit: bool = True,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBatch | None:
-    """Builds the plan's scenes, each with a PhysX system of its own.
+    """Builds the plan's scenes, each with its own PhysX system.
 
     Args:
         plan: what to build.
-        sink: told everything that the engine or the machine cannot do, at the shape that asked.
-        scene_idxs: which of the plan's scenes to build, all by default; each is as it is among all.
-        render: True builds visuals, False leaves them out, None builds them where a render device exists.
-        audit: whether the engine's counts, order, poses, masses and cooked meshes are then compared with the plan.
-        progress: called with (scenes done, scenes in all).
+        sink: receives everything that the engine or the machine cannot do, at the node that asked.
+        scene_idxs: indices of the scenes to build. A scene is the same as in the full batch. Default: all.
+        render: True builds visuals, False leaves them out, None builds them if there is a render device.
+        audit: compare the engine's counts, order, poses, masses and cooked meshes with the plan afterwards.
+        progress: called with (finished scenes, all scenes).
 
     Returns:
-        The live scenes, or None after a failure; then nothing is left of them.
+        The live scenes, or None after a failure, which leaves nothing behind.
 
     Raises:
         ValueError: `scene_idxs` is empty, repeats an index or names one that the plan does not have.
@@ -79,7 +79,7 @@ def instantiate(
 
 
 def __getattr__(name: str) -> object:
-    """The classes of a batch, loaded (those of live objects with the engine) when somebody asks for them."""
+    """Loads the classes of a batch on first use (those of live objects with the engine)."""
     if name not in _CLASS_MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"scenecc.backends.sapien.{_CLASS_MODULES[name]}"), name)
@@ -97,14 +97,14 @@ def _check_selection(plan: ScenePlan, scene_idxs: Sequence[int] | None) -> tuple
 
 
 def _engine_problem() -> tuple[str, str] | None:
-    """Why SAPIEN cannot be used here: a message and a hint; None where it can."""
+    """Returns why SAPIEN cannot be used here, as a message and a hint, or None if it can."""
     try:
-        # Interrupted, its import fails as if it were not there.
+        # An interrupted import looks as if SAPIEN were missing.
         with interrupts_wait():
             from scenecc.backends.sapien.engine import sapien
     except ImportError as error:
         return f"SAPIEN cannot be imported: {error}", INSTALL_HINT
     found = str(sapien.__version__)
     if not re.match(r"3\.0\.([3-9]|[1-9]\d)", found):
-        return f"this is SAPIEN {found}; scenecc builds with 3.0, from 3.0.3 on", INSTALL_HINT
+        return f"SAPIEN {found} is installed; scenecc needs 3.0.3 or a later 3.0", INSTALL_HINT
     return None

@@ -1,13 +1,13 @@
 """A strict, table-driven `ArticulationBuilder` for batches. Links, joints and tendons are prepared once and made in
 every scene.
 
-The order of operations is that of SAPIEN's `ArticulationBuilder.build`, and then what a user calls: links with
-their shapes and joints, the pose of the root, tendons, the entities into the scene; the articulation's own numbers,
-velocities of the root, `qpos`, `qvel`. Properties with a setter on the joint are set with the joint, which the
-engine treats the same. The velocities of links follow those of the root once `qpos` or `qvel` is set.
+The order of operations is that of SAPIEN's `ArticulationBuilder.build` and the calls that a user makes after it: links
+with their shapes and joints, the pose of the root, tendons, adding the entities to the scene; properties of the
+articulation, velocities of the root, `qpos`, `qvel`. Joint properties are set when the joint is made, which has the
+same effect in the engine. Velocities of links follow from those of the root once `qpos` or `qvel` is set.
 
-`qpos` is always set, if need be to its default: SAPIEN then moves the entities of all links to their poses, which a
-fresh articulation leaves at the origin until it is stepped.
+`qpos` is always set, if only to its default. SAPIEN then moves the entities of all links to their poses; otherwise
+those of a new articulation stay at the origin until it is stepped.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ if TYPE_CHECKING:
 
 
 class PreparedJoint:
-    """What is called on a link's joint, row by row."""
+    """The setter calls for a link's joint, row by row."""
 
     __slots__ = ("_properties", "_setters", "name", "type")
 
     def __init__(self, joint: Joint, rows: NDArray[np.intp]) -> None:
         self.name = joint.name
         self.type = joint.type
-        # Set also where nothing is said: shapes have moved the centre of mass by then, in whose frame the engine keeps
-        # them, and rounds.
+        # Always set: the engine stores frames relative to the centre of mass, which the shapes have moved by then, and
+        # rounds them.
         self._setters: list[SetterColumn] = [
             (frame.set, frame.column(getattr(joint, field), rows)) for field, frame in JOINT_FRAMES.items()
         ]
@@ -68,7 +68,7 @@ class PreparedJoint:
         self._properties = split_setters([] if joint.type == "fixed" else JOINT_PROPERTIES.steps(joint, rows))
 
     def apply(self, joint: Any, row: int) -> None:
-        """Makes the joint of a new link what the plan says, in the order of SAPIEN's builder."""
+        """Sets the type and properties of a new link's joint, in the order of SAPIEN's builder."""
         joint.set_name(self.name)
         joint.set_type(self.type)
         for setter, column in self._setters:
@@ -81,7 +81,7 @@ def _set_drive_properties(joint: Any, values: tuple[Any, ...]) -> None:
 
 
 def drive_properties(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ...]]:
-    """Stiffness, damping, force limit and mode, a row or one for all; SAPIEN's where nothing is said."""
+    """Returns stiffness, damping, force limit and mode, a row or one for all, with SAPIEN's defaults."""
     columns = [
         [default] if (value := getattr(joint, field)) is None else to_scalars(select_rows(value, rows))
         for field, default in DRIVE_DEFAULTS.items()
@@ -90,10 +90,10 @@ def drive_properties(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ..
 
 
 class PreparedLink:
-    """How one link of the plan is made, row by row.
+    """How to make one link of the plan, row by row.
 
     Attributes:
-        parent: number of the link that it hangs on; None: it is the root.
+        parent: index of the parent link. None: it is the root.
         body: its shapes and properties.
     """
 
@@ -109,7 +109,7 @@ class PreparedLink:
         self._joint = None if link.joint is None else PreparedJoint(link.joint, rows)
 
     def make(self, parent: Any, row: int) -> tuple[Any, Any]:
-        """A new entity, not yet in a scene, and its link, which hangs on `parent`.
+        """Returns a new entity, not yet in a scene, and its link, a child of `parent`.
 
         Raises:
             EngineFailure: the engine cannot make one of its shapes, or refuses a value.
@@ -133,7 +133,7 @@ class PreparedLink:
 
 
 def _refuse_link_fields(body: BodyStructure) -> None:
-    """SAPIEN's links have no such property, and nothing is dropped unheard."""
+    """Refuses properties that SAPIEN's links lack, so that none is dropped silently."""
     said = [prop.get for prop, _ in BODY_PROPERTIES.said(body) if prop.get not in LINK_FIELDS]
     if said:
         raise EngineFailure(REFUSED_CODE, f"a link has no {said[0]}", origin=body.origin)
@@ -190,11 +190,11 @@ class BatchArticulationBuilder:
         self._qvel: list[NDArray[np.float32]] = []
 
     def cook(self) -> list[EngineFailure]:
-        """Cooks every mesh once; what the engine refuses."""
+        """Cooks every mesh once and returns the failures."""
         return [failure for link in self._links for failure in link.body.cook()]
 
     def make(self, row: int) -> tuple[list[Any], list[Any]]:
-        """New entities, not yet in a scene, and their links, in the order of the plan. The root is at its pose.
+        """Returns new entities, not yet in a scene, and their links, in the order of the plan. The root is at its pose.
 
         Raises:
             EngineFailure: the engine cannot make a shape, or refuses a value.
@@ -214,7 +214,8 @@ class BatchArticulationBuilder:
         return entities, links
 
     def settle(self, links: list[Any], row: int) -> Any:
-        """The articulation of links that are in a scene now, with its name and numbers, and not yet at its start.
+        """Returns the articulation of links that are in a scene, with its name and properties, but not yet at its
+        start.
 
         Raises:
             EngineFailure: the engine refuses a value.
@@ -226,7 +227,7 @@ class BatchArticulationBuilder:
         return articulation
 
     def start(self, links: list[Any], row: int) -> Any:
-        """The articulation of links that are in a scene now, at its start.
+        """Returns the articulation of links that are in a scene, at its start.
 
         Raises:
             EngineFailure: the engine refuses a value.
@@ -256,7 +257,7 @@ class BatchArticulationBuilder:
 
 
 def set_joint_positions(articulation: Any, qpos: NDArray[np.float32]) -> None:
-    """Sets `qpos`, and with it the poses of the entities of all links; without joints that move, these alone."""
+    """Sets `qpos`, which also moves the entities of all links. Without joints that move, only moves the entities."""
     if len(qpos):
         articulation.set_qpos(qpos)
     else:
@@ -264,7 +265,7 @@ def set_joint_positions(articulation: Any, qpos: NDArray[np.float32]) -> None:
 
 
 def engine_joint_order(structure: ArticulationStructure, links: list[Any]) -> NDArray[np.intp]:
-    """Numbers among `active_joints` in the order of the engine's `qpos`: that of its links, level after level."""
+    """Returns indices among `active_joints` in the order of the engine's `qpos`, level by level."""
     moving = [n for n, link in enumerate(structure.links) if link.joint is not None and link.joint.type != "fixed"]
     return np.argsort([links[number].get_index() for number in moving], kind="stable")
 
@@ -272,7 +273,7 @@ def engine_joint_order(structure: ArticulationStructure, links: list[Any]) -> ND
 def joint_rows(
     structure: ArticulationStructure, field: str, rows: NDArray[np.intp], order: NDArray[np.intp]
 ) -> NDArray[np.float32]:
-    """(B, dof) or (1, dof) of a number of the joints that move, in some order; 0 where nothing is said."""
+    """Returns a field of the joints that move, (B, dof) or (1, dof), in the given order; 0 by default."""
     columns = [getattr(joint, field) for joint in structure.active_joints]
     data = [np.zeros(1) if value is None else select_rows(value, rows) for value in columns]
     found = np.stack(np.broadcast_arrays(*data), axis=-1) if data else np.zeros((1, 0))
@@ -282,7 +283,7 @@ def joint_rows(
 def _refuse_unsupported_articulation(structure: ArticulationStructure) -> None:
     count = len(structure.links)
     if count > MAX_LINKS:
-        message = f"an articulation of {count} links; PhysX on the CPU takes {MAX_LINKS} at most"
+        message = f"an articulation has {count} links; PhysX on the CPU supports at most {MAX_LINKS}"
         raise EngineFailure(REFUSED_CODE, message, origin=structure.origin)
     if structure.fix_root_link and (said := [prop.get for prop, _ in ROOT_PROPERTIES.said(structure)]):
-        raise EngineFailure(REFUSED_CODE, f"a root that is fixed has no {said[0]}", origin=structure.origin)
+        raise EngineFailure(REFUSED_CODE, f"a fixed root has no {said[0]}", origin=structure.origin)

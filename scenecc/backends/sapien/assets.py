@@ -1,9 +1,7 @@
-"""Files and materials of a plan in the engine: file caches, convex decomposition, mirrored meshes, and shared
-resources.
+"""Files and materials of a plan in the engine: file caches, convex decomposition, mirrored meshes, shared resources.
 
-PhysX and the renderer cache files by path for the life of the process, so a cache is emptied when a file has
-changed. CoACD runs in a process of its own; its results, and convex meshes of negative scale, are kept in the
-user's cache folder.
+PhysX and the renderer cache files by path for the life of the process, so a cache is emptied when a file has changed.
+CoACD runs in its own process. Its results, and convex meshes of negative scale, are kept in the user's cache folder.
 """
 
 from __future__ import annotations
@@ -58,24 +56,24 @@ if TYPE_CHECKING:
 _LOGGER = logging.getLogger(__name__)
 
 Signature = tuple[State, ...]
-"""Of a file and of those that it names."""
+"""The states of a file and of the files that it names."""
 
 _START_MARGIN = 2_000_000_000
-"""Nanoseconds by which the start of the process may be off: the kernel gives its boot time in whole seconds."""
+"""Error of the process start time [ns]: the kernel reports its boot time in whole seconds."""
 
 
 class FileCache:
-    """Files that the engine has in one of its caches, as they were when it read them."""
+    """The files in one of the engine's caches, with their states when they were read."""
 
     def __init__(self, clear: Callable[[], None]) -> None:
         self._clear = clear
         self._signatures: dict[str, Signature] = {}
 
     def refresh(self, files: Iterable[AssetFile]) -> None:
-        """Empties the cache if one of the files that are about to be read is not what the cache may hold.
+        """Empties the cache if a file that is about to be read may differ from its cached content.
 
-        A file seen for the first time may have been read by others in this process. What they read is
-        still true if the file has not changed since the process started.
+        Other code in this process may have read a file before its first use here. That content is still valid if the
+        file has not changed since the process started.
         """
         present = {str(file.path): file_signature(file) for file in files}
         known = self._signatures
@@ -93,29 +91,29 @@ class FileCache:
 
 
 MESH_CACHE = FileCache(physx.clear_cache)
-"""What PhysX has cooked."""
+"""Meshes that PhysX has cooked."""
 
 RENDER_CACHE = FileCache(lambda: render.clear_cache(models=True, images=True))
-"""What the renderer has loaded."""
+"""Files that the renderer has loaded."""
 
 
 def load_all_parts(load: Callable[[], Any]) -> Any:
-    """What `load` gives of a mesh's parts.
+    """Returns what `load` returns for the parts of a mesh.
 
     Raises:
-        ValueError: the engine cannot cook some. SAPIEN leaves these out and says so only in its log.
+        ValueError: the engine cannot cook some parts. SAPIEN skips these and reports it only in its log.
     """
     with capture_engine_log() as log:
         made = load()
     if (dropped := log.text.count(DROPPED_PART)) > 0:
-        # The next one to ask would get what is left of the parts from the cache, without a word.
+        # Otherwise the next call would silently get the remaining parts from the cache.
         MESH_CACHE.forget()
         raise ValueError(f"{dropped} of the mesh's parts cannot be cooked")
     return made
 
 
 def refresh_caches(plan: ScenePlan, *, rendered: bool) -> None:
-    """To be called before the plan's files are read: nothing that has changed is taken from a cache."""
+    """Drops changed files from the caches. Call it before the plan's files are read."""
     if not plan.files:
         return
     bodies = [body for entity in plan.entities for body in entity.bodies]
@@ -129,21 +127,21 @@ def refresh_caches(plan: ScenePlan, *, rendered: bool) -> None:
 
 
 def file_signature(file: AssetFile) -> Signature:
-    """Tells one state of a file, and of those that it names, from another; empty for a missing file."""
+    """Returns a signature of the state of a file and of the files that it names; empty for a missing file."""
     states = [state_now(path) for path in (file.path, *(one.path for one in file.names)) if path is not None]
     return tuple(state for state in states if state is not None)
 
 
 def check_files_unchanged(files: Iterable[AssetFile]) -> None:
-    """Whether files are what they were when they were checked: the engine opens them by their names.
+    """Checks that files have not changed since they were checked, because the engine opens them by name.
 
     Raises:
-        EngineFailure: one is not.
+        EngineFailure: a file has changed.
     """
     for file in files:
         for one in (file, *file.names):
             if one.state is not None and one.path is not None and state_now(one.path) != one.state:
-                hint = "build it again, when all is written"
+                hint = "wait until all files are written, then build again"
                 raise EngineFailure("SC422", f"'{one.path}' changed while the scene was built", hint=hint)
 
 
@@ -152,7 +150,7 @@ def _latest_change(state: Signature) -> int:
 
 
 def _process_start() -> int:
-    """When this process started [ns since the epoch]; 0, which trusts no file, where the system does not tell."""
+    """Returns when this process started [ns since the epoch], or 0, which trusts no file, if that is unknown."""
     try:
         ticks = int(Path("/proc/self/stat").read_text().rsplit(")", 1)[1].split()[19])
         running = time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
@@ -165,19 +163,14 @@ COACD_CODE = "SC806"
 
 
 class _CoacdInput(NamedTuple):
-    """What is cut.
-
-    Attributes:
-        mesh: path and hash of the mesh.
-        buffers: path and hash of what a glTF names, by the names that it has for them.
-    """
+    """The mesh to decompose: path and hash of the file, and of each buffer of a glTF by its name."""
 
     mesh: tuple[str, str]
     buffers: dict[str, tuple[str, str]]
 
     @classmethod
     def of(cls, file: AssetFile) -> _CoacdInput:
-        """That of a file. Raises OSError."""
+        """Reads the input from a file. Raises OSError."""
         named = file.names if file.path.suffix.lower() in {".gltf", ".glb"} else ()
         path = collision_file(file)
         with open_regular(path) as stream:
@@ -185,7 +178,7 @@ class _CoacdInput(NamedTuple):
         return cls((str(path.absolute()), digest), {one.uri: (str(one.path), one.sha256) for one in named})
 
     def key(self, arguments: dict[str, Any]) -> str:
-        """The content, and what is done with it, without where it lies."""
+        """Returns a cache key of content and arguments, independent of the path."""
         path, digest = self.mesh
         hashes = [digest, *sorted((uri, named) for uri, (_, named) in self.buffers.items())]
         how = [Path(path).suffix.lower(), version("coacd"), version("trimesh"), arguments]
@@ -193,11 +186,12 @@ class _CoacdInput(NamedTuple):
 
 
 def decompose(file: AssetFile, params: CoacdParams) -> Path:
-    """A PLY file whose connected parts are the convex parts that CoACD finds in a mesh.
+    """Returns a PLY file whose connected parts are the convex parts that CoACD finds in a mesh.
 
-    The result is what `sapien.wrapper.coacd.do_coacd` gives for the same parameters. It is kept under
-    `$XDG_CACHE_HOME/scenecc/coacd` (`~/.cache` without that variable) by the mesh's content, that of its buffers, the
-    parameters and the versions of CoACD and trimesh, which reads the mesh. Materials and images are not read.
+    The result equals that of `sapien.wrapper.coacd.do_coacd` with the same parameters. It is kept in
+    `$XDG_CACHE_HOME/scenecc/coacd` (`~/.cache` without that variable). The key is the content of the mesh and its
+    buffers, the parameters, and the versions of CoACD and trimesh, which reads the mesh. Materials and images are not
+    read.
 
     Raises:
         EngineFailure: CoACD is not installed or fails, or the cache folder cannot be written.
@@ -217,18 +211,18 @@ def decompose(file: AssetFile, params: CoacdParams) -> Path:
         raise EngineFailure(
             COACD_CODE,
             f"convex decomposition of '{file.path}': {error}",
-            hint=f"results are kept in '{folder}'; XDG_CACHE_HOME names another place",
+            hint=f"results are kept in '{folder}'; set XDG_CACHE_HOME to move it",
         ) from error
     return result
 
 
 def collision_file(file: AssetFile) -> Path:
-    """A mesh as PhysX can read it: of a COLLADA (`.dae`), which SAPIEN only shows, a PLY with the same triangles.
+    """Returns a mesh that PhysX can read. A COLLADA (`.dae`), which SAPIEN only renders, is converted to a PLY.
 
     The PLY is kept in the user's cache folder, by the key of the COLLADA's record.
 
     Raises:
-        EngineFailure: it cannot be read, or the cache folder cannot be written.
+        EngineFailure: the mesh cannot be read, or the cache folder cannot be written.
     """
     if file.path.suffix.lower() != ".dae":
         return file.path
@@ -243,18 +237,19 @@ def collision_file(file: AssetFile) -> Path:
     except AssetError as error:
         raise EngineFailure(error.code, error.message, hint=error.hint) from error
     except OSError as error:
-        hint = f"its triangles are kept in '{folder}'; XDG_CACHE_HOME names another place"
+        hint = f"its triangles are kept in '{folder}'; set XDG_CACHE_HOME to move it"
         raise EngineFailure("SC801", f"the COLLADA '{file.path}' cannot be converted: {error}", hint=hint) from error
     return result
 
 
 def visual_file(file: AssetFile) -> Path:
-    """A mesh as the renderer can read it: of an OBJ whose images may be left out, a copy that does not name those.
+    """Returns a mesh that the renderer can read. For an OBJ with missing optional images, a copy that does not name
+    them.
 
     The copy is kept in the user's cache folder, by its content.
 
     Raises:
-        EngineFailure: it cannot be written there.
+        EngineFailure: the copy cannot be written.
     """
     if not file.optional_names or file.path.suffix.lower() != ".obj":
         return file.path
@@ -266,12 +261,12 @@ def visual_file(file: AssetFile) -> Path:
             return file.path
         return keep_file("obj", with_materials(mesh, keep_file("obj", materials, ".mtl").name), ".obj")
     except (OSError, ValueError) as error:
-        hint = f"it is kept in '{cache_folder('obj')}'; XDG_CACHE_HOME names another place"
+        hint = f"copies are kept in '{cache_folder('obj')}'; set XDG_CACHE_HOME to move it"
         raise EngineFailure("SC807", f"a copy of '{file.path}' cannot be written: {error}", hint=hint) from error
 
 
 def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
-    """Arguments of `coacd.run_coacd`: the plan's, and SAPIEN's own defaults for those left out."""
+    """Returns the arguments of `coacd.run_coacd`: those of the plan, and SAPIEN's defaults for the rest."""
     do_coacd: Any = importlib.import_module("sapien.wrapper.coacd").do_coacd
     parameters = inspect.signature(do_coacd).parameters
     given = asdict(params)
@@ -279,9 +274,9 @@ def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
 
 
 def _run_coacd(content: _CoacdInput, arguments: dict[str, Any], result: Path) -> None:
-    """Writes `result` whole or not at all. CoACD's automatic preprocessing may fail where a forced one does not."""
+    """Writes `result` atomically. If CoACD's automatic preprocessing fails, forces it."""
     name = Path(content.mesh[0]).name
-    _LOGGER.info("CoACD cuts %s, which may take minutes; the parts are kept", name)
+    _LOGGER.info("CoACD decomposes %s, which may take minutes; the result is cached", name)
     modes = [arguments["preprocess_mode"]]
     if modes[0] != "on":
         modes.append("on")
@@ -290,13 +285,13 @@ def _run_coacd(content: _CoacdInput, arguments: dict[str, Any], result: Path) ->
         parts, complaint = _run_worker(content, arguments | {"preprocess_mode": mode})
         if parts:
             replace_all({result: parts})
-            _LOGGER.info("CoACD has cut %s", name)
+            _LOGGER.info("CoACD has decomposed %s", name)
             return
     raise EngineFailure(COACD_CODE, f"CoACD failed on '{content.mesh[0]}': {complaint}")
 
 
 def _run_worker(content: _CoacdInput, arguments: dict[str, Any]) -> tuple[bytes, str]:
-    """What CoACD makes of a mesh, and its last words. It runs beside this process: a crash of it ends only itself."""
+    """Runs CoACD in its own process, so that a crash ends only that, and returns its output and its last log line."""
     with tempfile.TemporaryFile() as file:
         output = file.fileno()
         request = {**content._asdict(), "arguments": arguments, "output": output, "parent": os.getpid()}
@@ -304,7 +299,7 @@ def _run_worker(content: _CoacdInput, arguments: dict[str, Any]) -> tuple[bytes,
         file.seek(0)
         parts = file.read() if done.returncode == 0 else b""
     words = done.stderr.decode(errors="replace").strip().splitlines()
-    return parts, words[-1] if words else f"it ended with status {done.returncode}"
+    return parts, words[-1] if words else f"its process ended with status {done.returncode}"
 
 
 AxisSigns = tuple[float, float, float]
@@ -314,7 +309,7 @@ UNMIRRORED: AxisSigns = (1.0, 1.0, 1.0)
 
 
 def mirror_meshes(meshes: Column, scale: NDArray[np.float64], *, parts: bool) -> Column:
-    """As `mirror_mesh`, a row; one for all where both have one."""
+    """Applies `mirror_mesh` to each row; returns one path if all rows have the same."""
     if (scale > 0).all():
         return meshes
     signs: list[AxisSigns] = list(map(tuple, np.sign(scale).tolist()))
@@ -325,10 +320,11 @@ def mirror_meshes(meshes: Column, scale: NDArray[np.float64], *, parts: bool) ->
 
 
 def mirror_mesh(mesh: str, signs: AxisSigns, *, parts: bool) -> str:
-    """Path of the convex hull of a mesh, or of the hulls of its connected parts, mirrored; of the mesh where it is not.
+    """Returns the path of the mirrored convex hull of a mesh, or of the mirrored hulls of its connected parts.
 
-    PhysX allows no negative scale of a convex mesh: its faces would look inwards, it would weigh nothing, and the
-    process would die at the first contact. The file is kept in the user's cache folder, named by its content.
+    Without a mirrored axis, returns the mesh. PhysX does not support a negative scale of a convex mesh: its faces would
+    point inwards, its mass would be 0, and the process would crash at the first contact. The file is kept in the user's
+    cache folder, named by its content.
 
     Raises:
         EngineFailure: the engine cannot read the mesh, or the cache folder cannot be written.
@@ -344,7 +340,7 @@ def mirror_mesh(mesh: str, signs: AxisSigns, *, parts: bool) -> str:
     try:
         return str(keep_file("mirrored", content, ".ply"))
     except OSError as error:
-        hint = f"mirrored meshes are kept in '{cache_folder('mirrored')}'; XDG_CACHE_HOME names another place"
+        hint = f"mirrored meshes are kept in '{cache_folder('mirrored')}'; set XDG_CACHE_HOME to move it"
         raise EngineFailure("SC801", f"the mirrored '{mesh}' cannot be written: {error}", hint=hint) from error
 
 
@@ -357,22 +353,18 @@ def _load_hulls(mesh: str, *, parts: bool) -> list[Any]:
 
 
 _MATERIAL_LIMIT: Final = 65_534
-"""PhysX has 65 535 numbers for those of a process, and one of them is its default material's."""
+"""PhysX has 65 535 material numbers in a process, and its default material takes one."""
 
 _live_materials: Final[WeakSet[Any]] = WeakSet()
-"""Those of all batches that are open: what a batch was built from lives as long as it."""
+"""Materials of all open batches. A batch keeps its materials alive."""
 
 
 class Resources:
-    """The tables of a plan as objects of the engine.
+    """The tables of a plan as engine objects. `drawn` receives the materials that a reset draws again.
 
-    Materials are shared by all shapes that name them, in all scenes where their numbers are the same, as in a
-    script that makes each once: changing a friction later changes it for all of them. One of which a reset draws
-    something anew is shared within a scene alone.
-
-    Args:
-        plan: of the tables.
-        drawn: takes the materials of which a reset draws something anew.
+    All shapes that name a material share it, in all scenes where its numbers are the same, as in a script that makes
+    each material once: a later change of its friction applies to all of them. A material that a reset draws again is
+    shared only within a scene.
     """
 
     def __init__(self, plan: ScenePlan, drawn: DrawnObjects | None = None) -> None:
@@ -389,7 +381,7 @@ class Resources:
         self._textures: dict[tuple[object, ...], Any] = {}
 
     def physical(self, material: Value | None, rows: NDArray[np.intp], scene_idxs: Sequence[int]) -> Column:
-        """`PhysxMaterial` a row, or one for all; None: the default material. `scene_idxs`: by row of the plan."""
+        """Returns one `PhysxMaterial` a row, or one for all. None: the default. `scene_idxs`: by row of the plan."""
         if material is None:
             return [self.default_material]
         if not material.varies and (fixed := self._shared_material(int(material.as_drawn()[0]))) is not None:
@@ -417,20 +409,20 @@ class Resources:
         return made
 
     def crowded(self) -> EngineFailure | None:
-        """What is wrong if the engine cannot number all physical materials that were asked for."""
+        """Returns a failure if the engine cannot number all physical materials that were requested."""
         if not self._lacking:
             return None
         count = len(self._physical)
         others = _MATERIAL_LIMIT - (count - self._lacking)
         return EngineFailure(
             "SC821",
-            f"these scenes need {count} physical materials{f' beside {others} of other batches' * (others > 0)};"
-            f" a process holds {_MATERIAL_LIMIT}",
+            f"these scenes need {count} physical materials{f' beside {others} of other batches' * (others > 0)},"
+            f" and a process can hold {_MATERIAL_LIMIT}",
             hint="build fewer scenes in one process, or draw friction and restitution from few values (`choice`)",
         )
 
     def _shared_material(self, index: int) -> Column | None:
-        """A physical material that is the same in every scene, as the column of all shapes that have it."""
+        """Returns the shared column of a physical material that is the same in every scene."""
         if index not in self._same:
             values = self._plan.physical_materials[index].values()
             numbers = [value.as_drawn()[0] for value in values]
@@ -439,7 +431,7 @@ class Resources:
         return self._same[index]
 
     def _numbers(self, index: int, rows: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Of a physical material (B, 3)."""
+        """Returns the numbers of a physical material, (B, 3)."""
         columns = [select_rows(value, rows) for value in self._plan.physical_materials[index].values()]
         return np.stack(np.broadcast_arrays(*columns), axis=1)
 
@@ -450,9 +442,9 @@ class Resources:
 
     def _new_material(self, *numbers: float) -> Any:
         if not self._lacking and len(_live_materials) == _MATERIAL_LIMIT:
-            gc.collect()  # a batch that was dropped without being closed may still have some
+            gc.collect()  # a batch that was dropped without closing may still hold some
         if self._lacking or len(_live_materials) == _MATERIAL_LIMIT:
-            # SAPIEN crashes on one too many. From here on they are counted, for `crowded`, and not made.
+            # SAPIEN crashes at one material too many. From here on they are only counted, for `crowded`.
             self._lacking += 1
             return physx.get_default_material()
         made = _make_physical_material(*numbers)
@@ -460,7 +452,7 @@ class Resources:
         return made
 
     def visual(self, material: Value, rows: NDArray[np.intp], scene_idxs: Sequence[int]) -> Column:
-        """`RenderMaterial` a row, or one for all. `scene_idxs`: by row of the plan."""
+        """Returns one `RenderMaterial` a row, or one for all. `scene_idxs`: by row of the plan."""
         table = self._plan.visual_materials
         indices: list[int] = select_rows(material, rows).tolist()
         varying = {i: [value for value in table[i].values() if value.varies] for i in dict.fromkeys(indices)}
@@ -480,21 +472,17 @@ class Resources:
         return column
 
     def collision_meshes(self, indices: NDArray[np.int64]) -> Column:
-        """Path of a mesh a row, as PhysX can read it. Raises EngineFailure."""
+        """Returns the path of a mesh for each row, as PhysX can read it. Raises EngineFailure."""
         paths = {i: str(collision_file(file)) for i, file in self._files(indices, "SC801")}
         return [paths[i] for i in indices.tolist()]
 
     def visual_meshes(self, indices: NDArray[np.int64]) -> Column:
-        """Path of a mesh a row, as the renderer can read it. Raises EngineFailure."""
+        """Returns the path of a mesh for each row, as the renderer can read it. Raises EngineFailure."""
         paths = {i: str(visual_file(file)) for i, file in self._files(indices, "SC807")}
         return [paths[i] for i in indices.tolist()]
 
     def _files(self, indices: NDArray[np.int64], code: str) -> Iterator[tuple[int, AssetFile]]:
-        """Files by their index.
-
-        Raises:
-            EngineFailure: with `code`, where there is no such file (SAPIEN's own words for it are no help).
-        """
+        """Yields files by index. Raises EngineFailure with `code` if one is missing."""
         for i in dict.fromkeys(map(int, indices)):
             file = self._plan.files[i]
             check_files_unchanged([file])
@@ -503,7 +491,7 @@ class Resources:
             yield i, file
 
     def parts(self, indices: NDArray[np.int64], params: CoacdParams | None) -> Column:
-        """Path a row of a mesh whose connected parts are convex; CoACD has cut it where `params` are given."""
+        """Returns, for each row, the path of a mesh with convex connected parts. With `params`, CoACD decomposes it."""
         whole = self.collision_meshes(indices)
         if params is None:
             return whole
@@ -512,7 +500,7 @@ class Resources:
         return [cut[i] for i in order]
 
     def path(self, index: int) -> str:
-        """Where the plan's file number `index` is on this machine."""
+        """Returns the path of the plan's file number `index` on this machine."""
         check_files_unchanged([self._plan.files[index]])
         return str(self._plan.files[index].path)
 
@@ -523,7 +511,7 @@ class Resources:
         return made
 
     def texture(self, texture: Texture, row: int) -> Any:
-        """A `RenderTexture2D` as in one row of what has it; one for all that sample a file alike.
+        """Returns the `RenderTexture2D` of a row, shared between textures with the same file and sampling.
 
         Raises:
             EngineFailure: the renderer cannot load the file.
@@ -535,22 +523,22 @@ class Resources:
         return self._textures[key]
 
     def image(self, index: int, **sampling: Any) -> Any:
-        """A new `RenderTexture2D` of the plan's file number `index`.
+        """Returns a new `RenderTexture2D` of the plan's file number `index`.
 
         Raises:
-            EngineFailure: the renderer cannot load the file; at the node that names it.
+            EngineFailure: the renderer cannot load the file; located at the node that names it.
         """
         path = self.path(index)
         try:
             return render.RenderTexture2D(path, **sampling)
-        except (RuntimeError, ValueError) as error:  # a ValueError if the renderer's message is not UTF-8
+        except (RuntimeError, ValueError) as error:  # ValueError if the renderer's message is not UTF-8
             message = f"the renderer cannot load the image '{path}': {error}"
             hint = "SAPIEN loads fewer kinds of images than other programs: save it again as PNG or JPEG"
             raise EngineFailure("SC807", message, origin=self._plan.files[index].origin, hint=hint) from error
 
 
 def _is_drawn_anew(values: Iterable[Value]) -> bool:
-    """Whether a reset changes a material, so that each scene has its own."""
+    """Returns whether a reset changes a material, so that each scene needs its own."""
     return any(value.recipe is not None for value in values)
 
 
@@ -559,7 +547,7 @@ def _make_physical_material(static_friction: float, dynamic_friction: float, res
 
 
 def report_changed_files(plan: ScenePlan, sink: Sink) -> bool:
-    """Whether the files that the engine has opened are those that were checked; reported where they are not."""
+    """Returns whether files are as they were when they were checked; reports the first that is not."""
     try:
         check_files_unchanged(plan.files)
     except EngineFailure as failure:

@@ -1,4 +1,4 @@
-"""`SceneBatch`: the scenes that were built, stepped and reset together, and the check for states that diverge."""
+"""`SceneBatch`: live scenes that are stepped and reset together, and the check for divergence."""
 
 from __future__ import annotations
 
@@ -59,16 +59,16 @@ if TYPE_CHECKING:
     from scenecc.source.provenance import Provenance
 
 DIVERGENCE_LIMIT: Final = 1e6
-"""[m, m/s, rad, rad/s] Single precision resolves 0.06 m there, so no scene is meant to reach it."""
+"""[m, m/s, rad, rad/s] Float32 resolves only 0.06 m there, so no useful scene reaches it."""
 
 _DIVERGENCE_HINT: Final = "a smaller `physics.timestep`, weaker drives, or masses that differ less may help"
 
 CHECK_INTERVAL: Final = 10
-"""Steps from one check to the next: a check costs as much as some steps."""
+"""Steps between two checks. A check costs as much as a few steps."""
 
 
 class _Divergence(NamedTuple):
-    """A body, or a link of an articulation, that is not finite or beyond `DIVERGENCE_LIMIT`."""
+    """A body or link whose state is not finite or is beyond `DIVERGENCE_LIMIT`."""
 
     scene: int
     entity: str
@@ -85,17 +85,7 @@ class _Divergence(NamedTuple):
 def check_divergence(
     plan: ScenePlan, present: Iterable[BodyObjects | ArticulationObjects], steps: Mapping[int, int], sink: Sink
 ) -> None:
-    """Checks that all that moves is finite and within `DIVERGENCE_LIMIT`.
-
-    Args:
-        plan: gives the origins of the entities.
-        present: the objects that are in the scenes now.
-        steps: scene index → how many steps were simulated.
-        sink: takes the diagnostic.
-
-    Raises:
-        SceneError: something diverged.
-    """
+    """Raises SceneError if a body is not finite or is beyond `DIVERGENCE_LIMIT`. `steps`: number of steps by scene."""
     found: list[_Divergence] = []
     for objects in present:
         found += _diverged_links(objects) if isinstance(objects, ArticulationObjects) else _diverged_bodies(objects)
@@ -139,21 +129,21 @@ def _link_divergence(objects: ArticulationObjects, row: int, link: Any, *, finit
 
 
 def _body_motion(entities: Sequence[Any], components: Sequence[Any]) -> NDArray[np.float32]:
-    """(N, 13) poses and velocities."""
+    """Returns poses and velocities, (N, 13)."""
     velocities = [v for c in components for v in (c.get_linear_velocity(), c.get_angular_velocity())]
     pose = np.array([entity.get_pose().__getstate__() for entity in entities], np.float32).reshape(-1, 7)
     return np.hstack((pose, np.array(velocities, np.float32).reshape(-1, 6)))
 
 
 def _joint_motion(objs: Sequence[Any]) -> NDArray[np.float32]:
-    """(N, 2) positions and velocities of all joints that move."""
+    """Returns positions and velocities of all joints that move, (N, 2)."""
     numbers = [np.stack((obj.get_qpos(), obj.get_qvel()), axis=1) for obj in objs]
     return np.concatenate(numbers) if numbers else np.empty((0, 2), np.float32)
 
 
 def _rows_beyond_limit(numbers: NDArray[np.float32]) -> list[tuple[int, bool]]:
-    """The rows that hold a number which is not finite or too large, and whether all of their numbers are finite."""
-    fine = (np.abs(numbers) <= DIVERGENCE_LIMIT).all(axis=1)  # no comparison holds for a number that is none
+    """Returns each row that holds a non-finite or too large number, and whether the row is finite."""
+    fine = (np.abs(numbers) <= DIVERGENCE_LIMIT).all(axis=1)  # comparisons with NaN are false
     return [(row, bool(np.isfinite(numbers[row]).all())) for row in np.flatnonzero(~fine).tolist()]
 
 
@@ -161,8 +151,8 @@ class ObjectRegistry:
     """The bodies and articulations of a batch.
 
     Attributes:
-        objects: all that were built, by name.
-        entities, articulations: those that are in the scenes now, by name, in build order.
+        objects: everything that was built, by name.
+        entities, articulations: those in the scenes now, by name, in build order.
     """
 
     def __init__(self, objects: Sequence[BodyObjects | ArticulationObjects]) -> None:
@@ -176,14 +166,14 @@ class ObjectRegistry:
         self._removed_articulations: dict[str, RemovedArticulation] = {}
 
     def remove(self, name: str, scene_at: Callable[[int], Any]) -> None:
-        """Takes one out of every scene. `scene_at`: from the plan's index to the scene.
+        """Removes an entity from every scene. `scene_at` returns the scene for an index of the plan.
 
         Raises:
-            KeyError: there is none of this name.
-            ValueError: it is removed already.
+            KeyError: no entity has this name.
+            ValueError: it is already removed.
         """
         if name in self._removed:
-            raise ValueError(f"'{name}' is removed already")
+            raise ValueError(f"'{name}' is already removed")
         self._removed[name] = self._present(name)
         objects = self.objects[name]
         if isinstance(objects, ArticulationObjects):
@@ -195,15 +185,15 @@ class ObjectRegistry:
         self._order.remove(name)
 
     def add(self, name: str, scene_at: Callable[[int], Any]) -> None:
-        """Puts a removed one back, as the last in build order. `scene_at`: as for `remove`.
+        """Adds a removed entity again, as the last in build order. `scene_at`: as for `remove`.
 
         Raises:
-            KeyError: there is none of this name.
-            ValueError: it is there.
+            KeyError: no entity has this name.
+            ValueError: it is not removed.
         """
         if name not in self._removed:
             self._present(name)
-            raise ValueError(f"'{name}' is there; only what was removed can be added")
+            raise ValueError(f"'{name}' is in the scenes; only a removed entity can be added")
         objects, batch = self.objects[name], self._removed.pop(name)
         for index, entity in iterate_entities(objects):
             scene_at(index).add_entity(entity)
@@ -216,11 +206,11 @@ class ObjectRegistry:
             self._removed_articulations.pop(name).put_back(objects)
 
     def present(self) -> Iterator[BodyObjects | ArticulationObjects]:
-        """Those that are in the scenes now."""
+        """Yields the objects that are in the scenes now."""
         return (self.objects[name] for name in self._order)
 
     def state(self, scene_idxs: tuple[int, ...], drawn: dict[str, DrawnFieldState]) -> SceneState:
-        """The state of all in these scenes, and of those that are removed from them. `drawn`: what it also holds."""
+        """Returns the state of all entities in these scenes, removed ones included, together with `drawn`."""
         found = {
             name: read_state(objects, self._removed_articulations.get(name), scene_idxs)
             for name, objects in self.objects.items()
@@ -228,10 +218,9 @@ class ObjectRegistry:
         return SceneState.of(scene_idxs, found, drawn)
 
     def placements(self, states: Mapping[str, AnyState]) -> list[StateWriter]:
-        """What puts each where its state says, in build order; removed articulations have theirs when they are added.
+        """Returns writers that restore the given entities, in build order.
 
-        Args:
-            states: by name, of some or all.
+        A removed articulation gets its state when it is added again.
         """
         for name in self._removed_articulations.keys() & states.keys():
             self._removed_articulations[name].change(states[name])
@@ -239,7 +228,7 @@ class ObjectRegistry:
         return [make_state_writer(self.objects[name], states[name]) for name in names]
 
     def close(self) -> None:
-        """Lets go of everything, and has what a user holds of it say so."""
+        """Releases all objects. Later use of a handle raises RuntimeError."""
         for each in (*self.entities.values(), *self.articulations.values(), *self._removed.values()):
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
         self.objects = {}
@@ -300,12 +289,12 @@ class SceneBatch:
 
     @property
     def plan(self) -> ScenePlan:
-        """The plan from which it was built."""
+        """The plan that the batch was built from."""
         return self._plan
 
     @property
     def scene_idxs(self) -> tuple[int, ...]:
-        """Indices of the plan's scenes that were built, ascending; `scenes` has the same order."""
+        """Indices of the plan's scenes that were built, ascending, in the order of `scenes`."""
         return self._scene_idxs
 
     @property
@@ -321,27 +310,28 @@ class SceneBatch:
 
     @property
     def entities(self) -> dict[str, EntityBatch]:
-        """Bodies that are in the scenes now, by name, in build order. Raises RuntimeError once closed."""
+        """Bodies in the scenes now, by name, in build order. Raises RuntimeError once closed."""
         self._check_open()
         return self._members.entities
 
     @property
     def articulations(self) -> dict[str, ArticulationBatch]:
-        """Articulations that are in the scenes now, by name, in build order. Raises RuntimeError once closed."""
+        """Articulations in the scenes now, by name, in build order. Raises RuntimeError once closed."""
         self._check_open()
         return self._members.articulations
 
     @property
     def lights(self) -> dict[str, LightBatch]:
-        """Lights by name; those of the default rig where the plan has none. Raises RuntimeError once closed."""
+        """Lights by name. If the plan has none, those of the default rig. Raises RuntimeError once closed."""
         self._check_open()
         return NamedObjects({} if self._rendering is None else self._rendering.lights, "light")
 
     @property
     def cameras(self) -> dict[str, CameraBatch]:
-        """Cameras by name; if the plan has none, `default`, which sees the whole scene.
+        """Cameras by name. If the plan has none, `default`, which frames the whole scene.
 
-        They exist without a render device, too; `capture` then raises RuntimeError. Raises RuntimeError once closed.
+        They also exist without a render device, but then `capture` raises RuntimeError. Raises RuntimeError once
+        closed.
         """
         self._check_open()
         return NamedObjects({} if self._rendering is None else self._rendering.cameras, "camera")
@@ -356,28 +346,28 @@ class SceneBatch:
         look_at: Sequence[float] | None = None,
         shader: ShaderName | None = None,
     ) -> CameraBatch:
-        """A new camera that frames each scene at its first picture and then does not move.
+        """Returns a new camera that frames each scene at its first picture and then does not move.
 
         Args:
             width: of its pictures [px].
             height: of its pictures [px].
-            focus: frame this entity, or link (ENTITY/LINK), instead of what moves.
-            eye: (3,) where it stands [m]; None: where it sees all that it frames from the front, left and above.
-            look_at: (3,) the point in the middle of the picture [m]; None: the middle of what it frames.
-            shader: SAPIEN's shader pack; None: its default.
+            focus: an entity or link (ENTITY/LINK) to frame instead of what moves.
+            eye: (3,) position [m]. None: in front of, left of and above the subject, where all of it is in view.
+            look_at: (3,) point in the middle of the picture [m]. None: the middle of the subject.
+            shader: SAPIEN's shader pack. None: its default.
 
         Raises:
-            ValueError: no renderer makes pictures of this size, or `eye` is `look_at`.
-            RuntimeError: the batch is closed, or the render device cannot trace rays.
+            ValueError: the renderer does not support this size, or `eye` equals `look_at`.
+            RuntimeError: the batch is closed, or the render device does not support ray tracing.
         """
         self._check_open()
         assert self._rendering is not None
         if eye is not None and look_at is not None and list(eye) == list(look_at):
-            raise ValueError("a camera cannot look at the point where it stands")
+            raise ValueError("a camera cannot look at its own position")
         return self._rendering.framed(width, height, focus=focus, eye=eye, look_at=look_at, shader=shader)
 
     def subject(self, scene_idx: int, focus: str | None = None) -> Subject:
-        """What a framing camera frames of a scene as it stands now. Raises KeyError if nothing is seen of `focus`.
+        """Returns what a framing camera frames in the current scene. Raises KeyError if `focus` has no visuals.
 
         Raises RuntimeError if the batch was built without rendering, or is closed.
         """
@@ -386,22 +376,22 @@ class SceneBatch:
         return self._rendering.subject(scene_idx, focus)
 
     def body_poses(self, scene_idx: int) -> dict[str, NDArray[np.float64]]:
-        """The poses (7,) of all bodies in a scene by name, of links as ENTITY/LINK. Raises RuntimeError once closed."""
+        """Returns poses (7,) of all bodies in a scene by name (links: ENTITY/LINK). Raises RuntimeError once closed."""
         self._check_open()
         assert self._rendering is not None
         return self._rendering.poses(scene_idx)
 
     def set_light_preset(self, preset: Preset) -> None:
-        """Says which rig lights a scene that has no lights at its first picture. Raises RuntimeError once closed."""
+        """Chooses the rig that lights a scene without lights at its first picture. Raises RuntimeError once closed."""
         self._check_open()
         assert self._rendering is not None
         self._rendering.preset = preset
 
     def show_collision(self) -> None:
-        """Draws collision shapes in place of visuals from now on, coloured by type of body.
+        """Shows collision shapes instead of visuals from now on, coloured by body type.
 
-        Dynamic ones are blue, kinematic ones orange, static ones grey and links green. Meshes are drawn as the engine
-        has cooked them. Raises RuntimeError if the batch was built without rendering, or is closed.
+        Dynamic bodies are blue, kinematic orange, static grey and links green. Meshes are shown as PhysX cooked them.
+        Raises RuntimeError if the batch was built without rendering, or is closed.
         """
         self._check_open()
         assert self._rendering is not None
@@ -414,25 +404,26 @@ class SceneBatch:
         return NamedObjects({} if self._constraints is None else self._constraints.batches, "constraint")
 
     def attach_constraints(self, constraints: ConstraintSet) -> None:
-        """Registers the constraints that were built in these scenes. Called by the builders of a batch."""
+        """Registers the constraints of these scenes. Called by the functions that build a batch."""
         self._constraints = constraints
 
     def attach_rendering(self, rendering: LightsAndCameras) -> None:
-        """Registers the lights and cameras that were built in these scenes. Called by the builders of a batch."""
+        """Registers the lights and cameras of these scenes. Called by the functions that build a batch."""
         self._rendering = rendering
 
     @property
     def timestep(self) -> float:
-        """Length of one step [s], as the engine holds it. Raises RuntimeError once the batch is closed."""
+        """Time step [s], as the engine holds it. Raises RuntimeError once the batch is closed."""
         self._check_open()
         return self._scenes[0].timestep
 
     def step(self, n: int = 1, *, check: bool = False) -> None:
         """Simulates `n` time steps in every scene. Raises ValueError if negative, RuntimeError once closed.
 
-        With `check` it looks after every ten steps and after the last, or at once if `n` is 0, whether all that moves
-        is finite and within 1e6 m, m/s, rad and rad/s. Where it is not, it stops and raises SceneError (SC820); only a
-        reset helps. Many steps take 1.1 to 1.7 times as long with it, single ones up to 3 times, in tiny scenes more.
+        With `check`, it checks every ten steps and after the last (or at once if `n` is 0) that everything that moves
+        is finite and within 1e6 m, m/s, rad and rad/s. If not, it stops and raises SceneError (SC820); only a reset
+        recovers the scene. Many steps then take 1.1 to 1.7 times as long, single steps up to 3 times, and more in tiny
+        scenes.
         """
         self._check_open()
         if n.__class__ is not int:
@@ -453,12 +444,12 @@ class SceneBatch:
     def contacts(
         self, a: str | None = None, b: str | None = None, *, scene_idxs: Container[int] | None = None
     ) -> Contacts:
-        """The contacts of the last `step`; a scene that was not stepped since its start or a reset has none.
+        """Returns the contacts of the last `step`. A scene has none until its first step after the start or a reset.
 
         Args:
-            a: only those of this body or articulation, or of one link: ENTITY/LINK. Normals and impulses are on it.
-            b: only those with this one.
-            scene_idxs: only those of these scenes; None: of all.
+            a: only contacts of this body, articulation or link (ENTITY/LINK). Normals and impulses then act on it.
+            b: only contacts with this one.
+            scene_idxs: only contacts in these scenes. None: in all.
 
         Raises:
             KeyError: there is no such entity or link.
@@ -468,32 +459,34 @@ class SceneBatch:
         return self._contact_reader.read(stepped, a, b)
 
     def net_contact_force(self, name: str) -> NDArray[np.float32]:
-        """(B, 3) [N] sum of the contact forces on a body, articulation or link in the last step, in the world frame.
+        """Returns the total contact force (B, 3) [N] on a body, articulation or link in the last step, in the world
+        frame.
 
-        Means over the step, without friction, which SAPIEN does not give. Rows are the scenes that have the entity, as
-        of its `pose`. Forces between links of an articulation cancel out. Errors as of `contacts`.
+        It is the mean over the step. SAPIEN does not report friction, so it is not included. Rows are the scenes that
+        have the entity, as in its `pose`. Forces between links of one articulation cancel out. Raises the errors of
+        `contacts`.
         """
         return self._contact_reader.net_force(self._stepped_scenes(), name, self.timestep)
 
     def remove(self, name: str) -> None:
-        """Takes an entity out of every scene; `add` puts it back.
+        """Removes an entity from every scene. `add` puts it back.
 
         Raises:
-            KeyError: the plan has no such entity here.
-            ValueError: it is removed already.
+            KeyError: this batch has no such entity.
+            ValueError: it is already removed.
             RuntimeError: the batch is closed.
         """
         self._check_open()
         self._members.remove(name, self._scene_at)
 
     def add(self, name: str) -> None:
-        """Puts a removed entity back as it was when it was removed: same objects, poses and velocities.
+        """Adds a removed entity again with the objects, poses and velocities that it had when it was removed.
 
-        It is the last in the build order from then on, in the engine and in `entities`.
+        From then on it is the last in build order, in the engine and in `entities`.
 
         Raises:
-            KeyError: the plan has no such entity here.
-            ValueError: it is there.
+            KeyError: this batch has no such entity.
+            ValueError: it is not removed.
             RuntimeError: the batch is closed.
         """
         self._check_open()
@@ -507,32 +500,31 @@ class SceneBatch:
         draws: Mapping[str, ArrayLike] | None = None,
         exact: bool = False,
     ) -> None:
-        """Draws what a running simulation can change anew, and puts every object back to its start.
+        """Resets every object to its start, and draws again what a running simulation can change.
 
-        Where the plan draws them, anew are poses of dynamic and kinematic bodies, velocities, joints and targets of
-        drives; masses, damping and gravity of bodies; friction and restitution; limits, gains and friction of joints;
-        colours and numbers of visual materials; lights, cameras and the ambient light. Everything else (sizes,
-        densities, textures, poses of static bodies) stays as it was built. Every object of the plan gets its pose, its
-        velocities and its sleep state at the start; targets of kinematic bodies and forces that wait for the next step
-        are forgotten. Removed entities stay removed and are at their start when they are added again. What the plan
-        does not draw and was changed by hand (a mass, a damping) stays, and so does what was added to the scenes by
-        hand.
+        Drawn again, where the plan draws them: poses of dynamic and kinematic bodies, velocities, joint positions and
+        drive targets; masses, damping and gravity of bodies; friction and restitution; limits, gains and friction of
+        joints; colours and numbers of visual materials; lights, cameras and the ambient light. Everything else (sizes,
+        densities, textures, poses of static bodies) stays as built. Every object of the plan gets the pose, velocities
+        and sleep state of its start. Targets of kinematic bodies and pending forces are cleared. Removed entities stay
+        removed; they are at their start when they are added again. Values that the plan does not draw and that were
+        changed by hand (a mass, a damping) stay, and so do objects that were added to the scenes by hand.
 
         Args:
-            seed: of the draws, for all of these scenes or one for each; None: the one that each scene had last, which
-                is the plan's at first.
-            scene_idxs: which of the scenes; the others are not touched. All by default.
-            draws: values of shared draws, this once, in place of drawing: name → one row for each of these scenes. A
-                draw that anything built reads cannot be given here.
-            exact: simulate from here on to the bit as a batch that was just built with this start. Without it the
-                engine keeps its numbering of earlier contacts, and a heap of bodies may move on otherwise in the last
-                bit, which grows. The price: these scenes are new `sapien.Scene` objects, in `scenes`. They hold
-                everything that the old ones held, cameras, lights and what was added by hand too; the old ones are
-                empty. Entities and components stay the same objects. Takes two to three times as long.
+            seed: seed of the draws, for all of these scenes or one for each. None: the last seed of each scene, at
+                first that of the plan.
+            scene_idxs: scenes to reset; the others are not touched. Default: all.
+            draws: values to use once instead of drawing shared draws: name → one row for each of these scenes. A draw
+                that anything built depends on cannot be given.
+            exact: simulate from here on bit-identically to a batch that was just built with this start. Otherwise the
+                engine keeps its numbering of earlier contacts, and a heap of bodies may differ in the last bit, which
+                grows. These scenes then become new `sapien.Scene` objects in `scenes`. They hold everything that the
+                old ones held, including cameras, lights and what was added by hand; the old ones are empty. Entities
+                and components stay the same objects. Takes two to three times as long.
 
         Raises:
-            ValueError: something is drawn that has no value or that the engine cannot hold (the entity, the field and
-                the scene are named), a draw cannot be changed, or an argument does not fit. Nothing is changed then.
+            ValueError: a drawn value is undefined or the engine cannot hold it (the message names entity, field and
+                scene), a draw cannot be changed, or an argument is invalid. Nothing has changed then.
             KeyError: this batch has no such scene.
             RuntimeError: the batch is closed.
         """
@@ -552,17 +544,17 @@ class SceneBatch:
         self._passports.note_reset(chosen, seeds, draws, Sampled(states, drawn))
 
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
-        """Poses and velocities of all bodies in these scenes, to the bit, who is asleep, and where kinematic bodies go.
+        """Returns the exact poses, velocities, sleep states and kinematic targets of all bodies in these scenes.
 
-        Of the rest it holds what a reset draws anew: masses, gains, materials, lights, cameras.
+        It also holds what a reset draws again: masses, gains, materials, lights, cameras.
 
-        It can be set in every batch of the same scenes. What SAPIEN lets nobody read is not in it: the engine's memory
-        of contacts, how long a body has been slow, forces that wait for the next step, and the velocity of a
-        kinematic body, which follows from its next target. Targets of constraints' drives are not in it either: the
-        engine rounds a rotation anew whenever it is set.
+        It can be set in every batch of the same scenes. It lacks what SAPIEN does not expose: the engine's memory of
+        contacts, how long a body has been slow, pending forces, and the velocity of a kinematic body, which follows
+        from its next target. It also lacks drive targets of constraints, because the engine rounds a rotation each time
+        it is set.
 
         Args:
-            scene_idxs: which of the scenes, all by default.
+            scene_idxs: scenes to read. Default: all.
 
         Raises:
             KeyError: this batch has no such scene.
@@ -573,20 +565,20 @@ class SceneBatch:
         return self._members.state(chosen, self._drawn_fields.state(chosen))
 
     def set_state(self, state: SceneState, scene_idxs: Sequence[int] | None = None, *, exact: bool = False) -> None:
-        """Puts all bodies where a state says: `state` gives the same again.
+        """Restores a state of all bodies. `state` then returns the same state.
 
-        The simulation goes on as from a new start with these poses and velocities, not as it went on when the state was
-        taken: what the engine remembers of contacts cannot be saved. With `exact` it goes on to the bit the same after
-        every restoring, whatever was before.
+        The simulation continues as from a new start with these poses and velocities, not as it continued when the state
+        was taken, because the engine's memory of contacts cannot be saved. With `exact`, it continues bit-identically
+        after every restore.
 
         Args:
-            state: from `state`, of this batch or of another of the same scenes.
-            scene_idxs: which scenes of the state; the others are not touched. All of them by default.
-            exact: as for `reset`, and new `sapien.Scene` objects too.
+            state: a result of `state`, of this batch or of another batch of the same scenes.
+            scene_idxs: scenes of the state to restore; the others are not touched. Default: all of them.
+            exact: as for `reset`; also creates new `sapien.Scene` objects.
 
         Raises:
-            ValueError: the state is of other entities, bodies or scenes, or holds what the engine cannot. Nothing is
-                changed then.
+            ValueError: the state has other entities, bodies or scenes, or values that the engine cannot hold. Nothing
+                has changed then.
             KeyError: this batch has no such scene.
             RuntimeError: the batch is closed.
         """
@@ -598,27 +590,27 @@ class SceneBatch:
         self._place(chosen, states, exact=exact)
 
     def passport(self, scene: int) -> str:
-        """A line of JSON from which `scenecc replay` builds a scene again as it was at its last start.
+        """Returns a line of JSON from which `scenecc replay` rebuilds a scene as it was at its last start.
 
-        It has hashes of all files, parameters, seeds, versions and a hash of the state at the start: what the last
-        `reset`, or the build, gave. What was set by hand is not in it, nor what `set_state` restored. See
+        It has hashes of all files, parameters, seeds, versions and a hash of the state at the start, which the build or
+        the last `reset` gave. It does not include what was set by hand or by `set_state`. See
         `docs/how-to/reproducing.md`.
 
         Args:
-            scene: its index, one of `scene_idxs`.
+            scene: index of the scene, one of `scene_idxs`.
 
         Raises:
-            ValueError: the batch was built from a plan as an object.
-            OSError: a file of the scene cannot be read, or changed since it was compiled.
+            ValueError: the batch was built from a plan object.
+            OSError: a file of the scene cannot be read, or has changed since it was compiled.
             KeyError: this batch has no such scene.
             RuntimeError: the batch is closed.
         """
         return str(self.passports([scene])[0])
 
     def passports(self, scene_idxs: Sequence[int] | None = None) -> list[Passport]:
-        """The passports of some scenes at their last starts, all by default. Each is written when its `str` is taken.
+        """Returns the passports of some scenes (default: all) at their last starts.
 
-        Writing one raises as `passport` does.
+        Each is written when its `str` is first taken, which raises the errors of `passport`.
         """
         self._check_open()
         chosen = self._chosen(scene_idxs)
@@ -629,11 +621,11 @@ class SceneBatch:
         return self._passports.text(index, start, self._start, self._drawn_fields)
 
     def attach_provenance(self, provenance: Provenance | None) -> None:
-        """Registers what the batch was built from. Called by the functions that build."""
+        """Registers what the batch was built from. Called by the functions that build a batch."""
         self._passports.provenance = provenance
 
     def close(self) -> None:
-        """Empties every scene and lets go of it. Closing twice is allowed."""
+        """Empties and releases every scene. May be called twice."""
         if self._closed:
             return
         self._closed = True
@@ -652,7 +644,7 @@ class SceneBatch:
         return ContactReader(self._members.objects)
 
     def _stepped_scenes(self) -> Iterator[tuple[int, sapien.Scene]]:
-        """The scenes whose contacts are of a step: after a reset the engine still gives the old ones."""
+        """Yields scenes stepped since their last reset. In others the engine still reports old contacts."""
         self._check_open()
         return ((i, scene) for i, scene in zip(self._scene_idxs, self._scenes, strict=True) if self._steps[i])
 

@@ -1,4 +1,4 @@
-"""From a plan to live scenes: the machine, the settings, the loop over scenes, the audit."""
+"""Builds live scenes from a plan: machine, settings, loop over scenes, audit."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def build_scenes(
     rendered: bool,
     progress: Callable[[int, int], None] | None,
 ) -> tuple[SceneBatch, list[PreparedEntity]] | None:
-    """Builds these scenes. A failure is reported, and every scene that was built is cleared."""
+    """Builds these scenes. On a failure, reports it and clears every scene."""
     drawn = DrawnObjects()
     prepared_entities = prepare_entities(plan, scene_idxs, sink, drawn, rendered=rendered)
     if prepared_entities is None:
@@ -65,7 +65,7 @@ def build_scenes(
 
 
 def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
-    """An empty scene with systems of its own."""
+    """Returns an empty scene with its own systems."""
     systems: list[Any] = [physx.PhysxCpuSystem()]
     if rendered:
         systems.append(render.RenderSystem())
@@ -79,7 +79,7 @@ def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
 def fill_scenes(
     scenes: Sequence[Any], prepared_entities: Sequence[PreparedEntity], progress: Callable[[int, int], None] | None
 ) -> None:
-    """Builds one scene after the other, which is faster than one entity after the other: a scene's memory stays cached.
+    """Builds one scene after another, which is faster than one entity after another: a scene's memory stays cached.
 
     Raises:
         EngineFailure: the engine cannot make a shape.
@@ -102,13 +102,13 @@ def build_sapien_batch(
     audit: bool,
     progress: Callable[[int, int], None] | None,
 ) -> SceneBatch | None:
-    """As `scenecc.backends.sapien.instantiate`; SAPIEN can be imported."""
+    """Builds as `scenecc.backends.sapien.instantiate`, once SAPIEN is known to be installed."""
     try:
         rendered = _should_render(render=render)
     except EngineFailure as failure:
         failure.report(sink, plan.origin)
         return None
-    # Without a system that holds it, SAPIEN's renderer is started and ended again for every single material.
+    # Without a system that holds it, SAPIEN's renderer is started and stopped for every single material.
     renderer = new_render_system() if rendered else None
     with engine_settings(plan.physics), collector_paused():
         built = build_scenes(plan, scene_idxs, sink, rendered=rendered, progress=progress)
@@ -131,7 +131,7 @@ def build_sapien_batch(
 def _add_constraints_and_cameras(
     batch: SceneBatch, prepared_entities: list[PreparedEntity], sink: Sink, *, audit: bool
 ) -> bool:
-    """Builds constraints, lights and cameras and, if `audit`, runs the audit. False after an error."""
+    """Builds constraints, lights and cameras and, if `audit`, runs the audit. Returns False after an error."""
     plan, lookup = batch.plan, EntityLookup(batch.scene_idxs, batch.scenes, prepared_entities)
     try:
         if plan.constraints:
@@ -159,6 +159,6 @@ def _should_render(*, render: bool | None) -> bool:
         return problem is None
     raise EngineFailure(
         "SC803",
-        f"visuals were asked for, and there is no render device: {problem}",
+        f"visuals were requested, but there is no render device: {problem}",
         hint=DRIVER_HINT,
     )

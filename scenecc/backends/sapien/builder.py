@@ -1,4 +1,4 @@
-"""A strict, table-driven `ActorBuilder` for batches. Shapes and mass are prepared once and made in every scene."""
+"""A strict, table-driven `ActorBuilder` for batches. Shapes and mass are prepared once and applied in every scene."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ if TYPE_CHECKING:
 
 
 class PreparedShape(NamedTuple):
-    """How one shape of the plan is made, row by row. A plain tuple: there is one for every shape of a plan.
+    """How to make one shape of the plan, row by row. A plain tuple, since there is one for every shape of a plan.
 
     Attributes:
-        make: a row to a new shape (`many`: to a list of shapes).
+        make: returns the new shape of a row (a list of shapes if `many`).
         fixed: setters whose value is the same in every row.
-        varying: setters with a value a row.
-        samples: rows that between them name every file of the shape; none where there is no file.
-        code: of the diagnostic if the engine refuses.
+        varying: setters with a value for each row.
+        samples: rows that together name every file of the shape; empty without files.
+        code: of the diagnostic if the engine refuses the shape.
         origin: the shape in the document.
     """
 
@@ -70,7 +70,7 @@ class PreparedShape(NamedTuple):
 
 
 def attach_shape(component: Any, shape: PreparedShape, row: int) -> None:
-    """Makes the shape of a row and gives it to the component; every failure is one.
+    """Makes the shape of a row and attaches it to the component.
 
     Raises:
         EngineFailure: the engine cannot make the shape.
@@ -88,7 +88,7 @@ def attach_shape(component: Any, shape: PreparedShape, row: int) -> None:
 
 
 def shape_failure(shape: PreparedShape, error: Exception) -> EngineFailure:
-    """The engine's complaint about a shape, in its own words."""
+    """Returns the engine's error about a shape, in its own words."""
     return EngineFailure(shape.code, f"the engine cannot make this shape: {error}", origin=shape.origin)
 
 
@@ -119,7 +119,7 @@ def _prepare_collision(
     if shape.pose is not None:
         found = property_setters(SHAPE_POSE, shape.pose, rows) + found
     if shape.density is None and isinstance(shape.geometry, Plane):
-        # A fresh plane has the density of every fresh shape; SAPIEN's builder gives it none.
+        # A fresh plane has the density of every fresh shape; SAPIEN's builder sets none.
         found.append((SHAPE_PROPERTIES.by_field["density"].set, [0.0]))
     fixed, varying = split_setters(found)
     return PreparedShape(make, fixed, varying, known.many, _rows_of_files(shape.geometry, rows), "SC801", shape.origin)
@@ -160,9 +160,10 @@ def _set_name(shape: Any, name: str) -> None:
 def prepare_mass(
     structure: BodyStructure, rows: NDArray[np.intp], drawn: DrawnObjects
 ) -> Callable[[Any, int], None] | None:
-    """What to do to a component once its shapes are attached; None: the densities decide.
+    """Returns a function that sets a component's mass once its shapes are attached. None: the mass follows from
+    densities.
 
-    `drawn` takes what the densities give where a reset draws the mass anew.
+    `drawn` receives mass and inertia by density if a reset draws the mass again.
     """
     if structure.inertial is not None:
         return _inertial_setter(structure.inertial, rows)
@@ -172,13 +173,13 @@ def prepare_mass(
 
 
 def _inertial_setter(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], None]:
-    """What sets mass, centre of mass and inertia as they are given, on a component of one of `rows`."""
+    """Returns a function that sets the given mass, centre of mass and inertia on a component of one of `rows`."""
     mass = _expand_column(to_scalars(select_rows(inertial.mass, rows)), len(rows))
     com = _expand_column(to_poses(select_rows(inertial.com, rows)), len(rows))
     inertia = _expand_column(to_vectors(select_rows(inertial.inertia, rows)), len(rows))
 
     def step(component: Any, row: int) -> None:
-        """Sets what is given for the row."""
+        """Sets the values of the row."""
         component.set_mass(mass[row])
         component.set_cmass_local_pose(com[row])
         component.set_inertia(inertia[row])
@@ -189,18 +190,18 @@ def _inertial_setter(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[An
 def _mass_setter(
     value: Value, rows: NDArray[np.intp], origin: Origin | None, drawn: DrawnObjects
 ) -> Callable[[Any, int], None]:
-    """What sets the mass alone, and scales with it the inertia that the engine computed from the densities."""
+    """Returns a function that sets the mass, and scales the inertia that the engine computed from the densities."""
     is_drawn_anew = value.recipe is not None
     mass = _expand_column(to_scalars(select_rows(value, rows)), len(rows))
 
     def step(component: Any, row: int) -> None:
-        """Sets the mass of the row; EngineFailure (SC512) where the computed one cannot be scaled."""
+        """Sets the mass of the row. Raises EngineFailure (SC512) if the computed one cannot be scaled."""
         computed = component.get_mass()
         if not 0 < computed < np.inf:
-            # Sizes of a mesh are known here first; those of other shapes were checked.
-            message = f"the densities give a mass of {computed} kg, which nothing can be scaled from"
-            raise EngineFailure("SC512", message, origin=origin, hint="mend the scale or the density: metres, kg/m³")
-        # In float64, and rounded once by the engine: "Numbers" in the language's description.
+            # The size of a mesh is known only here; other shapes were checked before.
+            message = f"the densities give a mass of {computed} kg, so the inertia cannot be scaled"
+            raise EngineFailure("SC512", message, origin=origin, hint="fix the scale (metres) or the density (kg/m³)")
+        # In float64, and rounded once by the engine: see "Numbers" in the language reference.
         inertia = component.get_inertia().astype(np.float64)
         if is_drawn_anew:
             drawn.densities[component] = computed, inertia
@@ -220,7 +221,7 @@ class PreparedBody:
 
     Attributes:
         name: of its components.
-        visuals: what is seen of it, in the order of the plan; none where nothing renders.
+        visuals: its visual shapes, in the order of the plan; empty without rendering.
     """
 
     def __init__(
@@ -245,12 +246,12 @@ class PreparedBody:
         self._look = split_setters(RENDER_PROPERTIES.steps(structure, rows) if self.visuals else [])
 
     def cook(self) -> list[EngineFailure]:
-        """Has the engine read and cook every file once, so that all that fail are known before any scene is built."""
+        """Reads and cooks every file once, so that all failures are known before any scene is built."""
         tried = [_cooking_failure(shape, row) for shape in (*self._collisions, *self.visuals) for row in shape.samples]
         return [failure for failure in tried if failure is not None]
 
     def fill(self, component: Any, row: int) -> None:
-        """Gives a new physical component everything that it has in a row.
+        """Sets shapes, mass and properties of a new physical component for a row.
 
         Raises:
             EngineFailure: the engine cannot make one of the shapes.
@@ -263,7 +264,7 @@ class PreparedBody:
         component.set_name(self.name)
 
     def make_render_component(self, row: int) -> Any:
-        """What is seen of the body in a row. Raises EngineFailure as `fill` does."""
+        """Returns a render component with the visuals of a row. Raises EngineFailure as `fill` does."""
         component = render.RenderBodyComponent()
         for shape in self.visuals:
             attach_shape(component, shape, row)
@@ -283,11 +284,11 @@ _COMPONENTS: dict[str, Any] = {
 class BatchActorBuilder(sapien.ActorBuilder):
     """Builds one structure of an entity, once for each of its rows.
 
-    What SAPIEN's builder leaves out without a word (a shape that cannot be cooked) ends the build
-    with an `EngineFailure` here, and the body type none is an entity with a render component only.
+    A shape that cannot be cooked raises `EngineFailure`; SAPIEN's builder would skip it silently. A body of type none
+    is an entity with only a render component.
 
     Attributes:
-        row: which row the methods of SAPIEN's builder (`build`, `build_entity`, …) make.
+        row: the row that the methods of SAPIEN's builder (`build`, `build_entity`, …) make.
     """
 
     def __init__(
@@ -302,7 +303,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
         super().__init__()
         if structure.body_type in ("static", "none"):
             _refuse_unsupported_fields(structure)
-        # Shapes come from the plan alone: SAPIEN's add_* methods append to these, and must not do so unheard.
+        # Shapes come only from the plan. SAPIEN's add_* methods append to these, and must not do so silently.
         self.collision_records = self.visual_records = ()  # pyright: ignore[reportAttributeAccessIssue]
         self.name = entity.name
         self.physx_body_type = structure.body_type
@@ -312,18 +313,18 @@ class BatchActorBuilder(sapien.ActorBuilder):
         self._body = PreparedBody(entity.name, entity, structure, rows, resources, rendered=rendered)
         self._only_pose: Any = None
         if entity.pose.varies:
-            # One by one, when their turn comes: they are still in the processor's cache then.
+            # One at a time, while the objects are still in the processor's cache.
             self._p, self._q = split_poses(select_rows(entity.pose, rows))
         else:
             numbers = entity.pose.as_drawn()
             self._only_pose = sapien.Pose(numbers[:3], numbers[3:])
 
     def cook(self) -> list[EngineFailure]:
-        """Cooks every mesh once; what the engine refuses."""
+        """Cooks every mesh once and returns the failures."""
         return self._body.cook()
 
     def make(self, row: int) -> tuple[Any, Any]:
-        """A new entity, not yet in a scene, and its physical component (None where it has none).
+        """Returns a new entity, not yet in a scene, and its physical component (None if it has none).
 
         Raises:
             EngineFailure: the engine cannot make one of its shapes, or refuses a value.
@@ -347,18 +348,18 @@ class BatchActorBuilder(sapien.ActorBuilder):
         return entity, component
 
     def build_entity(self) -> Any:
-        """The entity of `row`, at its pose."""
+        """Returns the entity of `row`, at its pose."""
         entity, _ = self.make(self.row)
         self.initial_pose = entity.pose
         return entity
 
     def build_physx_component(self, link_parent: None = None) -> Any:
-        """The physical component of `row`; None for the body type none."""
+        """Returns the physical component of `row`; None for the body type none."""
         del link_parent
         return None if self._component is None else self._make_physx_component(self.row)
 
     def build_render_component(self) -> Any:
-        """The render component of `row`."""
+        """Returns the render component of `row`."""
         return self._body.make_render_component(self.row)
 
     def _make_physx_component(self, row: int) -> Any:
@@ -370,7 +371,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
 
 
 def _refuse_unsupported_fields(structure: BodyStructure) -> None:
-    """These types have no component that could hold it, and nothing is dropped unheard."""
+    """Refuses fields of a body type whose component cannot hold them, so that none is dropped silently."""
     said = [prop.get for prop, _ in BODY_PROPERTIES.said(structure)]
     said += [name for name in ("mass", "inertial") if getattr(structure, name) is not None]
     if structure.body_type == "none":

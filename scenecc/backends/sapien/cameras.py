@@ -1,4 +1,4 @@
-"""Cameras in live scenes: how they are made and attached, how they frame a scene, and their pictures as arrays."""
+"""Cameras in live scenes: creating and attaching them, framing a scene, and taking pictures as arrays."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
 
 
 MILLIMETRES = 1000.0
-"""What SAPIEN's shader pack `minimal` counts positions in."""
+"""SAPIEN's shader pack `minimal` stores positions in millimetres."""
 
 
 def read_color_image(camera: Any) -> NDArray[Any]:
-    """(H, W, 4) float32, as on a screen (not linear), 0 to 1 and above where it is brighter; alpha last."""
+    """Returns (H, W, 4) float32 RGBA as displayed (not linear), 0 to 1, and above 1 where brighter."""
     return camera.get_picture("Color")
 
 
 def read_position(camera: Any) -> NDArray[Any]:
-    """(H, W, 3) float32 [m] in the camera's frame as SAPIEN's pictures have it: x right, y up, z backwards.
+    """Returns (H, W, 3) float32 [m] in the frame of SAPIEN's pictures: x right, y up, z backwards.
 
     0 where there is nothing.
     """
@@ -51,26 +51,26 @@ def read_position(camera: Any) -> NDArray[Any]:
         return camera.get_picture("PositionSegmentation")[..., :3].astype(np.float32) / np.float32(MILLIMETRES)
     found: NDArray[Any] = camera.get_picture("Position")[..., :3]
     if "HdrColor" in names:
-        # Ray tracing gives what is far away a place too.
+        # Ray tracing gives the background a position too.
         found = np.where(read_segmentation(camera) == 0, np.float32(0), found)
     return found
 
 
 def read_depth(camera: Any) -> NDArray[Any]:
-    """(H, W, 1) float32 [m] along the axis of the camera, positive; 0 where there is nothing."""
-    # As subtraction: nothing is 0.0, not -0.0.
+    """Returns (H, W, 1) float32 [m], positive along the camera's axis; 0 where there is nothing."""
+    # A subtraction gives 0.0, not -0.0, where there is nothing.
     return np.float32(0) - read_position(camera)[..., 2:3]
 
 
 def read_segmentation(camera: Any) -> NDArray[Any]:
-    """(H, W, 1) int32, `per_scene_id` of the entity that is seen; 0 where there is nothing."""
+    """Returns (H, W, 1) int32, the `per_scene_id` of the visible entity; 0 where there is nothing."""
     if "PositionSegmentation" in camera.get_picture_names():
         return camera.get_picture("PositionSegmentation")[..., 3:4].astype(np.int32)
     return camera.get_picture("Segmentation")[..., 1:2].astype(np.int32)
 
 
 def read_normal(camera: Any) -> NDArray[Any]:
-    """(H, W, 3) float32, where surfaces face, of length 1, in the frame of `read_position`; 0 where there is nothing.
+    """Returns surface normals (H, W, 3) float32 in the frame of `read_position`; 0 where there is nothing.
 
     Raises:
         ValueError: the camera's shader pack has no such picture.
@@ -86,16 +86,16 @@ PICTURES: Final[dict[str, Callable[[Any], NDArray[Any]]]] = {
     "segmentation": read_segmentation,
     "position": read_position,
 }
-"""What every camera takes, beside SAPIEN's own names of pictures."""
+"""Pictures that every camera takes, in addition to SAPIEN's own."""
 
 _READERS: Final[dict[str, Callable[[Any], NDArray[Any]]]] = {**PICTURES, "normal": read_normal}
 
 
 def read_picture(camera: Any, what: str) -> NDArray[Any]:
-    """A picture that was taken, (H, W, C).
+    """Returns a picture that was taken, (H, W, C).
 
     Raises:
-        ValueError: there is none of the name.
+        ValueError: there is no picture of this name.
     """
     read = _READERS.get(what)
     if read is not None:
@@ -108,19 +108,13 @@ def read_picture(camera: Any, what: str) -> NDArray[Any]:
 
 
 NOT_RENDERED = (
-    "the batch was built without rendering, so that {what} is not there; build with render=True on a machine with a "
+    "the batch was built without rendering, so it has no {what}; build with render=True on a machine with a "
     "Vulkan driver"
 )
 
 
 class RenderComponentBatch(ComponentBatch):
-    """A light or a camera of the plan, in every scene that has it.
-
-    Args:
-        name: in the plan.
-        scene_idxs: the scenes of the batch that have it, ascending.
-        objs: its components in this order; None where the batch does not render.
-    """
+    """A light or a camera of the plan, in every scene that has it. `objs` is None if the batch does not render."""
 
     def __init__(self, name: str, scene_idxs: tuple[int, ...], objs: list[Any] | None) -> None:
         super().__init__(name, scene_idxs, [] if objs is None else objs)
@@ -143,10 +137,10 @@ class CameraBatch(RenderComponentBatch):
     """One camera of the plan; `objs` are `sapien.render.RenderCameraComponent`s.
 
     Args:
-        hidden: the render bodies of a scene that only people see.
-        names: what ids of entities in a scene stand for.
-        light: called with a scene's index before a picture of it.
-        aim: called with a row before a picture.
+        hidden: returns the render bodies of a scene that are hidden from sensors.
+        names: returns the names of the entities in a scene by their ids.
+        light: called with a scene's index before each picture.
+        aim: called with a row before each picture.
     """
 
     def __init__(
@@ -176,29 +170,29 @@ class CameraBatch(RenderComponentBatch):
         """Takes pictures of the scenes as they are now.
 
         Args:
-            what: of these, or SAPIEN's own names of pictures ("Normal", "Albedo", …), which are given as SAPIEN has
-                them, with a last axis:
+            what: names of these pictures, or SAPIEN's own ("Normal", "Albedo", …), which are returned unchanged, with a
+                last axis:
 
-                - "color": (B, H, W, 4) float32, red, green, blue and alpha as on a screen, 0 to 1.
+                - "color": (B, H, W, 4) float32 RGBA as displayed, 0 to 1.
                 - "depth": (B, H, W, 1) float32 [m] along the camera's axis, 0 where there is nothing.
-                - "segmentation": (B, H, W, 1) int32, ids of entities; `names` says whose. 0: nothing.
+                - "segmentation": (B, H, W, 1) int32, ids of entities; `names` maps them to names. 0: nothing.
                 - "position": (B, H, W, 3) float32 [m] in the frame of SAPIEN's pictures: x right, y up, z backwards;
-                  `objs[i].get_model_matrix()` takes it to the world. 0 where there is nothing.
-                - "normal": (B, H, W, 3) float32, where surfaces face, of length 1, in the frame of "position"; 0 where
-                  there is nothing. Only if asked for: not every shader pack has it.
-            scene_idxs: which of its scenes, in this order; all by default.
+                  `objs[i].get_model_matrix()` transforms it to the world. 0 where there is nothing.
+                - "normal": (B, H, W, 3) float32 surface normals in the frame of "position", 0 where there is nothing.
+                  Only if requested, because not every shader pack has it.
+            scene_idxs: scenes to show, in this order. Default: all.
             human: show what the plan hides from sensors.
-            shift: how far what is seen moves right and down in the picture [px]. The mean of pictures with shifts
-                within a pixel has smooth edges.
+            shift: how far to shift the image right and down [px]. The mean of pictures with shifts within a pixel has
+                smooth edges.
 
         Returns:
             Name → array; rows are the scenes.
 
         Raises:
             ValueError: there is no such picture.
-            KeyError: the camera is in no such scene of this batch.
-            RuntimeError: the batch was built without rendering, it is closed, or what the camera is mounted on is
-                taken out of its scene, or it was itself.
+            KeyError: the camera is not in this scene, or the scene is not in the batch.
+            RuntimeError: the batch was built without rendering, it is closed, the camera was retired, or the body that
+                it is mounted on is removed.
         """
         wanted = [what] if isinstance(what, str) else list(what)
         rows = self._rows(scene_idxs)
@@ -206,13 +200,13 @@ class CameraBatch(RenderComponentBatch):
         return {name: np.stack([shot[i] for shot in found]) for i, name in enumerate(wanted)}
 
     def retire(self, scene_idx: int) -> None:
-        """Takes it out of a scene for good, with the memory that its pictures take: some 300 bytes a pixel.
+        """Removes the camera from a scene, and frees its image memory (about 300 bytes a pixel).
 
-        One of `SceneBatch.framed` comes back with the next picture of the scene, and frames it anew; another takes
-        no more pictures of it.
+        A camera of `SceneBatch.framed` returns with the next picture of the scene and frames it again. Others take no
+        more pictures of it.
 
         Raises:
-            KeyError: the camera is in no such scene of this batch.
+            KeyError: the camera is not in this scene, or the scene is not in the batch.
             RuntimeError: the batch was built without rendering, or is closed.
         """
         (row,) = self._rows([scene_idx])
@@ -222,10 +216,10 @@ class CameraBatch(RenderComponentBatch):
             self.objs[row] = None
 
     def names(self, scene_idx: int) -> dict[int, str]:
-        """What the ids of a segmentation stand for in a scene: names of entities, and ENTITY/LINK of links.
+        """Returns id → name for the segmentation of a scene: names of entities, and ENTITY/LINK for links.
 
         Raises:
-            KeyError: the camera is in no such scene of this batch.
+            KeyError: the camera is not in this scene, or the scene is not in the batch.
             RuntimeError: the batch was built without rendering, or is closed.
         """
         self._rows([scene_idx])
@@ -237,7 +231,7 @@ class CameraBatch(RenderComponentBatch):
             return list(range(len(have)))
         for index in (chosen := check_scene_idxs(scene_idxs)):
             if index not in have:
-                raise KeyError(f"'{self._name}' is in no scene {index} of this batch; it is in {list(have)}")
+                raise KeyError(f"'{self._name}' is not in scene {index} of this batch; it is in {list(have)}")
         return [have.index(index) for index in chosen]
 
     def _shot(self, row: int, wanted: Sequence[str], shift: tuple[float, float], *, human: bool) -> list[NDArray[Any]]:
@@ -246,7 +240,7 @@ class CameraBatch(RenderComponentBatch):
             self._aim(row)
         camera = self.objs[row]
         if camera is None:
-            raise RuntimeError(f"'{self._name}' was taken out of scene {self._scene_idxs[row]}")
+            raise RuntimeError(f"'{self._name}' was removed from scene {self._scene_idxs[row]}")
         scene = camera.get_entity().get_scene()
         if scene is None:
             raise RuntimeError(f"what '{self._name}' is mounted on is not in scene {self._scene_idxs[row]} now")
@@ -257,7 +251,7 @@ class CameraBatch(RenderComponentBatch):
             try:
                 return [read_picture(camera, name) for name in wanted]
             except BaseException:
-                # Reading waits for the device: scenes that are cleared while it still draws them end the process.
+                # Reading waits for the device. Clearing a scene that is still being drawn crashes the process.
                 with suppress(RuntimeError):
                     camera.get_picture(camera.get_picture_names()[0])
                 raise
@@ -265,7 +259,7 @@ class CameraBatch(RenderComponentBatch):
 
 @contextmanager
 def _hide_bodies(bodies: Sequence[Any], scene: Any) -> Generator[None, None, None]:
-    """Hides render bodies of a scene for a while."""
+    """Hides render bodies of a scene within the block."""
     before = [body.visibility for body in bodies]
     try:
         for body in bodies:
@@ -280,7 +274,7 @@ def _hide_bodies(bodies: Sequence[Any], scene: Any) -> Generator[None, None, Non
 
 @contextmanager
 def _shift_picture(camera: Any, right: float, down: float) -> Generator[None, None, None]:
-    """Moves what a camera sees by so many pixels for a while."""
+    """Shifts a camera's image by some pixels within the block."""
     if right == down == 0:
         yield
     elif camera.mode == "orthographic":
@@ -303,22 +297,16 @@ def _shift_picture(camera: Any, right: float, down: float) -> Generator[None, No
 
 
 def render_bodies(entity: Any) -> list[Any]:
-    """What is seen of a `sapien.Entity`."""
+    """Returns the render bodies of a `sapien.Entity`."""
     return [each for each in entity.components if isinstance(each, render.RenderBodyComponent)]
 
 
 def attach_component(component: Any, item: Light | Camera, row: int, lookup: EntityLookup, number: int) -> None:
-    """Adds a component to a scene.
-
-    Args:
-        component: of SAPIEN's, in no entity yet.
-        item: what it is in the plan.
-        row: its row in the plan's values.
-        lookup: what stands in the scenes.
-        number: of the scene.
+    """Adds a component, which is in no entity yet, to the scene with this number. `row`: of `item` in the plan's
+    values.
 
     Raises:
-        EngineFailure: the renderer cannot take it.
+        EngineFailure: the renderer cannot create it.
     """
     component.name = item.name
     try:
@@ -336,26 +324,26 @@ def attach_component(component: Any, item: Light | Camera, row: int, lookup: Ent
 
 
 def sapien_pose(numbers: NDArray[np.float64]) -> Any:
-    """A `sapien.Pose` of p, then q (7,)."""
+    """Returns a `sapien.Pose` from (7,), p then q."""
     return to_poses(numbers[None])[0]
 
 
 def check_ray_tracing(camera: Camera) -> None:
-    """Raises EngineFailure if the device cannot trace the rays that a camera asks for: SAPIEN would crash."""
+    """Raises EngineFailure if a camera needs ray tracing and the device lacks it, since SAPIEN would crash."""
     if camera.shader in RAY_TRACING_SHADERS and not supports_ray_tracing():
         raise EngineFailure(
             "SC807",
-            f"'{camera.name}' traces rays, and the render device cannot",
+            f"'{camera.name}' needs ray tracing, which the render device does not support",
             hint="leave `shader` out, or build where the Vulkan driver has VK_KHR_ray_tracing_pipeline",
             origin=camera.origin and camera.origin.child("shader"),
         )
 
 
 def build_camera(camera: Camera, lookup: EntityLookup) -> list[Any]:
-    """The component of a camera in each scene that has it, among those that are built.
+    """Returns the component of a camera in each built scene that has it.
 
     Raises:
-        EngineFailure: the renderer cannot make it, or the device cannot trace the rays that it asks for.
+        EngineFailure: the renderer cannot create it, or the device lacks the ray tracing that it needs.
     """
     check_ray_tracing(camera)
     made: list[Any] = []
@@ -368,22 +356,22 @@ def build_camera(camera: Camera, lookup: EntityLookup) -> list[Any]:
 
 
 def set_orthographic_again(camera: Any) -> None:
-    """Sets the lens of an orthographic camera that came into a scene, where SAPIEN forgets it; of others nothing."""
+    """Sets the lens of an orthographic camera, which SAPIEN resets when the camera enters a scene."""
     if camera is not None and camera.mode == "orthographic":
         sides = (camera.ortho_left, camera.ortho_right, camera.ortho_bottom, camera.ortho_top)
         camera.set_orthographic_parameters(camera.near, camera.far, *sides)
 
 
 def rows_by_scene(item: Light | Camera, lookup: EntityLookup) -> list[tuple[int, int]]:
-    """For each built scene that has a light or camera: the scene's number, and the row in the plan's values."""
+    """Returns, for each built scene that has a light or camera, the scene's number and the row in the plan's values."""
     rows = {index: row for row, index in enumerate(item.scene_idxs)}
     return [(number, rows[index]) for number, index in enumerate(lookup.scene_idxs) if index in rows]
 
 
 def camera_values(camera: Camera, row: int) -> dict[str, float]:
-    """What a camera has in one of its scenes, by SAPIEN's names, in the order of SAPIEN's setter of its lens.
+    """Returns a camera's values in one scene by SAPIEN's names, in the order of SAPIEN's lens setter.
 
-    Of angles of view, those that the plan gives.
+    Angles of view are only included if the plan sets them.
     """
     found = {"near": camera.near, "far": camera.far}
     match camera.lens:
@@ -396,19 +384,19 @@ def camera_values(camera: Camera, row: int) -> dict[str, float]:
     numbers = {name: float(value.row(row)) for name, value in found.items()}
     if isinstance(camera.lens, Orthographic):
         top = float(camera.lens.top.row(row))
-        # SAPIEN's own form with `top` alone divides width by height in whole numbers.
+        # SAPIEN's setter with only `top` uses integer division for the aspect ratio.
         right = top * camera.width / camera.height
         numbers |= {"ortho_left": -right, "ortho_right": right, "ortho_bottom": -top, "ortho_top": top}
     return numbers
 
 
 def new_camera(camera: Camera, row: int) -> Any:
-    """A `RenderCameraComponent` in no entity, as a camera is in one of its scenes."""
+    """Returns a new `RenderCameraComponent`, in no entity, for one scene of a camera."""
     component = render.RenderCameraComponent(camera.width, camera.height, shader_folder(camera.shader))
     values = camera_values(camera, row)
     match camera.lens:
         case Perspective(fovx=fovx, fovy=fovy):
-            # Pixels are square where one angle alone is given.
+            # Pixels are square if only one angle is given.
             square = fovx is None or fovy is None
             if fovy is not None:
                 component.set_fovy(values["fovy"], square)
@@ -423,7 +411,7 @@ def new_camera(camera: Camera, row: int) -> Any:
 
 
 def shader_folder(name: str | None) -> str:
-    """Where a shader pack of SAPIEN's is; "" for the default one."""
+    """Returns the folder of a SAPIEN shader pack; "" for the default one."""
     return "" if name is None else str(Path(sapien.__file__).parent / "vulkan_shader" / name)
 
 
@@ -433,7 +421,7 @@ DEFAULT_WIDTH, DEFAULT_HEIGHT = 640, 480
 
 
 def default_camera(num_scenes: int, width: int, height: int, shader: ShaderName | None = None) -> Camera:
-    """The camera, at no place yet. `width`, `height`: of its pictures [px]."""
+    """Returns the default camera, not yet placed. `width`, `height`: of its pictures [px]."""
     return Camera(
         name=DEFAULT_CAMERA,
         scene_idxs=tuple(range(num_scenes)),

@@ -1,4 +1,4 @@
-"""The process that runs CoACD: a request as JSON on standard input, a PLY file out."""
+"""The process that runs CoACD: JSON request on standard input, PLY file on standard output."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from scenecc.interrupt import exit_with_parent
 
 
 def main() -> None:
-    """Cuts one mesh into convex parts and writes them as one mesh of separate components."""
+    """Decomposes one mesh into convex parts and writes them as one mesh of separate components."""
     request = json.load(sys.stdin)
     exit_with_parent(request["parent"])
     coacd: Any = importlib.import_module("coacd")
     trimesh: Any = importlib.import_module("trimesh")
     coacd.set_log_level("error")
-    # What was checked, and nothing that it names but buffers: trimesh would open materials and their images.
+    # Only the checked file and its buffers: trimesh would also open materials and their images.
     mesh, buffers = request["mesh"], {name: read_checked(*each) for name, each in request["buffers"].items()}
     kind = Path(mesh[0]).suffix[1:].lower()
     whole = trimesh.load(BytesIO(read_checked(*mesh)), kind, resolver=buffers, force="mesh", skip_materials=True)
     parts = coacd.run_coacd(coacd.Mesh(whole.vertices, whole.faces), **request["arguments"])
-    # SAPIEN passes each part through trimesh, which joins equal vertices; so must this, to be equal.
+    # SAPIEN passes each part through trimesh, which merges equal vertices; this does the same for equal results.
     meshes = [trimesh.Trimesh(vertices, faces) for vertices, faces in parts]
     with os.fdopen(request["output"], "wb") as file:
         file.write(encode_parts([(mesh.vertices, mesh.faces) for mesh in meshes]))

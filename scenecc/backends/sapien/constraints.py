@@ -45,29 +45,29 @@ _UNLIMITED = literal(FLOAT32_MAX)
 
 @dataclass(frozen=True, slots=True)
 class SetterCall:
-    """A setter of the engine.
+    """A call of an engine's setter.
 
     Attributes:
-        set: its name.
-        rows: its arguments, one tuple in all or one a scene.
+        set: name of the setter.
+        rows: its arguments, one tuple for all scenes or one for each.
     """
 
     set: str
     rows: list[tuple[Any, ...]]
 
     def arguments(self, number: int) -> tuple[Any, ...]:
-        """Those of the scene of a number among those that are built."""
+        """Returns the arguments for the scene with this number among those that are built."""
         return self.rows[0 if len(self.rows) == 1 else number]
 
 
 class PreparedConstraint:
-    """A constraint, prepared for those of its scenes that are built.
+    """A constraint, prepared for the built scenes that have it.
 
     Attributes:
         constraint: of the plan.
         scene_idxs: the scenes, ascending.
         rows: their rows in the plan's values.
-        calls: what is set on a component once it is in its entity, in order.
+        calls: what to set on a component once it is in its entity, in order.
     """
 
     def __init__(self, constraint: Constraint, scene_idxs: tuple[int, ...]) -> None:
@@ -85,7 +85,7 @@ class PreparedConstraint:
         return to_poses(select_rows(_IDENTITY if value is None else value, self.rows))
 
     def build(self, lookup: EntityLookup) -> list[Any]:
-        """The component in each scene, in its child's entity: as `sapien.Scene.create_drive` and its like make it."""
+        """Makes the component of each scene in its child's entity, as `sapien.Scene.create_drive` does."""
         constraint = self.constraint
         number_of = {index: number for number, index in enumerate(lookup.scene_idxs)}
         made: list[Any] = []
@@ -145,7 +145,7 @@ _TARGET_DEFAULTS: dict[str, Value] = {
     "linear_velocity_target": literal((0.0, 0.0, 0.0)),
     "angular_velocity_target": literal((0.0, 0.0, 0.0)),
 }
-"""Targets of `Drive`, and what a drive has where the plan says nothing."""
+"""Targets of `Drive`, with the engine's defaults."""
 
 
 def _target_rows(drive: Drive, field: str, rows: NDArray[np.intp]) -> NDArray[Any]:
@@ -153,7 +153,7 @@ def _target_rows(drive: Drive, field: str, rows: NDArray[np.intp]) -> NDArray[An
 
 
 def _target_calls(drive: Drive, read: Callable[[str], NDArray[Any]], *, every: bool = False) -> Iterator[SetterCall]:
-    """What a drive is driven to. `read`: a field to its rows; `every`: also what the plan does not say."""
+    """Yields calls that set a drive's targets. `read`: returns a field's rows; `every`: also for unset fields."""
     if every or drive.target is not None:
         yield SetterCall("set_drive_target", zip_columns([to_poses(read("target"))]))
     if every or drive.linear_velocity_target is not None or drive.angular_velocity_target is not None:
@@ -174,7 +174,7 @@ def _limit_columns(
 
 
 TargetCalls = list[tuple[Any, str, tuple[Any, ...]]]
-"""Components, what is set on them, and the arguments."""
+"""Components, their setters and the arguments."""
 
 
 class ConstraintBatch(ComponentBatch):
@@ -186,13 +186,13 @@ class ConstraintBatch(ComponentBatch):
 
     @property
     def enabled(self) -> NDArray[np.bool_]:
-        """(B,) whether it acts in each of its scenes; one flag, or one a scene, can be assigned.
+        """(B,) whether the constraint is active in each of its scenes. Assign one flag, or one for each scene.
 
-        SAPIEN's `enable` and `disable` put PhysX's joint into the simulation and take it out. Bodies are woken where
-        that changes. A reset sets it where it is drawn, and otherwise leaves it as it is.
+        SAPIEN's `enable` and `disable` add PhysX's joint to the simulation and remove it. A change wakes the bodies. A
+        reset sets the flag only if it is drawn.
 
         Raises:
-            RuntimeError: the scenes are closed. ValueError: flags of another shape, or of another type.
+            RuntimeError: the scenes are closed. ValueError: flags of a wrong shape or type.
         """
         return np.array([component.is_enabled for component in self.objs], dtype=np.bool_)
 
@@ -200,7 +200,7 @@ class ConstraintBatch(ComponentBatch):
     def enabled(self, flags: Any) -> None:
         rows = np.asarray(flags)
         if rows.dtype != np.bool_ or rows.shape not in ((), (1,), (len(self),)):
-            raise ValueError(f"enabled is true or false, or ({len(self)},) of these, here, not {flags!r}"[:200])
+            raise ValueError(f"enabled must be true or false, or ({len(self)},) of these, not {flags!r}"[:200])
         for component, flag in zip(self.objs, np.broadcast_to(rows, len(self)).tolist(), strict=True):
             if flag != component.is_enabled:
                 set_enabled(component, flag)
@@ -208,12 +208,12 @@ class ConstraintBatch(ComponentBatch):
                     body.wake_up()
 
     def in_scene(self, scene_idx: int) -> Any:
-        """The component in a scene of the plan; None where there is none. Raises RuntimeError once closed."""
+        """Returns the component in a scene of the plan, or None. Raises RuntimeError once closed."""
         return self.objs[self._scene_idxs.index(scene_idx)] if scene_idx in self._scene_idxs else None
 
 
 def _bodies_of(component: Any) -> Iterator[Any]:
-    """The bodies that a component connects and PhysX can put to sleep."""
+    """Yields the bodies of a component that PhysX can put to sleep."""
     own = (one for one in component.get_entity().components if isinstance(one, physx.PhysxRigidBodyComponent))
     for body in (*own, component.get_parent()):
         if isinstance(body, physx.PhysxArticulationLinkComponent) or is_dynamic(body):
@@ -228,7 +228,7 @@ class ConstraintSet:
     """
 
     def __init__(self, plan: ScenePlan, lookup: EntityLookup) -> None:
-        """Builds them, one after the other in each scene. What they tie together stands there already."""
+        """Builds them in order in each scene. The connected bodies must exist already."""
         self._prepared = [
             prepared
             for each in plan.constraints
@@ -243,21 +243,14 @@ class ConstraintSet:
 
     @property
     def pulls(self) -> bool:
-        """Whether any of them is driven somewhere, so that a reset has something to set."""
+        """Returns whether any drive has a target, so that a reset has something to set."""
         return any(
             isinstance(prepared.constraint.joint, Drive) and prepared.constraint.joint.drives
             for prepared in self._prepared
         )
 
     def again(self, batch: Batch) -> TargetCalls:
-        """The targets of drives at the start; nothing is set yet.
-
-        Args:
-            batch: the scenes that are reset.
-
-        Raises:
-            ValueError: something that is drawn has no value.
-        """
+        """Samples the start targets of drives, without setting them. Raises ValueError if a value is undefined."""
         steps: TargetCalls = []
         for prepared in self._prepared:
             steps += sample_targets(prepared, self.batches[prepared.constraint.name].objs, batch)
@@ -265,10 +258,10 @@ class ConstraintSet:
 
     @contextmanager
     def apart(self, scene_idx: int) -> Generator[None, None, None]:
-        """Takes the constraints of a scene out of its simulation for a while, and puts them back in build order.
+        """Removes the constraints of a scene from its simulation within the block, then adds them again in build order.
 
-        PhysX solves constraints in an order that follows from when their bodies came in, and moves on otherwise in the
-        last bit in another.
+        PhysX solves constraints in an order that depends on when their bodies were added. Another order changes the
+        last bit.
         """
         removed = [
             (component.get_entity(), component)
@@ -284,7 +277,7 @@ class ConstraintSet:
                 entity.add_component(component)
 
     def close(self) -> None:
-        """Lets go of everything."""
+        """Releases all objects."""
         for each in self.batches.values():
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
         self.batches, self._prepared = {}, []
@@ -293,10 +286,10 @@ class ConstraintSet:
 def sample_targets(
     prepared: PreparedConstraint, objs: Sequence[Any], batch: Batch
 ) -> Iterator[tuple[Any, str, tuple[Any, ...]]]:
-    """The targets of one constraint at the start. `objs`: its components in the order of its scenes.
+    """Samples the start targets of one constraint. `objs`: its components in the order of its scenes.
 
     Raises:
-        ValueError: something that is drawn has no value.
+        ValueError: a drawn value is undefined.
     """
     joint = prepared.constraint.joint
     number_of = {index: number for number, index in enumerate(prepared.scene_idxs)}
@@ -318,7 +311,7 @@ def sample_targets(
 
 
 def _sample_target(prepared: PreparedConstraint, what: str, recipe: Node, batch: Batch) -> NDArray[np.float64]:
-    """(B, 7) or (B, 3) of what a reset draws."""
+    """Samples a target, (B, 7) or (B, 3)."""
     found = sample_value(batch, recipe, prepared.constraint.name, what)
     check_drawn_finite(found, batch, prepared.constraint.name, what)
     return found

@@ -1,4 +1,4 @@
-"""Contacts of the last step as flat arrays, and the forces that follow from them."""
+"""Contacts of the last step as flat arrays, and the resulting forces."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
 
 
 class Contacts(NamedTuple):
-    """Points of contact, one row for each; N is their number in all scenes. The arrays are read-only.
+    """Contact points, one row for each; N is their number in all scenes. The arrays are read-only.
 
-    Bodies whose shapes are nearer than the sum of their `contact_offset` have points too, with an impulse of 0. Rows
-    are by scene, then by build order of `a` and of `b`, then by `point`. Of two bodies that the caller does not name,
-    `a` is the one that was built first.
+    Bodies whose shapes are closer than the sum of their `contact_offset` also have points, with an impulse of 0. Rows
+    are ordered by scene, then by build order of `a` and of `b`, then by `point`. If the caller names neither body, `a`
+    is the one that was built first.
 
     Attributes:
         scene: (N,) int64, indices among all scenes of the plan, ascending.
         point: (N, 3) float32 [m], in the world of the scene.
-        normal: (N, 3) float32, of length 1, from `b` to `a`.
-        separation: (N,) float32 [m], negative where shapes penetrate each other.
-        impulse: (N, 3) float32 [N·s], on `a`, of one step. SAPIEN leaves friction out.
-        a, b: (N,) names of the two bodies: ENTITY, or ENTITY/LINK of a link.
+        normal: (N, 3) float32, unit length, from `b` to `a`.
+        separation: (N,) float32 [m], negative if shapes penetrate each other.
+        impulse: (N, 3) float32 [N·s], on `a`, of one step, without friction, which SAPIEN omits.
+        a, b: (N,) names of the two bodies: ENTITY, or ENTITY/LINK for a link.
     """
 
     scene: NDArray[np.int64]
@@ -40,7 +40,7 @@ class Contacts(NamedTuple):
 
 
 class _Body(NamedTuple):
-    """Whose component it is. `number`: in build order; `link` where the entity is an articulation."""
+    """The owner of a component. `number`: in build order; `link`: of an articulation."""
 
     number: int
     name: str
@@ -48,7 +48,7 @@ class _Body(NamedTuple):
     link: str | None = None
 
     def is_of(self, entity: str | None, link: str | None) -> bool:
-        """Whether it is an entity or one link of it; None: any."""
+        """Returns whether it belongs to an entity, or is one link of it. None: any."""
         return entity is None or (self.entity == entity and link in {None, self.link})
 
 
@@ -63,11 +63,7 @@ class _Point(NamedTuple):
 
 
 class ContactReader:
-    """Reads the contacts of SAPIEN's scenes by the names of the plan.
-
-    Args:
-        entities: name → the engine's objects.
-    """
+    """Reads the contacts of SAPIEN's scenes by the names of the plan."""
 
     def __init__(self, entities: Mapping[str, BodyObjects | ArticulationObjects]) -> None:
         self._entities = entities
@@ -76,7 +72,7 @@ class ContactReader:
         count = 0
         for name, objects in entities.items():
             if isinstance(objects, ArticulationObjects):
-                # ManiSkill's names of links are longer; those of their entities are the plan's.
+                # ManiSkill's link names are longer, but their entities have the plan's names.
                 links = self._links[name] = [[each.get_name() for each in row] for row in objects.entities]
                 for components, names in zip(objects.links, links, strict=True):
                     for number, (component, link) in enumerate(zip(components, names, strict=True), count):
@@ -88,7 +84,7 @@ class ContactReader:
         self._count = count
 
     def read(self, scenes: Iterable[tuple[int, Any]], a: str | None, b: str | None) -> Contacts:
-        """The contacts between two bodies, or of one with all others, or all. `scenes`: index and `sapien.Scene`.
+        """Reads the contacts between two bodies, of one with all others, or all. `scenes`: index and `sapien.Scene`.
 
         Raises KeyError for a name that is neither an entity nor ENTITY/LINK.
         """
@@ -104,9 +100,9 @@ class ContactReader:
         )
 
     def net_force(self, scenes: Iterable[tuple[int, Any]], name: str, timestep: float) -> NDArray[np.float32]:
-        """(B, 3) [N] sums over the points of a body or articulation; NaN in a scene whose articulation lacks the link.
+        """Returns the total contact force (B, 3) [N] on a body or articulation; NaN in a scene without the link.
 
-        Rows are the scenes that have the entity. `scenes` and errors as of `read`.
+        Rows are the scenes that have the entity. `scenes` and errors as for `read`.
         """
         entity, link = self._find(name)
         objects = self._entities[entity]
@@ -114,14 +110,14 @@ class ContactReader:
         if link is not None:
             total[[link not in links for links in self._links[entity]]] = np.nan
         for point in self._points(scenes, (entity, link), (None, None)):
-            if not point.b.is_of(entity, link):  # what an articulation does to itself cancels out
+            if not point.b.is_of(entity, link):  # forces within an articulation cancel out
                 total[objects.row_of[point.scene]] += point.impulse
         return freeze_array((total / timestep).astype(np.float32))
 
     def _points(
         self, scenes: Iterable[tuple[int, Any]], a: tuple[str | None, str | None], b: tuple[str | None, str | None]
     ) -> list[_Point]:
-        """In an order of their own: that of the engine's contacts follows from addresses in memory."""
+        """Returns points in a defined order, since that of the engine's contacts depends on memory addresses."""
         found: list[_Point] = []
         for index, scene in scenes:
             for contact in scene.get_contacts():
@@ -139,11 +135,11 @@ class ContactReader:
         return sorted(found, key=lambda each: (each.scene, each.a.number, each.b.number, *each.position))
 
     def _body(self, component: Any) -> _Body:
-        """Whose a component is; of what was added to a scene by hand its name alone, after all others."""
+        """Returns the owner of a component. One that was added by hand has only its name, and comes last."""
         return self._bodies.get(component) or _Body(self._count, str(component.get_entity().get_name()))
 
     def _find(self, name: str) -> tuple[str, str | None]:
-        """The entity of this name, or the longest entity that the name begins with and its link."""
+        """Returns the entity of this name, or the entity with the longest matching prefix and its link."""
         if not isinstance(name, str):  # pyright: ignore[reportUnnecessaryIsInstance] - callers without a type checker
             raise TypeError(f"the name of an entity or link must be a string, not {name!r}")
         if name in self._entities:

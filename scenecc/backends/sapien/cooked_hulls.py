@@ -1,4 +1,4 @@
-"""Convex hulls as PhysX has cooked them, compared with those of their files: PhysX drops vertices near the hull."""
+"""Compares convex hulls as cooked by PhysX with those of their files, because PhysX drops vertices near the hull."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan
 
 MAX_CHANGE: Final = 0.5
-"""By how much of its volume a hull may be cooked to another: thin stickers on real robots gain a quarter."""
+"""Largest relative change of a hull's volume by cooking. Thin stickers on real robots gain a quarter."""
 
 REPORTED_CHANGE: Final = 0.25
-"""From which change on there is a warning."""
+"""Smallest relative change that gives a warning."""
 
 _MOST_OUTSIDE: Final = 4.0
-"""How far outside its file a hull may be cooked, by the distance within which PhysX drops vertices."""
+"""How far a cooked hull may extend beyond its file, in units of the distance within which PhysX drops vertices."""
 
 
 def report_changed_hulls(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink) -> bool:
-    """Whether PhysX cooks a hull of these scenes to another (SC423). Reports smaller changes as warnings (SC416)."""
+    """Returns whether PhysX changes a hull of these scenes too much (SC423); warns of smaller changes (SC416)."""
     failed, meshes = False, CookedMeshes(plan)
     for (index, use), (geometry, origin) in used_meshes(plan, scene_idxs, rendered=False).items():
         if use not in {"hull", "parts"}:
@@ -48,7 +48,7 @@ def report_changed_hulls(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sin
 
 
 def _change(hulls: tuple[Measures, ...], cooked: float, whose: str) -> AssetError | None:
-    """How the volume of hulls changes, unless it is by little. `cooked`: their volume in PhysX [m³]."""
+    """Returns the error for a change in volume, unless it is small. `cooked`: volume in PhysX [m³]."""
     expected = sum(hull.hull_volume or 0.0 for hull in hulls)
     ratio = cooked / expected if expected else 1.0
     change = abs(ratio - 1)
@@ -56,17 +56,17 @@ def _change(hulls: tuple[Measures, ...], cooked: float, whose: str) -> AssetErro
         return None
     code = "SC423" if change > MAX_CHANGE else "SC416"
     if cooked > sum(map(_most_volume, hulls)):
-        message = f"SAPIEN reads another mesh: its hull has {ratio:.0%} of the volume"
+        message = f"SAPIEN reads a different mesh: its hull has {ratio:.0%} of the volume"
         return AssetError(code, message, "export the mesh again, as GLB or OBJ")
     tolerance = max(hull.plane_tolerance for hull in hulls)
-    message = f"PhysX cooks the {whose.format(ratio)} volume, since it drops vertices within {tolerance:.2g} m"
+    message = f"PhysX cooks the {whose.format(ratio)} volume, because it drops vertices within {tolerance:.2g} m"
     hint = "use a capsule, a box or another solid, or shorter parts"
-    if tolerance == PLANE_TOLERANCE:  # of a larger mesh it grows with the mesh
+    if tolerance == PLANE_TOLERANCE:  # for a larger mesh it grows with the mesh
         hint = f"store the mesh larger, about 1 m long, and give the shape a `scale`; or {hint}"
     return AssetError(code, message, hint)
 
 
 def _most_volume(hull: Measures) -> float:
-    """The volume of a box around a hull, which is never cooked to more [m³]."""
+    """Returns the volume of a box around a hull [m³], the upper limit of a cooked hull."""
     margin = 2 * _MOST_OUTSIDE * hull.plane_tolerance
     return math.prod(high - low + margin for low, high in zip(hull.low, hull.high, strict=True))

@@ -1,7 +1,7 @@
-"""What a reset draws anew beside poses, velocities, joints and targets: masses, gains, materials, lights, cameras.
+"""Values that a reset draws again, besides poses, velocities, joints and targets: masses, gains, materials, lights and
+cameras.
 
-Every field of a plan that has a recipe is looked up once, with its objects. A reset draws all of them before it sets
-any.
+Each field of a plan with a recipe is looked up once, with its objects. A reset draws all of them before it sets any.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ class Holder(NamedTuple):
     """A dataclass of the plan with its objects in the engine.
 
     Attributes:
-        who: has it, as the plan and people call it: "cube", "arm/finger", "lights/lamp".
-        node: holds values of the plan.
-        objs: scene index → the object of the engine.
+        who: name for people: "cube", "arm/finger", "lights/lamp".
+        node: the dataclass.
+        objs: scene index → engine object.
         rows: scene index → row of the plan's values.
-        origin: of it.
-        moved: of a link, called with a scene once its centre of mass is set there.
-        local: of a camera, whether its component has its pose though nothing carries it, as in ManiSkill.
+        origin: of the node.
+        moved: for a link, called with a scene after its centre of mass is set there.
+        local: whether an unmounted camera's pose is set on its component, as in ManiSkill.
     """
 
     who: str
@@ -72,16 +72,16 @@ class Holder(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DrawnField:
-    """A field that a reset draws anew.
+    """A field that a reset draws again.
 
     Attributes:
-        holder: has it.
+        holder: has the field.
         name: of the plan's field.
         value: of the plan.
         quantity: its type.
-        prop: how it is set and read back.
+        prop: its setter and getter.
         scenes: those that have it.
-        densities: of a mass that scales an inertia, what the densities give in each scene.
+        densities: for a mass that scales an inertia, mass and inertia by density in each scene.
     """
 
     holder: Holder
@@ -93,13 +93,13 @@ class DrawnField:
     densities: Mapping[Any, tuple[float, Any]]
 
     def objs(self, scenes: Sequence[int]) -> list[Any]:
-        """The objects of some scenes, in their order."""
+        """Returns the objects of some scenes, in their order."""
         objs = self.holder.objs
         return list(objs.values()) if scenes == list(objs) else [objs[scene] for scene in scenes]
 
     @property
     def key(self) -> str:
-        """What a saved state calls it."""
+        """Its key in a saved state."""
         return f"{self.holder.who}.{self.name}"
 
     @property
@@ -108,10 +108,10 @@ class DrawnField:
         return is_seen(self.holder)
 
     def draw(self, batch: Batch) -> FieldWrite:
-        """What it is in the scenes of a batch, all of which have it; nothing is set.
+        """Draws the value in the scenes of a batch, without setting it. All of these scenes must have the field.
 
         Raises:
-            ValueError: it has no value there, or none that the engine may be given.
+            ValueError: the value is undefined or out of range.
         """
         assert self.value.recipe is not None
         who, what = self.holder.who, self.name
@@ -121,11 +121,11 @@ class DrawnField:
         return FieldWrite(self, batch.scenes.tolist(), self.engine_rows(drawn, batch.scenes.tolist()))
 
     def engine_rows(self, drawn: Floats, scenes: Sequence[int]) -> Floats:
-        """The numbers that the engine is given for rows of the plan."""
+        """Converts rows of the plan to the numbers that the engine receives."""
         if self.prop is not MASS_AND_INERTIA:
             return drawn
         masses, inertias = zip(*map(self.densities.__getitem__, self.objs(scenes)), strict=True)
-        # In float64, and rounded once by the engine, as when it is built.
+        # In float64, and rounded once by the engine, as in a build.
         inertia = np.array(inertias) * (drawn / np.array(masses))[:, None]
         return np.concatenate((drawn[:, None], inertia), axis=1)
 
@@ -137,20 +137,20 @@ class DrawnField:
         if wrong.any():
             row = int(np.flatnonzero(wrong.reshape(len(drawn), -1).any(axis=1))[0])
             raise ValueError(
-                f"'{self.holder.who}' in scene {int(batch.scenes[row])}: its {self.name} is drawn as "
-                f"{drawn[row].tolist()}, and must be {bounds}"
+                f"'{self.holder.who}' in scene {int(batch.scenes[row])}: the drawn {self.name} is "
+                f"{drawn[row].tolist()}, but must be {bounds}"
             )
 
 
 class FieldWrite(NamedTuple):
-    """What a field is set to in some scenes: numbers as the engine is given them, a row a scene."""
+    """New values of a field in some scenes: engine numbers, a row for each scene."""
 
     field: DrawnField
     scenes: list[int]
     rows: Floats
 
     def apply(self) -> None:
-        """Sets it."""
+        """Sets the values."""
         prop, holder = self.field.prop, self.field.holder
         rows = self.rows if self.field.quantity.dtype != "bool" else self.rows != 0
         set_all(prop, self.field.objs(self.scenes), rows)
@@ -159,11 +159,11 @@ class FieldWrite(NamedTuple):
                 holder.moved(scene)
 
     def read(self) -> NDArray[np.float32]:
-        """What the engine holds, (B, n)."""
+        """Returns what the engine holds, (B, n)."""
         return read_all(self.field.prop, self.field.objs(self.scenes))
 
     def differing(self) -> list[tuple[int, Floats, Floats]]:
-        """The scenes in which the engine does not hold it, with what is wanted and what is there."""
+        """Returns the scenes in which the engine holds other values, with the wanted and the found values."""
         found, wanted = self.read(), stored_rows(self.field.prop, self.rows)
         if self.field.prop.stored == "pose":
             sign = np.where((found[:, 3:] * wanted[:, 3:]).sum(axis=1) < 0, np.float32(-1), np.float32(1))
@@ -177,18 +177,12 @@ class FieldWrite(NamedTuple):
 
 
 class DrawnFieldSet:
-    """The fields of a batch that a reset draws anew.
-
-    Args:
-        holders: what has fields, with its objects.
-        drawn: what the build has kept for resets.
-        rendered: whether what is seen is among them.
-    """
+    """The fields of a batch that a reset draws again. `rendered`: include visual fields."""
 
     def __init__(self, holders: Iterable[Holder], drawn: DrawnObjects, *, rendered: bool) -> None:
         self._rendered = rendered
         self._fields = [one for holder in holders for one in _drawn_fields(holder, drawn)]
-        # Of each field, its scenes, and what it was given last in each of them.
+        # Scenes of each field, and the last values given in each.
         self._scenes = [sorted(one.scenes) for one in self._fields]
         self._given = list(map(self._as_built, self._fields, self._scenes))
 
@@ -201,10 +195,10 @@ class DrawnFieldSet:
         return one.engine_rows(rows, scenes)
 
     def draw(self, batch: Batch) -> list[FieldWrite]:
-        """What all of them are in the scenes of a batch; nothing is set.
+        """Draws all fields in the scenes of a batch, without setting them.
 
         Raises:
-            ValueError: one has no value, or none that the engine may be given: its holder, name and scene are told.
+            ValueError: a value is undefined or out of range; the message names holder, field and scene.
         """
         parts: dict[frozenset[int], Batch | None] = {}
         writes: list[FieldWrite] = []
@@ -218,7 +212,7 @@ class DrawnFieldSet:
         return writes
 
     def apply(self, writes: Sequence[FieldWrite]) -> None:
-        """Sets what was drawn or saved."""
+        """Sets values that were drawn or saved."""
         number_of = {id(one): number for number, one in enumerate(self._fields)}
         for write in writes:
             write.apply()
@@ -230,21 +224,21 @@ class DrawnFieldSet:
                 whole[np.searchsorted(self._scenes[number], write.scenes)] = write.rows
 
     def state(self, scene_idxs: Sequence[int]) -> dict[str, DrawnFieldState]:
-        """What all of them are in some scenes, by what a saved state calls them."""
+        """Returns the values of all fields in some scenes, by their keys in a saved state."""
         found: dict[str, DrawnFieldState] = {}
         for one, mine, given in zip(self._fields, self._scenes, self._given, strict=True):
             scenes = [scene for scene in scene_idxs if scene in one.scenes]
             if not scenes:
                 continue
             write = FieldWrite(one, scenes, given[np.searchsorted(mine, scenes)])
-            # What was set by hand meanwhile is in the engine alone.
+            # A value that was set by hand since then is only in the engine.
             for scene, _, there in write.differing():
                 write.rows[scenes.index(scene)] = there.reshape(write.rows.shape[1:])
             found[one.key] = DrawnFieldState(tuple(scenes), write.rows, is_seen(one.holder))
         return found
 
     def saved(self, state: Mapping[str, DrawnFieldState], scene_idxs: Sequence[int]) -> list[FieldWrite]:
-        """What sets some scenes to a state.
+        """Returns the writes that restore a state in some scenes.
 
         Raises:
             ValueError: the state is of another plan.
@@ -253,11 +247,11 @@ class DrawnFieldSet:
         for one, given in zip(self._fields, self._given, strict=True):
             scenes, there = sorted(one.scenes.intersection(scene_idxs)), state.get(one.key)
             if not scenes or (there is None and is_seen(one.holder)):
-                # A state of a batch that was built without rendering has nothing of what is seen.
+                # The state of a batch without rendering has no visual fields.
                 continue
             row_of = {} if there is None else {scene: row for row, scene in enumerate(there.scene_idxs)}
             if there is None or not row_of.keys() >= set(scenes):
-                raise ValueError(f"the state is of another plan: it lacks '{one.key}', which a reset draws here")
+                raise ValueError(f"the state is of another plan: '{one.key}', which a reset draws, is missing")
             shape = given.shape[1:]
             if there.numbers.shape[1:] != shape or not np.isfinite(there.numbers).all():
                 raise ValueError(f"'{one.key}' must be finite numbers ({len(there.scene_idxs)}, *{shape})")
@@ -265,12 +259,12 @@ class DrawnFieldSet:
         known = {one.key for one in self._fields}
         unknown = [key for key, there in state.items() if key not in known and (self._rendered or not there.seen)]
         if unknown:
-            raise ValueError(f"the state is of another plan: no reset draws '{min(unknown)}' here")
+            raise ValueError(f"the state is of another plan: a reset of this plan does not draw '{min(unknown)}'")
         return writes
 
 
 def is_seen(holder: Holder) -> bool:
-    """Whether something is there only where a batch renders."""
+    """Returns whether a holder exists only if the batch renders."""
     return isinstance(holder.node, _SEEN)
 
 
@@ -278,7 +272,7 @@ _SEEN = VisualMaterial | Light | Camera | Perspective | Intrinsic | Orthographic
 
 
 def drawn_names(holders: Iterable[Holder]) -> list[str]:
-    """What of some holders a reset draws anew, as a saved state calls it."""
+    """Returns the keys of all fields of some holders that a reset draws again."""
     return [
         f"{holder.who}.{slot.name}"
         for holder in holders
@@ -304,7 +298,7 @@ def _drawn_fields(found: Holder, drawn: DrawnObjects) -> Iterator[DrawnField]:
 
 
 class _Rule(NamedTuple):
-    """What fields of one holder must be together, whatever is drawn."""
+    """A condition between fields of one holder that must hold for every draw."""
 
     fields: tuple[str, ...]
     holds: Callable[..., NDArray[np.bool_]]
@@ -329,16 +323,16 @@ def _apart(near: Floats, far: Floats) -> NDArray[np.bool_]:
 
 _RULES: dict[type, _Rule] = {
     PhysicalMaterial: _Rule(
-        ("dynamic_friction", "static_friction"), _is_ordered, "a dynamic friction above the static one"
+        ("dynamic_friction", "static_friction"), _is_ordered, "the drawn dynamic friction exceeds the static friction"
     ),
-    Joint: _Rule(("limits",), _limits_ordered, "a lower limit above the upper one"),
-    Inertial: _Rule(("inertia",), _is_inertia, "a moment of inertia above the sum of the others"),
-    Camera: _Rule(("near", "far"), _apart, "a near plane that is not before the far one"),
+    Joint: _Rule(("limits",), _limits_ordered, "the drawn lower limit exceeds the upper limit"),
+    Inertial: _Rule(("inertia",), _is_inertia, "a drawn moment of inertia exceeds the sum of the others"),
+    Camera: _Rule(("near", "far"), _apart, "the drawn near plane is not in front of the far plane"),
 }
 
 
 def _check_rules(writes: Sequence[FieldWrite]) -> None:
-    """Raises ValueError where fields that were drawn do not go together."""
+    """Raises ValueError if drawn fields violate a condition."""
     by_node: dict[int, dict[str, FieldWrite]] = {}
     for write in writes:
         if type(write.field.holder.node) in _RULES:
@@ -355,7 +349,7 @@ def _check_rules(writes: Sequence[FieldWrite]) -> None:
         ]
         wrong = np.flatnonzero(~rule.holds(*columns))
         if wrong.size:
-            raise ValueError(f"'{holder.who}' in scene {one.scenes[wrong[0]]}: {rule.words} is drawn")
+            raise ValueError(f"'{holder.who}' in scene {one.scenes[wrong[0]]}: {rule.words}")
 
 
 def plan_holders(
@@ -366,15 +360,9 @@ def plan_holders(
     components: Mapping[str, ComponentBatch],
     render_systems: Mapping[int, Any],
 ) -> Iterator[Holder]:
-    """Everything of a plan that has fields which a reset may draw anew, with its objects.
+    """Yields everything in a plan that has fields which a reset may draw again, with its objects.
 
-    Args:
-        plan: of the batch.
-        scene_idxs: the scenes that are built.
-        objects: bodies and articulations by name.
-        drawn: what the build has kept for resets.
-        components: of constraints, lights and cameras, by section and name: "lights/lamp".
-        render_systems: by scene; none where nothing renders.
+    `components` are constraints, lights and cameras, by section and name: "lights/lamp".
     """
     for entity in plan.entities:
         present, rows = rows_in_scenes(entity, scene_idxs)
@@ -425,7 +413,7 @@ def _structure_holders(
 def _set_joint_frames(
     structure: ArticulationStructure, number: int, rows: Mapping[int, int], objects: ArticulationObjects, scene: int
 ) -> None:
-    """Sets the frames of the joints at a link again: the engine keeps them from the centre of mass, and rounds."""
+    """Sets the frames of the joints at a link again, because the engine stores them relative to the centre of mass."""
     links, row = objects.links[objects.row_of[scene]], np.array([rows[scene]])
     for other, link in enumerate(structure.links):
         if link.joint is not None and number in {other, link.parent}:
@@ -446,7 +434,7 @@ def _body_holders(
 
 
 def _material_users(plan: ScenePlan, drawn: DrawnObjects) -> dict[tuple[str, int], Entity]:
-    """The first entity that has each of the materials that are drawn anew: their rows are its scenes'."""
+    """Returns the first entity that has each of the drawn materials, because their rows are its scenes'."""
     users: dict[tuple[str, int], Entity] = {}
     for entity in plan.entities if drawn.physical or drawn.visual else ():
         for body in entity.bodies:
@@ -468,7 +456,7 @@ def _material_holders(plan: ScenePlan, drawn: DrawnObjects) -> Iterator[Holder]:
 
 
 def component_holders(section: str, node: Constraint | Light | Camera, batch: ComponentBatch) -> Iterator[Holder]:
-    """What of a constraint, a light or a camera has fields that a reset may draw anew."""
+    """Yields the parts of a constraint, light or camera with fields that a reset may draw again."""
     objs = {scene: obj for scene, obj in zip(batch.scene_idxs, batch.objs, strict=True) if obj is not None}
     rows = {scene: row for row, scene in enumerate(node.scene_idxs)}
     who = f"{section}/{node.name}"

@@ -1,7 +1,6 @@
-"""SAPIEN as this package uses it: the one place that imports it, its process-wide settings, its log, and what the
-machine supports.
+"""The only module that imports SAPIEN: its process-wide settings, its log, and what the machine supports.
 
-`EngineFailure` is how everything in this folder stops a build.
+Everything in this folder stops a build with `EngineFailure`.
 """
 
 from __future__ import annotations
@@ -27,17 +26,17 @@ if TYPE_CHECKING:
 
 
 with warnings.catch_warnings():
-    # SAPIEN warns at import where it finds no system libvulkan; physics needs none, and a user can do nothing with it.
+    # SAPIEN warns at import if it finds no system libvulkan. Physics does not need one, and a user cannot act on it.
     warnings.simplefilter("ignore")
     import sapien
 
-# The stubs of these two leave most argument types open, so they are taken as untyped: the engine's edge.
+# The stubs of these two leave most argument types open, so they are treated as untyped at this boundary.
 physx: Any = importlib.import_module("sapien.physx")
 
 render: Any = importlib.import_module("sapien.render")
 
 REFUSED_CODE = "SC808"
-"""The code of what the engine does not take of a body."""
+"""The code for a property of a body that the engine does not support."""
 
 
 class EngineFailure(CodedError):
@@ -45,30 +44,30 @@ class EngineFailure(CodedError):
 
 
 def engine_refusal(what: str, error: Exception, origin: Origin | None) -> EngineFailure:
-    """That the engine refuses a thing, in the first line of its own words."""
+    """Returns the failure for something that the engine refuses, with the first line of the engine's message."""
     words = str(error).partition("\n")[0]
     return EngineFailure(REFUSED_CODE, f"the engine refuses {what}: {words}", origin=origin)
 
 
 def new_render_system() -> Any:
-    """A `sapien.render.RenderSystem`. Raises RuntimeError where no device renders."""
+    """Returns a `sapien.render.RenderSystem`. Raises RuntimeError without a render device."""
     return render.RenderSystem()
 
 
 @cache
 def supports_ray_tracing() -> bool:
-    """Whether the device that SAPIEN renders with can trace rays. Asked once a process.
+    """Returns whether SAPIEN's render device supports ray tracing. Asked once per process.
 
-    SAPIEN tells its log where it cannot, and crashes with the first picture.
+    Without support, SAPIEN only logs it, and crashes at the first picture.
 
     Raises:
-        RuntimeError: no device renders.
+        RuntimeError: there is no render device.
     """
     return summary_has_ray_tracing(render.get_device_summary(), new_render_system().device.name)
 
 
 def summary_has_ray_tracing(summary: str, name: str) -> bool:
-    """What SAPIEN's summary of devices says of those of a name; True where it names none of them."""
+    """Returns whether SAPIEN's device summary lists ray tracing for a name; True if the name is not in it."""
     devices = [device.splitlines() for device in summary.split("GPU: ")[1:]]
     said = [line for title, *lines in devices if title.strip() == name for line in lines if "rayTrace:" in line]
     return not said or any(line.split()[-1] == "1" for line in said)
@@ -76,11 +75,12 @@ def summary_has_ray_tracing(summary: str, name: str) -> bool:
 
 @contextmanager
 def ray_tracing_quality(samples: int, *, denoise: bool) -> Generator[None]:
-    """Has cameras that are made meanwhile take so many samples a pixel, and restores SAPIEN's process-wide settings.
+    """Sets the quality of ray tracing for cameras made within the block, and then restores SAPIEN's process-wide
+    settings.
 
     Args:
-        samples: a pixel.
-        denoise: filter the noise where the device can: SAPIEN's denoisers need CUDA, and elsewhere only log errors.
+        samples: per pixel.
+        denoise: filter the noise if the device can. SAPIEN's denoisers need CUDA; elsewhere they only log errors.
     """
     before = render.get_ray_tracing_samples_per_pixel(), render.get_ray_tracing_denoiser()
     try:
@@ -95,7 +95,7 @@ def ray_tracing_quality(samples: int, *, denoise: bool) -> Generator[None]:
 
 @cache
 def render_problem() -> str | None:
-    """Why SAPIEN cannot render here, in its own words; None where it can. Asked once a process."""
+    """Returns why SAPIEN cannot render here, in its own words, or None if it can. Asked once per process."""
     try:
         new_render_system()
     except RuntimeError as error:
@@ -105,10 +105,10 @@ def render_problem() -> str | None:
 
 @contextmanager
 def engine_settings(physics: Physics) -> Generator[None]:
-    """Sets SAPIEN's defaults to what the plan names and restores all of them, also after an error.
+    """Sets SAPIEN's defaults to those of the plan and restores all of them, also after an error.
 
-    The default material is not among them: a build hands its own to the shapes that name none. Nor
-    is the GPU memory, which only a GPU simulation reads and which SAPIEN lets nobody read back.
+    Excluded are the default material, because a build passes its own to shapes without one, and the GPU memory, which
+    only a GPU simulation reads and SAPIEN does not expose.
     """
     before = {kind: getattr(physx, f"get_{kind}_config")() for kind in CONFIG_KINDS}
     try:
@@ -116,7 +116,7 @@ def engine_settings(physics: Physics) -> Generator[None]:
             _set_config(kind, given, physics.cpu_workers if kind == "scene" else None)
         yield
     finally:
-        # The objects hold everything, also the number of workers, which has no property to read.
+        # The objects hold everything, including the number of workers, which has no getter.
         for kind, config in before.items():
             getattr(physx, f"set_{kind}_config")(config)
 
@@ -133,27 +133,27 @@ def _set_config(kind: str, given: dict[str, Any], cpu_workers: int | None) -> No
 
 
 DROPPED_PART = "failed to load a component from file"
-"""SAPIEN's words for a convex part that it leaves out of a body."""
+"""SAPIEN's log message for a convex part that it leaves out of a body."""
 
 _STDERR = 2
 
 _FLAT_MESH = Path(__file__).with_name("speck.obj")
-"""A tetrahedron that PhysX takes for flat (a critical message) and SAPIEN leaves out (a warning)."""
+"""A tetrahedron that PhysX considers flat (a critical message) and SAPIEN leaves out (a warning)."""
 
 
 @dataclass(slots=True)
 class EngineLog:
-    """What was written; complete once the block is left."""
+    """What was written. Complete once the block is left."""
 
     text: str = ""
 
 
 @contextmanager
 def capture_engine_log() -> Generator[EngineLog]:
-    """Reads the warnings that the engine writes meanwhile, also where the user has silenced its log.
+    """Captures the engine's warnings within the block, even if the user has silenced its log.
 
-    The engine writes to the descriptor of the standard error, past `sys.stderr`. What it wrote is
-    passed on afterwards, unless the log is silenced or the process has closed that descriptor.
+    The engine writes to the file descriptor of standard error, bypassing `sys.stderr`. The text is passed on
+    afterwards, unless the log is silenced or the process has closed that descriptor.
     """
     log = EngineLog()
     if sys.stderr is not None:
@@ -175,7 +175,7 @@ def capture_engine_log() -> Generator[EngineLog]:
 
 @contextmanager
 def _redirect_standard_error(instead: int) -> Generator[int | None]:
-    """Has the process write its standard error to another descriptor; the true one, None where it is closed."""
+    """Redirects standard error of the process to another descriptor. Yields the true one, or None if it is closed."""
     try:
         kept = os.dup(_STDERR)
     except OSError:
@@ -192,9 +192,9 @@ def _redirect_standard_error(instead: int) -> Generator[int | None]:
 
 
 def _log_level(file: IO[bytes]) -> Literal["error", "critical", "off"] | None:
-    """The level of the log, None where warnings are written. SAPIEN lets nobody read it, so it is made to speak."""
+    """Returns the log level, None if warnings are written. SAPIEN has no getter for it, so this provokes messages."""
     material: Any = physx.get_default_material()
-    # With no part left over, this fails.
+    # This fails, because no part is left.
     with suppress(RuntimeError):
         physx.PhysxCollisionShapeConvexMesh.load_multiple(str(_FLAT_MESH), (1, 1, 1), material)
     with suppress(RuntimeError):
@@ -206,7 +206,7 @@ def _log_level(file: IO[bytes]) -> Literal["error", "critical", "off"] | None:
 
 
 def _drain(file: IO[bytes]) -> bytes:
-    """What was written, and an empty file afterwards."""
+    """Returns what was written and empties the file."""
     file.seek(0)
     written = file.read()
     file.seek(0)

@@ -1,4 +1,4 @@
-"""One entity or one articulation of a batch, as users handle it."""
+"""Users' handles of one entity or one articulation of a batch."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
 
 
 class MovingBatch(ComponentBatch):
-    """One entity of the plan, in every scene that has it: what bodies and articulations have in common.
+    """One entity of the plan in every scene that has it: the common base of bodies and articulations.
 
-    Rows of every array are its scenes by ascending index. Poses are p [m] then q (wxyz), in the world
-    of their scene; velocities are in the world frame. Those of an articulation are its root's. Arrays are copies and
-    read-only: assign whole ones, or call a setter.
+    Rows of every array are its scenes by ascending index. Poses are p [m] then q (wxyz), in the world of their scene;
+    velocities are in the world frame. Pose and velocity of an articulation are those of its root. Arrays are read-only
+    copies: assign a whole array, or call a setter.
     """
 
     _prefix: ClassVar[str] = ""
-    """Of the engine's setters and getters of poses and velocities."""
+    """Prefix of the engine's setters and getters of poses and velocities."""
 
     def __init__(self, objects: BodyObjects | ArticulationObjects) -> None:
         super().__init__(objects.name, objects.scene_idxs, objects.objs)
@@ -60,17 +60,17 @@ class MovingBatch(ComponentBatch):
     def set_pose(
         self, pose: ArrayLike | sapien.Pose | Sequence[sapien.Pose], scene_idxs: Sequence[int] | None = None
     ) -> None:
-        """Moves it at once, in all of its scenes or in those named; velocities stay, and so do joints.
+        """Sets the pose immediately, in all or some of its scenes. Velocities and joint positions stay.
 
-        An articulation moves with all of its links, also one whose root is fixed.
+        An articulation moves with all of its links, even if its root is fixed.
 
         Args:
             pose: (7,) or (B, 7), a `sapien.Pose` or B of them; B is the number of scenes moved.
             scene_idxs: indices among all scenes of the plan.
 
         Raises:
-            ValueError: the shape does not fit, a number is not finite or a quaternion not of unit length.
-            KeyError: the entity is in no such scene of this batch.
+            ValueError: wrong shape, non-finite number or quaternion not of unit length.
+            KeyError: the entity is not in this scene, or the scene is not in the batch.
             RuntimeError: the batch is closed.
         """
         objs, rows = self.objs, self._rows(scene_idxs)
@@ -79,7 +79,7 @@ class MovingBatch(ComponentBatch):
 
     @property
     def linear_velocity(self) -> NDArray[np.float32]:
-        """(B, 3) float32 [m/s]. Raises TypeError for a static body and for one without physics."""
+        """(B, 3) float32 [m/s]. Raises TypeError for a static body or one without physics."""
         return self._velocity("linear")
 
     @linear_velocity.setter
@@ -88,7 +88,7 @@ class MovingBatch(ComponentBatch):
 
     @property
     def angular_velocity(self) -> NDArray[np.float32]:
-        """(B, 3) float32 [rad/s]. Raises TypeError for a static body and for one without physics."""
+        """(B, 3) float32 [rad/s]. Raises TypeError for a static body or one without physics."""
         return self._velocity("angular")
 
     @angular_velocity.setter
@@ -96,18 +96,18 @@ class MovingBatch(ComponentBatch):
         self.set_angular_velocity(velocity)
 
     def set_linear_velocity(self, velocity: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (3,) or (B, 3) [m/s] in all of its scenes or in those named.
+        """Sets (3,) or (B, 3) [m/s] in all or some of its scenes.
 
         Raises:
-            TypeError: not a dynamic body, or the root is fixed.
-            ValueError: the shape does not fit or a number is not finite.
-            KeyError: the entity is in no such scene of this batch.
+            TypeError: the body is not dynamic, or the root is fixed.
+            ValueError: wrong shape or non-finite number.
+            KeyError: the entity is not in this scene, or the scene is not in the batch.
             RuntimeError: the batch is closed.
         """
         self._set_velocity("linear", velocity, scene_idxs)
 
     def set_angular_velocity(self, velocity: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (3,) or (B, 3) [rad/s], otherwise as `set_linear_velocity`."""
+        """Sets (3,) or (B, 3) [rad/s]; otherwise like `set_linear_velocity`."""
         self._set_velocity("angular", velocity, scene_idxs)
 
     def _velocity(self, kind: str) -> NDArray[np.float32]:
@@ -120,7 +120,7 @@ class MovingBatch(ComponentBatch):
             getattr(moving[row], f"set_{self._prefix}{kind}_velocity")(new)
 
     def _rows(self, scene_idxs: Sequence[int] | None) -> Sequence[int]:
-        """The rows of the scenes that a user names, or all. Raises KeyError for one that has not the entity."""
+        """Returns the rows of the given scenes, or all. Raises KeyError for a scene without the entity."""
         if scene_idxs is None:
             return range(len(self))
         chosen = check_scene_idxs(scene_idxs)
@@ -131,16 +131,16 @@ class MovingBatch(ComponentBatch):
         return [self._row_of[index] for index in chosen]
 
     def _find_moving(self) -> list[Any]:
-        """What has a velocity in each scene."""
+        """Returns the object with a velocity in each scene."""
         return self.objs
 
     def _find_movable(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
-        """What can be given a velocity in each scene, and the rows of the scenes that are named."""
+        """Returns the objects whose velocity can be set, and the rows of the given scenes."""
         raise NotImplementedError
 
 
 class EntityBatch(MovingBatch):
-    """One body of the plan, in every scene that has it, with what `MovingBatch` has."""
+    """One body of the plan in every scene that has it. See `MovingBatch`."""
 
     def __init__(self, bodies: BodyObjects) -> None:
         super().__init__(bodies)
@@ -156,13 +156,13 @@ class EntityBatch(MovingBatch):
         for component in self._components:
             if not isinstance(component, physx.PhysxRigidDynamicComponent):
                 kind = "has no physics" if component is None else "is static"
-                raise TypeError(f"'{self.name}' {kind}: it has no velocity")
+                raise TypeError(f"'{self.name}' {kind}, so it has no velocity")
         return self._components
 
     def _find_movable(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
         components = self._find_moving()
         if any(component.get_kinematic() for component in components):
-            raise TypeError(f"'{self.name}' is kinematic: the engine moves it by its pose, and ignores a velocity")
+            raise TypeError(f"'{self.name}' is kinematic: set its pose; the engine ignores its velocity")
         return components, self._rows(scene_idxs)
 
     def _close(self) -> None:
@@ -171,12 +171,12 @@ class EntityBatch(MovingBatch):
 
 
 class ArticulationBatch(MovingBatch):
-    """One articulation of the plan, in every scene that has it, with what `MovingBatch` has.
+    """One articulation of the plan in every scene that has it. See `MovingBatch`.
 
-    Columns are its joints that move, in the engine's order (`active_joint_names`), which is level after level from
-    the root and not always that of the file; numbers are [m] of a prismatic joint and [rad] of others. Where scenes
-    have articulations with different numbers of joints, columns that one does not have are NaN, and what is set there
-    is not looked at. Entities of links have their link's name.
+    Columns are its joints that move, in the engine's order (`active_joint_names`): level by level from the root, which
+    may differ from the order in the file. Numbers are [m] for prismatic joints and [rad] for others. If scenes have
+    articulations with different numbers of joints, columns that one does not have are NaN, and values set there are
+    ignored. Entities of links have the name of their link.
     """
 
     _prefix = "root_"
@@ -192,7 +192,7 @@ class ArticulationBatch(MovingBatch):
 
     @property
     def dof(self) -> int:
-        """How many joints move; where scenes differ, of the one that has most."""
+        """Number of joints that move; the largest if scenes differ."""
         return self._dof
 
     @property
@@ -202,19 +202,19 @@ class ArticulationBatch(MovingBatch):
 
     @property
     def links(self) -> dict[str, list[Any]]:
-        """Name of a link → its `PhysxArticulationLinkComponent` in each scene, None where the articulation has none.
+        """Name of a link → its `PhysxArticulationLinkComponent` in each scene, None if that scene has no such link.
 
-        In the order in which they were built, the root first. Raises RuntimeError once the batch is closed.
+        In build order, the root first. Raises RuntimeError once the batch is closed.
         """
         self._check_open()
         return NamedObjects(_index_by_name(self._objects.links), "link", self.name)
 
     @property
     def joints(self) -> dict[str, list[Any]]:
-        """Name of a joint → its `PhysxArticulationJoint` in each scene, None where the articulation has none.
+        """Name of a joint → its `PhysxArticulationJoint` in each scene, None if that scene has no such joint.
 
-        Fixed ones too, in the order of their links; those without a name are reached by `links`. Raises RuntimeError
-        once the batch is closed.
+        Includes fixed joints, in the order of their links. Joints without a name are reached through `links`. Raises
+        RuntimeError once the batch is closed.
         """
         self._check_open()
         rows = [[link.get_joint() for link in row[1:]] for row in self._objects.links]
@@ -225,30 +225,30 @@ class ArticulationBatch(MovingBatch):
         """Names of the joints that move, one for each column.
 
         Raises:
-            ValueError: scenes have different ones; then ask each of `objs`.
+            ValueError: the scenes have different joints. Ask each of `objs` instead.
             RuntimeError: the batch is closed.
         """
         self._check_open()
         found = {tuple(joint.get_name() for joint in row) for row in self._objects.joints}
         if len(found) != 1:
-            raise ValueError(f"'{self.name}' has other joints in other scenes: ask objs[i].active_joints")
+            raise ValueError(f"'{self.name}' has different joints in different scenes: use objs[i].active_joints")
         return found.pop()
 
     def joint_index(self, names: str | Sequence[str]) -> NDArray[np.intp]:
-        """Columns of joints that move, (joints,); `qpos` at these columns is (B, joints).
+        """Returns the columns of joints that move, (joints,). `qpos` at these columns is (B, joints).
 
         Raises:
             KeyError: no joint that moves has this name.
-            ValueError: scenes have different joints; then ask each of `objs`.
+            ValueError: the scenes have different joints. Ask each of `objs` instead.
             RuntimeError: the batch is closed.
         """
         columns = {name: column for column, name in enumerate(self.active_joint_names)}
         return freeze_array(np.array(self._find(names, columns, "moving joint"), np.intp))
 
     def link_pose(self, names: str | Sequence[str]) -> NDArray[np.float32]:
-        """(B, links, 7) poses of links in the world of their scene, in the order of the names.
+        """Returns the poses of links (B, links, 7) in the world of their scene, in the order of the names.
 
-        Where the articulation of a scene has no such link, its row is NaN.
+        If a scene's articulation has no such link, its row is NaN.
 
         Raises:
             KeyError: no scene has a link of this name.
@@ -257,15 +257,15 @@ class ArticulationBatch(MovingBatch):
         return self._link_values(names, 7, lambda link: link.get_entity().get_pose().__getstate__())
 
     def link_velocity(self, names: str | Sequence[str]) -> NDArray[np.float32]:
-        """(B, links, 6) velocities of links in the world frame, linear [m/s] then angular [rad/s].
+        """Returns the velocities of links (B, links, 6) in the world frame, linear [m/s] then angular [rad/s].
 
-        The linear one is that of the link's centre of mass, as SAPIEN gives it. Otherwise as `link_pose`.
+        The linear velocity is that of the link's centre of mass, as in SAPIEN. Otherwise like `link_pose`.
         """
         return self._link_values(names, 6, lambda link: (*link.get_linear_velocity(), *link.get_angular_velocity()))
 
     @property
     def qlimits(self) -> NDArray[np.float32]:
-        """(B, dof, 2) lowest and highest positions; infinite where there is no limit."""
+        """(B, dof, 2) lower and upper limits; infinite if there is none."""
         return self._joint_values("limits", (-1, 2))
 
     @property
@@ -278,15 +278,15 @@ class ArticulationBatch(MovingBatch):
         self.set_qpos(qpos)
 
     def set_qpos(self, qpos: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Moves joints at once, in all scenes or in those named; velocities and targets of drives stay.
+        """Sets joint positions immediately, in all or some scenes. Velocities and drive targets stay.
 
         Args:
-            qpos: (dof,) or (B, dof); B is the number of scenes moved.
+            qpos: (dof,) or (B, dof); B is the number of scenes.
             scene_idxs: indices among all scenes of the plan.
 
         Raises:
-            ValueError: the shape does not fit or a number is not finite.
-            KeyError: the articulation is in no such scene of this batch.
+            ValueError: wrong shape or non-finite number.
+            KeyError: the articulation is not in this scene, or the scene is not in the batch.
             RuntimeError: the batch is closed, or the articulation is removed in one of these scenes.
         """
         self._set_values("qpos", qpos, scene_idxs)
@@ -301,7 +301,7 @@ class ArticulationBatch(MovingBatch):
         self.set_qvel(qvel)
 
     def set_qvel(self, qvel: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (dof,) or (B, dof) velocities [m/s, rad/s], otherwise as `set_qpos`."""
+        """Sets (dof,) or (B, dof) velocities [m/s, rad/s]; otherwise like `set_qpos`."""
         self._set_values("qvel", qvel, scene_idxs)
 
     @property
@@ -314,15 +314,15 @@ class ArticulationBatch(MovingBatch):
         self.set_qf(qf)
 
     def set_qf(self, qf: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (dof,) or (B, dof) forces [N, N·m], otherwise as `set_qpos`.
+        """Sets (dof,) or (B, dof) forces [N, N·m]; otherwise like `set_qpos`.
 
-        They act beside the drives in every step until others are set or a reset takes them off.
+        They act in addition to the drives in every step, until they are set again or a reset clears them.
         """
         self._set_values("qf", qf, scene_idxs)
 
     @property
     def drive_target(self) -> NDArray[np.float32]:
-        """(B, dof) positions that the drives pull to. Raises RuntimeError once the batch is closed."""
+        """(B, dof) position targets of the drives. Raises RuntimeError once the batch is closed."""
         return self._joint_values("drive_target")
 
     @drive_target.setter
@@ -330,12 +330,12 @@ class ArticulationBatch(MovingBatch):
         self.set_drive_target(target)
 
     def set_drive_target(self, target: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (dof,) or (B, dof) positions that the drives pull to, otherwise as `set_qpos`."""
+        """Sets (dof,) or (B, dof) position targets of the drives; otherwise like `set_qpos`."""
         self._set_joint_values("drive_target", target, scene_idxs)
 
     @property
     def drive_velocity_target(self) -> NDArray[np.float32]:
-        """(B, dof) velocities that the drives pull to [m/s, rad/s]. Raises RuntimeError once the batch is closed."""
+        """(B, dof) velocity targets of the drives [m/s, rad/s]. Raises RuntimeError once the batch is closed."""
         return self._joint_values("drive_velocity_target")
 
     @drive_velocity_target.setter
@@ -343,11 +343,11 @@ class ArticulationBatch(MovingBatch):
         self.set_drive_velocity_target(target)
 
     def set_drive_velocity_target(self, target: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (dof,) or (B, dof) velocities [m/s, rad/s] that the drives pull to, otherwise as `set_qpos`."""
+        """Sets (dof,) or (B, dof) velocity targets of the drives [m/s, rad/s]; otherwise like `set_qpos`."""
         self._set_joint_values("drive_velocity_target", target, scene_idxs)
 
     def _find(self, names: str | Sequence[str], known: dict[str, Found], what: str) -> list[Found]:
-        """What has one or several names. Raises KeyError."""
+        """Looks up one or several names. Raises KeyError."""
         given = [names] if isinstance(names, str) else list(names)
         if not all(isinstance(name, str) for name in given):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise TypeError(f"names of a {what} must be strings, not {names!r}")
@@ -370,7 +370,7 @@ class ArticulationBatch(MovingBatch):
         return freeze_array(np.array(found, np.float32).reshape(len(self), len(columns), width))
 
     def _values(self, what: str) -> NDArray[np.float32]:
-        """(B, dof) of what the engine holds of an articulation in its scene alone."""
+        """Returns articulation values (B, dof) that the engine only has while it is in its scene."""
         self._check_there()
         return freeze_array(pad_rows([getattr(obj, f"get_{what}")() for obj in self._objects.objs], self.dof))
 
@@ -382,7 +382,7 @@ class ArticulationBatch(MovingBatch):
             getattr(self._objects.objs[row], f"set_{what}")(new)
 
     def _joint_values(self, what: str, shape: tuple[int, ...] = (-1,)) -> NDArray[np.float32]:
-        """(B, dof) or (B, dof, 2) of what joints have in and out of a scene. `shape`: of those of one articulation."""
+        """Returns joint values (B, dof) or (B, dof, 2), also out of a scene. `shape`: for one articulation."""
         self._check_open()
         rows = [[getattr(joint, f"get_{what}")() for joint in joints] for joints in self._objects.joints]
         return freeze_array(pad_rows([np.array(row, np.float32).reshape(shape) for row in rows], self.dof))
@@ -399,7 +399,7 @@ class ArticulationBatch(MovingBatch):
     def _find_movable(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
         objs, rows = self.objs, self._rows(scene_idxs)
         if any(root_is_fixed(self._objects.links[row]) for row in rows):
-            raise TypeError(f"the root of '{self.name}' is fixed: it has no velocity")
+            raise TypeError(f"the root of '{self.name}' is fixed, so it has no velocity")
         return objs, rows
 
     def _check_there(self, rows: Iterable[int] | None = None) -> None:
@@ -408,7 +408,7 @@ class ArticulationBatch(MovingBatch):
         gone = [self.scene_idxs[row] for row in chosen if not self._objects.in_scene(row)]
         if gone:
             where = "" if len(gone) == len(self) else f" in scene {gone[0]}"
-            raise RuntimeError(f"'{self.name}' is removed{where}: the engine knows nothing of its joints there")
+            raise RuntimeError(f"'{self.name}' is removed{where}, so the engine has no values for its joints")
 
     def _close(self) -> None:
         super()._close()

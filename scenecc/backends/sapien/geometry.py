@@ -1,4 +1,4 @@
-"""Geometry types in SAPIEN, one row per type: how a collision or render shape is made."""
+"""Geometry types in SAPIEN, one row per type: how to make a collision or render shape."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ShapeContext:
-    """What a row of the tables is given.
+    """Input for a row of the tables.
 
     Attributes:
         rows: the entity's rows that are built.
-        material: a column of `PhysxMaterial` or `RenderMaterial`; None: the plan names none of what is seen.
+        material: a column of `PhysxMaterial` or `RenderMaterial`. None: the plan sets no visual material.
         resources: files and materials of the plan.
     """
 
@@ -50,18 +50,18 @@ class ShapeContext:
     resources: Resources
 
     def materials(self) -> Column:
-        """The material, or one new `RenderMaterial` for all rows of the shape."""
+        """Returns the material, or one new `RenderMaterial` for all rows of the shape."""
         return [render.RenderMaterial()] if self.material is None else self.material
 
 
 class ShapeType(NamedTuple):
-    """A geometry in SAPIEN, as it collides or as it is seen.
+    """A geometry in SAPIEN, as a collision or visual shape.
 
     Attributes:
         engine: SAPIEN's class.
-        make: from the geometry to a function from a row to a new shape (`ConvexParts`: to a list of shapes).
-        sizes: names of the numbers that `engine` takes, in their order; none of a mesh.
-        many: whether a collision shape of the plan is several of the engine.
+        make: takes the geometry and returns a function from a row to a new shape (`ConvexParts`: to a list of shapes).
+        sizes: names of the numbers that `engine` takes, in their order; empty for a mesh.
+        many: whether one collision shape of the plan becomes several of the engine.
     """
 
     engine: Any
@@ -71,7 +71,7 @@ class ShapeType(NamedTuple):
 
 
 def _sized_shape(engine: Any, *sizes: str) -> ShapeType:
-    """A class that takes its sizes, which geometry and engine call the same, and a material."""
+    """Makes a row for a class that takes its sizes, by the plan's field names, and a material."""
 
     def make(geometry: Any, build: ShapeContext) -> Callable[[int], Any]:
         columns = [size_column(getattr(geometry, name), build.rows) for name in sizes]
@@ -91,7 +91,7 @@ def _convex_parts(geometry: ConvexParts, build: ShapeContext) -> Callable[[int],
 
 
 def _hull_arguments(geometry: ConvexMesh | ConvexParts, build: ShapeContext) -> tuple[Column, Column]:
-    """File and scale, which PhysX wants above 0."""
+    """Returns file and scale. PhysX needs a positive scale."""
     file, scale = select_rows(geometry.file, build.rows), select_rows(geometry.scale, build.rows)
     if isinstance(geometry, ConvexParts):
         meshes = build.resources.parts(file, geometry.coacd)
@@ -119,12 +119,12 @@ def _revolved_parts(geometry: RevolvedSolid, build: ShapeContext) -> Callable[[i
 
 
 def make_revolved_parts(profile: Profile, scale: Any, material: Any) -> list[Any]:
-    """Convex shapes that a profile of unit size makes, scaled."""
+    """Returns the convex shapes of a profile of unit size, scaled."""
     return [physx.PhysxCollisionShapeConvexMesh(part, scale, material) for part in cached_parts(profile)]
 
 
 def _distinct_rows(geometry: RevolvedSolid | Heightfield, rows: NDArray[np.intp]) -> list[int]:
-    """The rows that are built; one of them where the sizes are the same in every scene."""
+    """Returns the rows that are built, or one of them if the sizes are the same in every scene."""
     found: list[int] = rows.tolist()
     return found if any(value.varies for value in geometry.values) else found[:1]
 
@@ -143,12 +143,12 @@ COLLISION_SHAPES: dict[type[CollisionGeometry], ShapeType] = {
     Heightfield: ShapeType(physx.PhysxCollisionShapeTriangleMesh, _heightfield),
     TriangleMesh: ShapeType(physx.PhysxCollisionShapeTriangleMesh, _triangle_mesh),
 }
-"""Geometry as it collides."""
+"""Collision geometry."""
 
 
 def _visual_plane(geometry: VisualPlane, look: ShapeContext) -> Callable[[int], Any]:
     half_size = select_rows(geometry.half_size, look.rows)
-    # SAPIEN's own ground gives a plane the scale [10, y, z]; the first number shows nowhere.
+    # SAPIEN's own ground gives a plane the scale [10, y, z]; the first number has no visible effect.
     scale = np.insert(half_size, 0, 10.0, axis=1)
     return bind_columns(render.RenderShapePlane, [to_vectors(scale), look.materials()])
 
@@ -174,11 +174,11 @@ def _visual_tiled_plane(geometry: TiledPlane, look: ShapeContext) -> Callable[[i
 def tiled_plane_vertices(
     half_size: NDArray[np.float64], repeat: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Corners (B, 4, 3) and texture coordinates (·, 4, 2) of tiled planes, counterclockwise from -x, -y.
+    """Returns corners (B, 4, 3) and texture coordinates (·, 4, 2) of tiled planes, counterclockwise from -x, -y.
 
     Args:
         half_size: (B, 2) [m].
-        repeat: (·, 2) how often the texture is on them.
+        repeat: (·, 2) number of texture repeats.
     """
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=np.float64)
     vertices = np.zeros((len(half_size), 4, 3))
@@ -206,7 +206,7 @@ VISUAL_SHAPES: dict[type[VisualGeometry], ShapeType] = {
     Mesh: ShapeType(render.RenderShapeTriangleMesh, _visual_mesh),
     TiledPlane: ShapeType(render.RenderShapeTriangleMesh, _visual_tiled_plane),
 }
-"""Geometry as it is seen."""
+"""Visual geometry."""
 
 RENDER_SHAPES: dict[Any, ShapeType] = {
     shape.engine: visual
@@ -214,13 +214,13 @@ RENDER_SHAPES: dict[Any, ShapeType] = {
     for other, visual in VISUAL_SHAPES.items()
     if geometry is other and shape.sizes
 }
-"""SAPIEN's classes of shapes that collide, to what is seen of the same form: those that sizes tell."""
+"""SAPIEN's classes of collision shapes → visual shapes of the same form, for those defined by sizes."""
 
 
 def front_face_column(geometry: VisualGeometry, given: str | None, rows: NDArray[np.intp]) -> Column | None:
-    """The side that is seen, a row; None where SAPIEN's own is right.
+    """Returns the visible side for each row; None if SAPIEN's default is right.
 
-    A mirrored mesh is inside out, so SAPIEN's `ActorBuilder` turns it, and so does this.
+    A mirrored mesh is inside out. Its side is swapped, as in SAPIEN's `ActorBuilder`.
     """
     if given is not None:
         return [given]

@@ -1,7 +1,7 @@
-"""Fields that a reset draws anew, beside poses, velocities, joints and targets: how each is set and read back.
+"""Setters and getters of values that a reset draws again, besides poses, velocities, joints and targets.
 
-One row a field of the plan. Resets and saved states work by this table; `Quantity.reset` says of the same
-fields what the language and the plan's JSON allow, and a test holds the two together.
+One row for each field of the plan. Resets and saved states use this table. `Quantity.reset` has the same fields for the
+language and the plan's JSON; a test compares the two.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ class LiveProperty(NamedTuple):
     """One field of the plan in a running simulation.
 
     Attributes:
-        set: takes an object of the engine and an item of a column.
-        get: what the object holds, as numbers in any shape.
-        convert: rows (B, …) to a column.
-        stored: what the engine makes of numbers: it rounds them to single precision; it keeps their inverse; it
-            normalises the quaternion of a pose; or it computes an angle from a focal length.
+        set: takes an engine object and an item of a column.
+        get: returns the object's value, as numbers in any shape.
+        convert: converts rows (B, …) to a column.
+        stored: how the engine stores numbers: it rounds them to float32; it stores their inverse; it normalises the
+            quaternion of a pose; or it computes an angle from a focal length.
     """
 
     set: Callable[[Any, Any], Any]
@@ -58,7 +58,7 @@ def _live(prop: EngineProperty) -> LiveProperty:
 
 
 def _make_property(owner: Any, field: str, convert: Callable[[NDArray[Any]], Column] = to_scalars) -> LiveProperty:
-    """A property that the engine calls as the plan does."""
+    """Returns a property that the engine names as the plan does."""
     return LiveProperty(getattr(owner, f"set_{field}"), attrgetter(field), convert)
 
 
@@ -99,7 +99,7 @@ _GAINS = ("stiffness", "damping", "force_limit")
 
 
 def axis_gain(drive: AxisDrive, field: str) -> LiveProperty:
-    """A gain of a constraint's drive of one axis."""
+    """Returns a gain of one axis of a constraint's drive."""
     index, axis = _GAINS.index(field), drive.axis
 
     def get(component: Any) -> float:
@@ -120,7 +120,7 @@ def _set_fovy(camera: Any, value: float, *, square: bool) -> None:
 
 
 def angle_of_view(lens: Perspective, field: str) -> LiveProperty:
-    """`fovx` or `fovy`; where it is given alone, pixels are square."""
+    """Returns the property for `fovx` or `fovy`. Pixels are square if only one is given."""
     square = lens.fovx is None or lens.fovy is None
     setter = partial({"fovx": _set_fovx, "fovy": _set_fovy}[field], square=square)
     return LiveProperty(setter, attrgetter(field), stored="angle")
@@ -155,7 +155,7 @@ def _set_ambient_light(system: Any, color: Any) -> None:
 
 
 def set_enabled(component: Any, flag: bool) -> None:  # noqa: FBT001 - as the engine's setters
-    """Puts a constraint into the simulation or takes it out."""
+    """Enables or disables a constraint."""
     if flag != component.is_enabled:
         (component.enable if flag else component.disable)()
 
@@ -205,10 +205,10 @@ LIVE_PROPERTIES: dict[tuple[type, str], LiveProperty] = {
     **{(Camera, field): LiveProperty(partial(_set_plane, field), attrgetter(field)) for field in ("near", "far")},
     (Environment, "ambient_light"): LiveProperty(_set_ambient_light, attrgetter("ambient_light"), to_vectors),
 }
-"""By the dataclass of the plan and its field."""
+"""By the plan's dataclass and its field."""
 
 ENTITY_POSE = LiveProperty(sapien.Entity.set_pose, _pose_getter("pose"), to_poses)
-"""`pose` of a light or a camera that stands in the world: of its own entity."""
+"""`pose` of an unmounted light or camera: that of its own entity."""
 
 
 def _set_local_pose(component: Any, pose: Any) -> None:
@@ -216,7 +216,7 @@ def _set_local_pose(component: Any, pose: Any) -> None:
 
 
 LOCAL_POSE = LiveProperty(_set_local_pose, _pose_getter("local_pose"), to_poses)
-"""`pose` of one that is mounted."""
+"""`pose` of a mounted light or camera."""
 
 
 def _pose_property(item: Light | Camera) -> LiveProperty:
@@ -229,25 +229,25 @@ DEPENDENT_PROPERTIES: dict[tuple[type, str], Callable[[Any], LiveProperty]] = {
     (Light, "pose"): _pose_property,
     (Camera, "pose"): _pose_property,
 }
-"""Properties that depend on the rest of the dataclass: on an axis, on another angle of view, on a mount."""
+"""Properties that depend on other fields of the dataclass: an axis, another angle of view, a mount."""
 
 
 def live_property(holder: Any, field: str) -> LiveProperty | None:
-    """How a field of a dataclass of the plan is set and read back; None: it is a part of the state of motion."""
+    """Returns the property of a field of a plan's dataclass. None: it is part of the motion state."""
     key = (holder.__class__, field)
     dependent = DEPENDENT_PROPERTIES.get(key)
     return LIVE_PROPERTIES.get(key) if dependent is None else dependent(holder)
 
 
 ROTATION_TOLERANCE = 5e-7
-"""Of the quaternion of a centre of mass: PhysX normalises it, which changes a few units in the last place."""
+"""For the quaternion of a centre of mass: PhysX normalises it, which changes a few units in the last place."""
 
 ANGLE_TOLERANCE = 1e-6
-"""Of an angle of view, relative: SAPIEN keeps the focal length that it makes of one."""
+"""Relative, for an angle of view: SAPIEN stores it as a focal length."""
 
 
 def set_all(prop: LiveProperty, objs: list[Any], rows: NDArray[Any]) -> None:
-    """Sets a property of objects to rows (B, …); without a call of ours for each, since there are thousands."""
+    """Sets a property of objects to rows (B, …), without a Python call for each, since there are thousands."""
     if prop is MASS_AND_INERTIA:
         masses: list[float] = rows[:, 0].tolist()
         setters: list[tuple[Any, Column]] = [(_Body.set_mass, masses), (_Body.set_inertia, to_vectors(rows[:, 1:]))]
@@ -258,7 +258,7 @@ def set_all(prop: LiveProperty, objs: list[Any], rows: NDArray[Any]) -> None:
 
 
 def read_all(prop: LiveProperty, objs: list[Any]) -> NDArray[np.float32]:
-    """What objects hold, (B, n)."""
+    """Returns the values of objects, (B, n)."""
     if prop is MASS_AND_INERTIA:
         masses = np.array([*map(_Body.get_mass, objs)], np.float32)
         return np.column_stack((masses, np.array([*map(_Body.get_inertia, objs)], np.float32)))
@@ -266,7 +266,7 @@ def read_all(prop: LiveProperty, objs: list[Any]) -> NDArray[np.float32]:
 
 
 def stored_rows(prop: LiveProperty, rows: NDArray[np.float64]) -> NDArray[np.float32]:
-    """What the engine gives back of rows (B, …) that were set, (B, n)."""
+    """Returns what the engine reports after setting rows (B, …), as (B, n)."""
     flat = rows.reshape(len(rows), -1).astype(np.float32)
     if prop.stored == "inverse":
         with np.errstate(divide="ignore", over="ignore"):

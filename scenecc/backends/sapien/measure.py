@@ -1,6 +1,4 @@
-"""Plain numbers read from a batch: a snapshot of what the engine holds (see `scenecc.plan.measured`), and poses during
-a simulation.
-"""
+"""Reads a snapshot of the engine's values (see `scenecc.plan.measured`), and poses during a simulation."""
 
 from __future__ import annotations
 
@@ -40,21 +38,21 @@ _GEOMETRIES: Final = {
     for geometry, shape in COLLISION_SHAPES.items()
     if not shape.many and geometry is not Heightfield
 }
-"""SAPIEN's shapes to what they are in a plan; parts are convex meshes, terrain is a triangle mesh."""
+"""SAPIEN's shapes → geometry of a plan. Convex parts are convex meshes, terrain is a triangle mesh."""
 
 _JOINT_NUMBERS: Final = (*JOINT_PROPERTIES.by_field, *DRIVE_DEFAULTS)
-"""Of `MeasuredJoint`; SAPIEN's names are the same."""
+"""Fields of `MeasuredJoint`. SAPIEN uses the same names."""
 
 
 def read_live_geometry(shape: Any) -> tuple[type[CollisionGeometry], tuple[float, ...]]:
-    """What a live colliding shape is in a plan, and the numbers of its fields, which SAPIEN calls the same."""
+    """Returns the geometry type of a live collision shape in a plan, and the values of its fields."""
     geometry = _GEOMETRIES[type(shape)]
     names = geometry.__slots__ if issubclass(geometry, Solid) else ()
     return geometry, tuple(number for name in names for number in np.ravel(getattr(shape, name)).tolist())
 
 
 def measure_bodies(batch: SceneBatch) -> EngineSnapshot:
-    """Everything that the engine holds of the bodies in a batch, as they are now: measure before anything is stepped.
+    """Returns all values that the engine holds for the bodies in a batch. Call it before the first step.
 
     Raises:
         RuntimeError: the batch is closed.
@@ -65,7 +63,7 @@ def measure_bodies(batch: SceneBatch) -> EngineSnapshot:
 
 
 class _BatchReader:
-    """Reads bodies; meshes that shapes share are kept once."""
+    """Reads bodies. Keeps meshes that shapes share only once."""
 
     def __init__(self, batch: SceneBatch) -> None:
         self._batch = batch
@@ -73,7 +71,7 @@ class _BatchReader:
         self._meshes: dict[str, MeasuredMesh] = {}
 
     def scene(self, index: int, scene: Any) -> MeasuredScene:
-        """One scene of the batch, by its index in the plan."""
+        """Reads one scene of the batch, by its index in the plan."""
         entities = tuple(self._entity(entity, index) for entity in self._batch.plan.entities if self._in(entity, index))
         x, y, z = _floats(scene.physx_system.config.gravity)
         return MeasuredScene(index, float(scene.get_timestep()), (x, y, z), entities)
@@ -163,7 +161,7 @@ def _read_mass(component: Any) -> MeasuredMass | None:
 
 
 def _joint_positions(articulation: Any, links: list[Any]) -> list[tuple[float, float]]:
-    """Position and velocity of each link's joint; 0 of one that does not move."""
+    """Returns position and velocity of each link's joint; 0 for a joint that does not move."""
     moving = sorted((link.get_index(), which) for which, link in enumerate(links) if link.get_joint().get_dof())
     found = [(0.0, 0.0)] * len(links)
     for (_, which), qpos, qvel in zip(moving, articulation.get_qpos(), articulation.get_qvel(), strict=True):
@@ -174,7 +172,7 @@ def _joint_positions(articulation: Any, links: list[Any]) -> list[tuple[float, f
 def _read_joint(plan: Joint, joint: Any, qpos: float, qvel: float) -> MeasuredJoint:
     moves = bool(joint.get_dof())
     low, high = _floats(joint.get_limits()[0]) if moves else (0.0, 0.0)
-    # Of what a fixed joint has not, the engine gives empty arrays or anything.
+    # For values that a fixed joint lacks, the engine returns empty arrays or arbitrary numbers.
     numbers = {name: float(np.ravel(getattr(joint, name))[0]) if moves else 0.0 for name in _JOINT_NUMBERS}
     return MeasuredJoint(
         joint=plan,
@@ -200,14 +198,14 @@ def _floats(numbers: Any) -> tuple[float, ...]:
 
 
 class PoseTracker:
-    """The dynamic and kinematic bodies of a batch, and its links.
+    """The dynamic and kinematic bodies and the links of a batch.
 
     Attributes:
-        keys: of each: index of its scene, name of its entity, and its own number among the entity's bodies.
+        keys: for each, index of its scene, name of its entity, and its index among the entity's bodies.
     """
 
     def __init__(self, batch: SceneBatch) -> None:
-        """Raises RuntimeError if the batch is closed."""
+        """Finds the bodies. Raises RuntimeError if the batch is closed."""
         found: list[tuple[tuple[int, str, int], Any]] = []
         for entity in batch.plan.entities:
             for row, index in enumerate(entity.scene_idxs):
@@ -217,8 +215,8 @@ class PoseTracker:
         self._objs = [obj for _, obj in found]
 
     def poses(self) -> NDArray[np.float32]:
-        """(N, 7) p [m] then q (wxyz) of each, in the world of its scene."""
-        # All seven in one call: `p` and `q` each make an array, and this is asked for thirty times a second.
+        """Returns the pose of each (N, 7), p [m] then q (wxyz), in the world of its scene."""
+        # All seven numbers in one call: `p` and `q` each make an array, and this runs thirty times a second.
         rows = [obj.get_pose().__getstate__() for obj in self._objs]
         return np.array(rows, np.float32).reshape(len(rows), 7)
 

@@ -1,4 +1,4 @@
-"""Meshes of strangers: before this process opens them, SAPIEN reads them in another one."""
+"""Test reads of untrusted meshes: SAPIEN reads them in another process before this one opens them."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 
 def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendered: bool) -> bool:
-    """Whether SAPIEN cannot read a mesh of these scenes; reported where the first shape that uses it names it."""
+    """Returns whether SAPIEN cannot read a mesh of these scenes; reports it at the first shape that uses it."""
     failed = False
     for (index, use), (_, origin) in used_meshes(plan, scene_idxs, rendered=rendered).items():
         file = plan.files[index]
         converted = use != "visual" and file.path.suffix.lower() == ".dae"
         if use == "decomposed" or converted or not file.path.is_file():
-            continue  # CoACD reads it, a PLY of ours takes its place, or the builder reports that it is missing
+            continue  # CoACD reads it, a PLY of ours replaces it, or the builder reports that it is missing
         fault = engine_fault(file, use)
         if fault is not None:
             code = "SC807" if use == "visual" else "SC801"
@@ -40,7 +40,7 @@ def report_unreadable_meshes(plan: ScenePlan, scene_idxs: tuple[int, ...], sink:
 def used_meshes(
     plan: ScenePlan, scene_idxs: tuple[int, ...], *, rendered: bool
 ) -> dict[tuple[int, MeshUse], tuple[MeshGeometry, Origin | None]]:
-    """Each mesh of these scenes, by the index of its file and its use; its first shape, and where that names it."""
+    """Returns each mesh of these scenes, by file index and use, with its first shape and that shape's origin."""
     found: dict[tuple[int, MeshUse], tuple[MeshGeometry, Origin | None]] = {}
     for entity in plan.entities:
         present, rows = rows_in_scenes(entity, scene_idxs)

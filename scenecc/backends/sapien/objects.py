@@ -1,4 +1,4 @@
-"""Engine objects of one entity or component across the scenes of a batch, and checks of values that are set on them."""
+"""Engine objects of one entity or component across the scenes of a batch, and checks of values that users set."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Named = TypeVar("Named")
 
 @dataclass(frozen=True, slots=True)
 class EntityObjects:
-    """What the engine has of one entity, once for each scene of the batch that has it.
+    """The engine's objects of one entity, one for each scene of the batch that has it.
 
     Attributes:
         scene_idxs: indices among all scenes of the plan, ascending.
@@ -40,7 +40,7 @@ class EntityObjects:
         object.__setattr__(self, "row_of", {index: row for row, index in enumerate(self.scene_idxs)})
 
     def rows_in(self, scene_idxs: Iterable[int]) -> list[int]:
-        """The rows of those of the scenes that have it, in the order given."""
+        """Returns the rows of those of the scenes that have the entity, in the order given."""
         return [self.row_of[index] for index in scene_idxs if index in self.row_of]
 
 
@@ -49,26 +49,26 @@ class BodyObjects(EntityObjects):
     """One entity's bodies; `objs` are `sapien.Entity`s.
 
     Attributes:
-        components: the physical component of each scene, None where it has none.
+        components: the physical component of each scene, or None.
     """
 
     components: list[Any]
 
     def parts(self, row: int) -> list[tuple[Any, Any]]:
-        """The `sapien.Entity` of a row with what the simulation has of it; none where that is nothing."""
+        """Returns the `sapien.Entity` of a row with its physical component; empty if it has none."""
         component = self.components[row]
         return [] if component is None else [(self.objs[row], component)]
 
 
 @dataclass(frozen=True, slots=True)
 class ArticulationObjects(EntityObjects):
-    """One entity's articulations; made while all are in their scenes. `objs` are `PhysxArticulation`s.
+    """One entity's articulations; `objs` are `PhysxArticulation`s. Make it while all are in their scenes.
 
     Attributes:
-        entities, links: those of its links in each scene, in the order of the plan, in which they are added.
-        joints: those that move, in the order of the engine's `qpos`. Outside of a scene it names none.
-        columns: where in `qpos` each of them is that moves, in the order of the plan.
-        dof: how many move, at most.
+        entities, links: of each scene, in the order of the plan, which is also the order in which they are added.
+        joints: those that move, in the order of the engine's `qpos`. Outside a scene the engine has none.
+        columns: position in `qpos` of each joint that moves, in the order of the plan.
+        dof: largest number of joints that move.
     """
 
     entities: list[list[Any]]
@@ -85,22 +85,21 @@ class ArticulationObjects(EntityObjects):
         object.__setattr__(self, "dof", max(map(len, joints), default=0))
 
     def parts(self, row: int) -> list[tuple[Any, Any]]:
-        """The `sapien.Entity` of each link of a row, with the link, in the order in which they are added."""
+        """Returns the `sapien.Entity` and link of each link in a row, in the order in which they are added."""
         return list(zip(self.entities[row], self.links[row], strict=True))
 
     def in_scene(self, row: int) -> bool:
-        """Whether it is in its scene now."""
+        """Returns whether it is in its scene now."""
         return self.entities[row][0].get_scene() is not None
 
 
 @dataclass(frozen=True, slots=True)
 class DrawnObjects:
-    """What a build keeps for resets, of what no entity holds.
+    """Objects that no entity holds, kept by a build for resets.
 
     Attributes:
-        physical, visual: materials of which something is drawn anew: by index in the plan's table, then by scene.
-        densities: of rigid components whose mass is drawn anew: the mass [kg] and the inertia (3,) [kg·m²] that their
-            densities give.
+        physical, visual: drawn materials, by index in the plan's table, then by scene.
+        densities: for rigid components with a drawn mass: mass [kg] and inertia (3,) [kg·m²] by density.
     """
 
     physical: dict[int, dict[int, Any]] = field(default_factory=dict[int, "dict[int, Any]"])
@@ -114,7 +113,7 @@ def _joint_columns(links: list[Any]) -> NDArray[np.intp]:
 
 
 def iterate_entities(objects: BodyObjects | ArticulationObjects) -> Iterator[tuple[int, Any]]:
-    """Scene index and `sapien.Entity` of each body, in build order in each scene."""
+    """Yields scene index and `sapien.Entity` of each body, in build order in each scene."""
     if isinstance(objects, BodyObjects):
         yield from zip(objects.scene_idxs, objects.objs, strict=True)
     else:
@@ -123,22 +122,22 @@ def iterate_entities(objects: BodyObjects | ArticulationObjects) -> Iterator[tup
 
 
 def is_dynamic(component: Any) -> bool:
-    """Whether a body has velocities of its own: it is dynamic, and not made kinematic meanwhile."""
+    """Returns whether a body is dynamic and was not made kinematic since."""
     return isinstance(component, physx.PhysxRigidDynamicComponent) and not component.get_kinematic()
 
 
 def is_kinematic(component: Any) -> bool:
-    """Whether the engine moves a body by its pose alone, and has targets for it."""
+    """Returns whether the engine moves a body only by its pose and kinematic targets."""
     return isinstance(component, physx.PhysxRigidDynamicComponent) and component.get_kinematic()
 
 
 def root_is_fixed(links: Sequence[Any]) -> bool:
-    """Whether the first of an articulation's links is fixed to the world."""
+    """Returns whether the first link of an articulation is fixed to the world."""
     return links[0].get_joint().get_type() == "fixed"
 
 
 class ComponentBatch:
-    """One thing of the plan, in every scene that has it.
+    """One entity, constraint, light or camera of the plan, in every scene that has it.
 
     Args:
         name: in the plan.
@@ -153,7 +152,7 @@ class ComponentBatch:
         self._closed = False
 
     def __setattr__(self, name: str, value: object) -> None:
-        """Refuses a public name that the class does not have: what is written to a misspelt `pose` would do nothing."""
+        """Refuses an unknown public name, because writing to a misspelt `pose` would have no effect."""
         kind = type(self)
         if not name.startswith("_") and not hasattr(kind, name):
             known = (each for each in dir(kind) if getattr(getattr(kind, each), "fset", None) is not None)
@@ -168,12 +167,12 @@ class ComponentBatch:
 
     @property
     def name(self) -> str:
-        """Its name in the plan; the components have the same."""
+        """Its name in the plan, also that of its components."""
         return self._name
 
     @property
     def scene_idxs(self) -> tuple[int, ...]:
-        """Indices among all scenes of the plan: those of this batch that have it."""
+        """The scenes of this batch that have it, as indices among all scenes of the plan."""
         return self._scene_idxs
 
     @property
@@ -192,7 +191,7 @@ class ComponentBatch:
 
 
 def spread_poses(pose: Any, count: int) -> list[sapien.Pose]:
-    """`count` poses from (7,), (count, 7), a `sapien.Pose` or a sequence of them. Raises ValueError."""
+    """Returns `count` poses from (7,), (count, 7), a `sapien.Pose` or a sequence of them. Raises ValueError."""
     if isinstance(pose, sapien.Pose):
         return [pose] * count
     if isinstance(pose, (list, tuple)):
@@ -209,18 +208,18 @@ def spread_poses(pose: Any, count: int) -> list[sapien.Pose]:
 
 
 def spread_vectors(vector: Any, count: int) -> NDArray[np.float32]:
-    """(count, 3) float32 from (3,) or (count, 3). Raises ValueError."""
+    """Returns (count, 3) float32 from (3,) or (count, 3). Raises ValueError."""
     return _spread(vector, 3, count, "a velocity")
 
 
 def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) -> list[NDArray[np.float32]]:
-    """One row for each of some articulations, as long as it has joints that move, from (width,) or (B, width).
+    """Returns a row of joint values for each articulation, from (width,) or (B, width).
 
-    `dofs`: how many each has, `width` at most; what is given beyond is not looked at. Raises ValueError.
+    `dofs`: number of joints that move in each, at most `width`; further values are ignored. Raises ValueError.
     """
     rows = np.asarray(numbers, dtype=np.float32)
     if rows.shape not in ((width,), (1, width), (len(dofs), width)):
-        raise ValueError(f"{what} is ({width},) or ({len(dofs)}, {width}) here, not {rows.shape}")
+        raise ValueError(f"{what} must be ({width},) or ({len(dofs)}, {width}), not {rows.shape}")
     rows = np.broadcast_to(rows, (len(dofs), width))
     found = [row[:dof].copy() for row, dof in zip(rows, dofs, strict=True)]
     if not all(np.isfinite(row).all() for row in found):
@@ -229,20 +228,13 @@ def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) ->
 
 
 def unknown_name(name: str, known: Sequence[str], what: str, owner: str | None = None) -> KeyError:
-    """The error for a name that nothing has, with the nearest of those known.
-
-    Args:
-        name: the name.
-        known: the names that there are.
-        what: what these are names of: "link".
-        owner: whose these are.
-    """
+    """Returns the error for an unknown name, with the closest known name. `what`: kind of the names: "link"."""
     whose = "" if owner is None else f" of '{owner}'"
-    return KeyError(f"no {what} '{name}'{whose}; {suggest(name, known) or 'there is none'}")
+    return KeyError(f"no {what} '{name}'{whose}; {suggest(name, known) or 'there are none'}")
 
 
 class NamedObjects(dict[str, Named]):
-    """Objects by name; a name that none has is a KeyError with the nearest. Arguments are as of `unknown_name`."""
+    """Objects by name. An unknown name raises KeyError with the closest. Arguments are as for `unknown_name`."""
 
     def __init__(self, objects: Mapping[str, Named], what: str, owner: str | None = None) -> None:
         super().__init__(objects)
@@ -253,13 +245,13 @@ class NamedObjects(dict[str, Named]):
 
 
 def freeze_array(array: Array) -> Array:
-    """The array itself, made read-only: writing to a copy of what the engine holds would do nothing."""
+    """Returns the array, made read-only, because writing to a copy of the engine's values would have no effect."""
     array.flags.writeable = False
     return array
 
 
 def pad_rows(rows: list[Any], width: int) -> NDArray[np.float32]:
-    """(B, width, …) of rows (dof, …), filled with NaN."""
+    """Returns (B, width, …) from rows (dof, …), padded with NaN."""
     shape = np.shape(rows[0])[1:] if rows else ()
     found = np.full((len(rows), width, *shape), np.nan, np.float32)
     for row, numbers in zip(found, rows, strict=True):
@@ -270,7 +262,7 @@ def pad_rows(rows: list[Any], width: int) -> NDArray[np.float32]:
 def _spread(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
     rows = np.asarray(given, dtype=np.float32)
     if rows.shape not in ((width,), (1, width), (count, width)):
-        raise ValueError(f"{what} is ({width},) or ({count}, {width}) here, not {rows.shape}")
+        raise ValueError(f"{what} must be ({width},) or ({count}, {width}), not {rows.shape}")
     if not np.isfinite(rows).all():
         raise ValueError(f"{what} must be finite")
     return np.broadcast_to(rows, (count, width)).copy()

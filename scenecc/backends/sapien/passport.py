@@ -1,4 +1,4 @@
-"""Passports: a line of JSON from which `scenecc replay` builds the start of one scene again, and tells what differs."""
+"""Passports: a line of JSON from which `scenecc replay` rebuilds the start of one scene and reports differences."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 PASSPORT_VERSION: Final = 1
 
 HASH_LENGTH: Final = 32
-"""Hexadecimal digits of a SHA-256 that a passport keeps: 128 bits tell files apart, and keep the text short."""
+"""Hexadecimal digits of a SHA-256 in a passport. 128 bits distinguish files and keep the text short."""
 
 
 class Sampled(NamedTuple):
-    """What some scenes start with: the states of entities, and what else a reset draws."""
+    """The start of some scenes: the states of entities, and what else a reset draws."""
 
     states: Mapping[str, AnyState]
     writes: Sequence[FieldWrite]
@@ -41,12 +41,12 @@ class Sampled(NamedTuple):
 
 @dataclass(frozen=True)
 class Start:
-    """What the start of a scene was drawn with.
+    """The inputs of the draws for the start of a scene.
 
     Attributes:
         seed: of the build or the reset.
-        draws: values of shared draws that the reset was given, name → the scene's row.
-        sampled: what was drawn, for the scenes that were reset together; None: nothing was yet.
+        draws: values that replaced shared draws: name → the scene's row.
+        sampled: what was drawn, for the scenes that were reset together. None: nothing yet.
     """
 
     seed: int
@@ -55,7 +55,7 @@ class Start:
 
 
 class Passport:
-    """The passport of a scene at one start. `str` makes the text, when it is first wanted."""
+    """The passport of a scene at one start. `str` writes the text when it is first needed."""
 
     def __init__(self, write: Callable[[], str]) -> None:
         self._write = write
@@ -75,10 +75,10 @@ class Passport:
 
 
 class PassportWriter:
-    """Remembers with what the scenes of a batch were reset, and writes their passports.
+    """Remembers the inputs of each scene's last reset, and writes passports.
 
     Attributes:
-        provenance: what the batch was built from; None: no passport can be written.
+        provenance: what the batch was built from. None: no passport can be written.
     """
 
     def __init__(self, plan: ScenePlan) -> None:
@@ -89,7 +89,7 @@ class PassportWriter:
     def note_reset(
         self, scene_idxs: Sequence[int], seeds: Sequence[int], draws: Mapping[str, Any] | None, sampled: Sampled
     ) -> None:
-        """To be called after a reset. `seeds`, `draws`: one row for each of these scenes."""
+        """Records a reset. Call it afterwards. `seeds`, `draws`: one row for each of these scenes."""
         rows = {name: np.asarray(values).tolist() for name, values in (draws or {}).items()}
         for number, (index, seed) in enumerate(zip(scene_idxs, seeds, strict=True)):
             self._starts[index] = Start(seed, {name: values[number] for name, values in rows.items()}, sampled)
@@ -99,19 +99,19 @@ class PassportWriter:
         return build_versions(self._plan)
 
     def start(self, index: int) -> Start:
-        """The last start of a scene."""
+        """Returns the last start of a scene."""
         return self._starts.get(index) or Start(self._plan.seed, {})
 
     def text(self, index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldSet) -> str:
-        """The passport of a scene at a start.
+        """Returns the passport of a scene at a start.
 
         Raises:
-            ValueError: the batch was built from a plan as an object, which no file holds.
-            OSError: a file of the scene cannot be read, or changed since it was compiled.
+            ValueError: the batch was built from a plan object, without a file.
+            OSError: a file of the scene cannot be read, or has changed since it was compiled.
         """
         known = self.provenance
         if known is None:
-            raise ValueError("a batch of a plan as an object has no passport: build it from the scene file")
+            raise ValueError("a batch built from a plan object has no passport: build it from the scene file")
         plan = self._plan
         again = start != Start(plan.seed, {})
         draws = {name: np.asarray(rows)[index].tolist() for name, rows in known.draws.items()}
@@ -134,10 +134,10 @@ class PassportWriter:
 
 
 def start_hash(index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldSet) -> str:
-    """A hash of the start of a scene: of what `SceneBatch.state` holds then, but for what is seen.
+    """Returns a hash of the start of a scene: of `SceneBatch.state` then, without visual fields.
 
-    It is computed as the start itself is, and not read from the engine, which may have simulated since. Each array goes
-    in by name, as single precision, and does not depend on the other scenes of the batch.
+    It is computed as the start itself is, not read from the engine, which may have simulated since. Each array is
+    hashed by name in float32 and is independent of the other scenes of the batch.
     """
     states, writes = start.sampled or _sample(index, start, sampler, fields)
     rows: dict[tuple[str, str], Any] = {}
@@ -151,7 +151,7 @@ def start_hash(index: int, start: Start, sampler: ResetSampler, fields: DrawnFie
     digest = sha256()
     for key in sorted(rows):
         numbers = np.asarray(rows[key], "<f4").ravel()
-        numbers = numbers[~np.isnan(numbers)]  # the columns of joints that other scenes have
+        numbers = numbers[~np.isnan(numbers)]  # without the columns of joints that only other scenes have
         digest.update(json.dumps([*key, len(numbers)]).encode())
         digest.update(numbers.tobytes())
     return digest.hexdigest()[:HASH_LENGTH]
@@ -163,7 +163,7 @@ def _sample(index: int, start: Start, sampler: ResetSampler, fields: DrawnFieldS
 
 
 def build_versions(plan: ScenePlan) -> dict[str, str]:
-    """What decides the bits of a build beside files: versions of programs, and the platform with its C library."""
+    """Returns what decides the bits of a build besides files: versions of programs, platform and C library."""
     found = {
         "scenecc": VERSION,
         "sapien": _version("sapien"),

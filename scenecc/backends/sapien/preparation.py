@@ -1,4 +1,4 @@
-"""Entities of the plan, prepared for the loop over scenes, and the lookup of what they built."""
+"""Entities of the plan, prepared for the loop over scenes, and the lookup of their objects."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ if TYPE_CHECKING:
 Structure = TypeVar("Structure", bound="BodyStructure | ArticulationStructure")
 
 PlaceInScene = Callable[[Callable[[Any], None], int], None]
-"""Builds an entity's part in a scene, given what adds an entity to it and the scene's number."""
+"""Builds an entity in a scene, given a function that adds an entity and the scene's number."""
 
 MakeRow = Callable[[int], "tuple[Any, Any]"]
-"""From a row of a builder to a new entity and its physical component."""
+"""Makes the entity of a row and its physical component."""
 
 
 @dataclass(frozen=True, slots=True)
 class StructureRows(Generic[Structure]):
-    """The bodies, or the articulations, of an entity that have one structure.
+    """The bodies or articulations of an entity that share a structure.
 
     Attributes:
-        numbers: which of the entity's bodies, ascending.
+        numbers: indices among the entity's bodies, ascending.
         rows: their rows in the plan's values.
     """
 
@@ -53,12 +53,12 @@ class PreparedActor:
     """A body, prepared for the loop over scenes.
 
     Attributes:
-        scene_idxs: the scenes that are built and have it, ascending: one body each.
+        scene_idxs: the built scenes that have it, ascending: one body each.
         rows: the bodies' rows in the plan's values.
         parts: the bodies by structure.
-        make: builds the body of any scene by the scene's number; None: it differs by scene.
-        table: then for each scene its builder and row there, or None where the entity is not in it.
-        objs, components: what was built, one each body.
+        make: builds the body for a scene's number. None: it differs by scene.
+        table: then, for each scene, its builder and row there, or None if the entity is not in it.
+        objs, components: what was built, one for each body.
     """
 
     entity: Entity
@@ -71,12 +71,12 @@ class PreparedActor:
     components: list[Any] = field(default_factory=list[Any])
 
     def placer(self) -> PlaceInScene:
-        """A function that builds the body in one scene after the other."""
+        """Returns a function that builds the body in one scene after another."""
         everywhere, table = self.make, self.table
         keep_entity, keep_component = self.objs.append, self.components.append
 
         def place(add: Callable[[Any], None], number: int) -> None:
-            """Builds the body of a scene, adds it and keeps it; nothing where the entity is not in the scene."""
+            """Builds the body of a scene, adds it and keeps it, if the entity is in the scene."""
             if everywhere is not None:
                 entity, component = everywhere(number)
             elif (own := table[number]) is not None:
@@ -90,7 +90,7 @@ class PreparedActor:
         return place
 
     def objects(self) -> BodyObjects:
-        """The objects that were built."""
+        """Returns the objects that were built."""
         return BodyObjects(self.entity.name, self.scene_idxs, self.objs, self.components)
 
 
@@ -99,10 +99,10 @@ class PreparedArticulation:
     """An articulation, prepared for the loop over scenes.
 
     Attributes:
-        scene_idxs, rows, parts: as of a body.
-        table: for each scene its builder and row there, or None where the entity is not in it.
+        scene_idxs, rows, parts: as for a body.
+        table: for each scene its builder and row there, or None if the entity is not in it.
         objs: the `PhysxArticulation` of each scene that has it.
-        entities, links: those of their links, in the order of the plan.
+        entities, links: those of the articulation's links, in the order of the plan.
     """
 
     entity: Entity
@@ -115,10 +115,10 @@ class PreparedArticulation:
     links: list[list[Any]] = field(default_factory=list[list[Any]])
 
     def placer(self) -> PlaceInScene:
-        """A function that builds the articulation in one scene after the other."""
+        """Returns a function that builds the articulation in one scene after another."""
 
         def place(add: Callable[[Any], None], number: int) -> None:
-            """Builds the links of a scene, adds them and lets them start; nothing where the entity is not in it."""
+            """Builds the links of a scene, adds them and sets their start, if the entity is in the scene."""
             if (own := self.table[number]) is None:
                 return
             builder, row = own
@@ -132,7 +132,7 @@ class PreparedArticulation:
         return place
 
     def objects(self) -> ArticulationObjects:
-        """The objects that were built; called while all are in their scenes."""
+        """Returns the objects that were built. Call it while all are in their scenes."""
         return ArticulationObjects(self.entity.name, self.scene_idxs, self.objs, self.entities, self.links)
 
 
@@ -143,10 +143,12 @@ PreparedEntity = PreparedActor | PreparedArticulation
 def prepare_entity(
     entity: Entity, scene_idxs: tuple[int, ...], resources: Resources, *, rendered: bool
 ) -> tuple[PreparedEntity | None, list[EngineFailure]]:
-    """The entity, prepared for these scenes (None if it is in none of them), and the meshes that cannot be cooked.
+    """Prepares an entity for these scenes and returns it, with the meshes that cannot be cooked.
+
+    The entity is None if it is in none of the scenes.
 
     Raises:
-        EngineFailure: a shape cannot even be prepared.
+        EngineFailure: a shape cannot be prepared.
     """
     present, rows = rows_in_scenes(entity, scene_idxs)
     if not present:
@@ -191,7 +193,7 @@ def _prepare_articulation(
 def group_by_structure(
     entity: Entity, rows: NDArray[np.intp]
 ) -> tuple[StructureRows[BodyStructure | ArticulationStructure], ...]:
-    """The bodies that have these rows in the plan's values, by structure."""
+    """Groups the bodies that have these rows in the plan's values by structure."""
     if entity.pick is None:
         return (StructureRows(entity.structures[0], np.arange(len(rows)), rows),)
     picks = np.broadcast_to(entity.pick.data, len(entity.scene_idxs))[rows]
@@ -200,10 +202,10 @@ def group_by_structure(
 
 
 class EntityLookup:
-    """Bodies by their mounts.
+    """Finds bodies by their mounts.
 
     Attributes:
-        scene_idxs: which of the plan's scenes are built, ascending.
+        scene_idxs: the plan's scenes that are built, ascending.
         scenes: the `sapien.Scene`s in this order.
     """
 
@@ -219,9 +221,9 @@ class EntityLookup:
         }
 
     def component(self, mount: Mount, number: int) -> Any:
-        """The physical component that a mount names in the scene of a number: of a body, or of a link.
+        """Returns the physical component of a body or link that a mount names, in the scene of a number.
 
-        None for a body of the type none. An articulation itself stands for its root.
+        None for a body of type none. A mount on an articulation means its root.
 
         Raises:
             KeyError: the entity is not in this scene, or has no such link there.
@@ -237,7 +239,7 @@ class EntityLookup:
         return get_link(prepared.links[row], mount.link)
 
     def entity(self, mount: Mount, number: int) -> Any:
-        """The `sapien.Entity` of it. Raises KeyError as `component` does."""
+        """Returns the `sapien.Entity` of a mount. Raises KeyError as `component` does."""
         prepared = self._prepared[mount.entity]
         if isinstance(prepared, PreparedArticulation):
             return self.component(mount, number).get_entity()
@@ -246,7 +248,7 @@ class EntityLookup:
         return prepared.objs[self._row_of[mount.entity][self.scene_idxs[number]]]
 
     def entities(self, index: int) -> Iterator[tuple[str, Any]]:
-        """The `sapien.Entity`s of a scene of the plan by name, those of links as ENTITY/LINK."""
+        """Yields the `sapien.Entity`s of a scene of the plan by name; links are ENTITY/LINK."""
         for name, prepared in self._prepared.items():
             row = self._row_of[name].get(index)
             if row is None:
@@ -259,7 +261,7 @@ class EntityLookup:
 
 
 def get_link(links: Sequence[Any], name: str) -> Any:
-    """The link of a name. Raises KeyError."""
+    """Returns the link with a name. Raises KeyError."""
     for link in links:
         if link.get_name() == name:
             return link
@@ -269,9 +271,9 @@ def get_link(links: Sequence[Any], name: str) -> Any:
 def prepare_entities(
     plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, drawn: DrawnObjects | None = None, *, rendered: bool
 ) -> list[PreparedEntity] | None:
-    """Everything that is done once: argument tables, materials, and every mesh cooked.
+    """Prepares everything that is done once: argument tables, materials, and cooked meshes.
 
-    All that fail are reported, not only the first. `drawn` takes what resets need that no entity holds.
+    Reports all failures, not only the first. `drawn` receives what resets need and no entity holds.
     """
     if report_unreadable_meshes(plan, scene_idxs, sink, rendered=rendered):
         return None

@@ -1,8 +1,8 @@
-"""Properties of engine objects, one row per field: setter, getter, conversion, and what a fresh object holds.
+"""Properties of engine objects, one row per field: setter, getter, conversion, and the value of a fresh object.
 
 The builders write by these tables, and `tests/fidelity/test_setters.py` compares each row with SAPIEN. Values of the
-plan become columns, lists with one item, or one item per row that is built. Vectors become float32 arrays,
-which SAPIEN reads faster than lists.
+plan become columns: lists with one item, or one item per row that is built. Vectors become float32 arrays, which SAPIEN
+reads faster than lists.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ Item = TypeVar("Item")
 
 
 def row_item(column: Sequence[Item], row: int) -> Item:
-    """The item of a row."""
+    """Returns the item of a row."""
     return column[row if len(column) != 1 else 0]
 
 
 def rows_in_scenes(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[int, ...], NDArray[np.intp]]:
-    """Those of the scenes that have the entity, and their rows in the plan's values."""
+    """Returns those of the scenes that have the entity, and their rows in the plan's values."""
     if entity.scene_idxs == scene_idxs:
         return scene_idxs, np.arange(len(scene_idxs))
     row_of = {index: row for row, index in enumerate(entity.scene_idxs)}
@@ -45,33 +45,33 @@ def rows_in_scenes(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[i
 
 
 def select_rows(value: Value, rows: NDArray[np.intp]) -> NDArray[Any]:
-    """The rows of a value that are built; one row where it is the same in every scene."""
+    """Returns the given rows of a value, or one row if it is the same in every scene."""
     return value.data if value.data.shape[0] == 1 else value.data[rows]
 
 
 def to_scalars(data: NDArray[Any]) -> Column:
-    """Python floats, integers or booleans, or lists of them."""
+    """Converts to Python floats, integers or booleans, or lists of them."""
     return data.tolist()
 
 
 def to_vectors(data: NDArray[Any]) -> Column:
-    """float32 arrays."""
+    """Converts to float32 arrays."""
     return list(data.astype(np.float32))
 
 
 def to_poses(data: NDArray[Any]) -> Column:
-    """`sapien.Pose` objects. The quaternion is passed on as it is: normalising it again would change bits."""
+    """Converts to `sapien.Pose` objects. Quaternions stay as they are: normalising them again would change bits."""
     return list(map(sapien.Pose, *split_poses(data)))
 
 
 def split_poses(data: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """(B, 3) and (B, 4) of poses (B, 7), each in one piece: SAPIEN reads their rows faster than slices of a row."""
+    """Splits poses (B, 7) into contiguous (B, 3) and (B, 4), whose rows SAPIEN reads faster than slices."""
     rows = data.astype(np.float32, copy=False)
     return np.ascontiguousarray(rows[:, :3]), np.ascontiguousarray(rows[:, 3:])
 
 
 def size_column(value: Value, rows: NDArray[np.intp]) -> Column:
-    """Python numbers or vectors a row: of what is built once, the plan's own, which costs less than an array of it."""
+    """Returns Python numbers or vectors for each row. A single row gives the plan's own value, which is faster."""
     if value.varies:
         data = value.data[rows]
         return to_vectors(data) if data.ndim > 1 else to_scalars(data)
@@ -82,7 +82,7 @@ def size_column(value: Value, rows: NDArray[np.intp]) -> Column:
 
 
 def zip_columns(columns: Sequence[Column]) -> list[tuple[Any, ...]]:
-    """The arguments of a call: one tuple in all, or one a row where any column has one item a row."""
+    """Returns the argument tuples of a call: one for all rows, or one a row if any column varies."""
     length = max([len(column) for column in columns])
     if length == 1:
         return [tuple([column[0] for column in columns])]
@@ -90,7 +90,7 @@ def zip_columns(columns: Sequence[Column]) -> list[tuple[Any, ...]]:
 
 
 def bind_columns(function: Callable[..., Any], columns: Sequence[Column]) -> Callable[[int], Any]:
-    """`function` with its arguments bound, to be called with a row."""
+    """Returns `function` with its arguments bound, to be called with a row."""
     arguments = zip_columns(columns)
     if len(arguments) == 1:
         only = arguments[0]
@@ -99,7 +99,7 @@ def bind_columns(function: Callable[..., Any], columns: Sequence[Column]) -> Cal
 
 
 SetterColumn = tuple["Callable[[Any, Any], Any]", Column]
-"""A setter of the engine, unbound, and its column of values."""
+"""An unbound setter of the engine, and its column of values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,9 +108,9 @@ class EngineProperty:
 
     Attributes:
         set: the engine's setter, unbound.
-        get: name of the engine's property, by which saved states and measurements read it.
-        convert: rows of the plan's data to a column.
-        default: what a fresh object of the engine holds whatever its configuration; None: it depends.
+        get: name of the engine's property, from which saved states and measurements read it.
+        convert: converts rows of the plan's data to a column.
+        default: value of any fresh engine object. None: it depends on the configuration.
     """
 
     set: Callable[[Any, Any], Any]
@@ -119,12 +119,12 @@ class EngineProperty:
     default: Any = None
 
     def column(self, value: Value | None, rows: NDArray[np.intp]) -> Column:
-        """The values of some rows; the default where the plan says nothing."""
+        """Returns the values of some rows, or the default if the plan sets none."""
         return self.convert(np.array([self.default], np.float64) if value is None else select_rows(value, rows))
 
 
 class PropertyTable:
-    """Properties by the plan's field names; all fields of a holder are read in one call."""
+    """Properties by the plan's field names. All fields of a holder are read in one call."""
 
     def __init__(self, properties: Mapping[str, EngineProperty]) -> None:
         self.by_field = properties
@@ -132,19 +132,19 @@ class PropertyTable:
         self._read = attrgetter(*properties)
 
     def said(self, holder: object) -> list[tuple[EngineProperty, Value]]:
-        """What the plan says of its fields, in the order of the table; most say nothing."""
+        """Returns the fields that the plan sets, in the order of the table."""
         values: tuple[Value | None, ...] = self._read(holder)
         if values.count(None) == len(values):
             return []
         return [(prop, value) for prop, value in zip(self._rows, values, strict=True) if value is not None]
 
     def steps(self, holder: object, rows: NDArray[np.intp]) -> list[SetterColumn]:
-        """Setters for what the plan says, without those of values that the engine's object already has."""
+        """Returns setters for what the plan sets, except values that the engine's object already has."""
         return [step for prop, value in self.said(holder) for step in property_setters(prop, value, rows)]
 
 
 def property_setters(prop: EngineProperty, value: Value, rows: NDArray[np.intp]) -> list[SetterColumn]:
-    """The setter of a property and its values; none if the engine's object already has this value."""
+    """Returns the setter of a property and its values; empty if the engine's object already has this value."""
     data = select_rows(value, rows)
     return [] if is_default(data, prop.default) else [(prop.set, prop.convert(data))]
 
@@ -156,7 +156,7 @@ _BodyClass = physx.PhysxRigidDynamicComponent
 SHAPE_POSE = EngineProperty(_CollisionShapeClass.set_local_pose, "local_pose", to_poses, IDENTITY_POSE)
 
 VISUAL_POSE = EngineProperty(render.RenderShape.set_local_pose, "local_pose", to_poses, IDENTITY_POSE)
-"""`pose` of a shape, colliding or seen."""
+"""`pose` of a collision or visual shape."""
 
 COLLISION_GROUPS = EngineProperty(
     _CollisionShapeClass.set_collision_groups, "collision_groups", to_scalars, (1, 1, 0, 0)
@@ -165,7 +165,7 @@ COLLISION_GROUPS = EngineProperty(
 
 
 def _plan_properties(component: Any, part: Literal["body", "shape"]) -> PropertyTable:
-    """Rows of the plan's table; the engine's names are the plan's."""
+    """Makes a table from rows of the plan's table. The engine uses the same names."""
     return PropertyTable(
         {
             prop.field: EngineProperty(
@@ -180,10 +180,10 @@ def _plan_properties(component: Any, part: Literal["body", "shape"]) -> Property
 
 
 SHAPE_PROPERTIES = _plan_properties(_CollisionShapeClass, "shape")
-"""Fields of `CollisionShape`, set before the shape is attached (its density cannot be set later)."""
+"""Fields of `CollisionShape`. Set before the shape is attached, because its density cannot be set later."""
 
 BODY_PROPERTIES = _plan_properties(_BodyClass, "body")
-"""Fields of `BodyStructure` that a dynamic or kinematic body has, set once its shapes and mass are there."""
+"""Fields of `BodyStructure` for a dynamic or kinematic body. Set once it has its shapes and mass."""
 
 _ArticulationClass = physx.PhysxArticulation
 
@@ -193,7 +193,7 @@ ARTICULATION_PROPERTIES = PropertyTable(
         for field in ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
     }
 )
-"""Fields of `ArticulationStructure` that are the whole's, set once it is in a scene."""
+"""Fields of `ArticulationStructure` for the whole articulation. Set once it is in a scene."""
 
 ROOT_PROPERTIES = PropertyTable(
     {
@@ -203,7 +203,7 @@ ROOT_PROPERTIES = PropertyTable(
         for field in ("linear_velocity", "angular_velocity")
     }
 )
-"""Fields of `ArticulationStructure` that its root has at the start, set before `qpos` and `qvel`."""
+"""Fields of `ArticulationStructure` for the start of its root. Set before `qpos` and `qvel`."""
 
 RENDER_PROPERTIES = PropertyTable(
     {
@@ -213,11 +213,11 @@ RENDER_PROPERTIES = PropertyTable(
         ),
     }
 )
-"""Fields of `BodyStructure` that the render body has."""
+"""Fields of `BodyStructure` for the render body."""
 
 
 def is_default(data: NDArray[Any], default: object) -> bool:
-    """Whether one row is all there is and the engine would hold it anyway, to the bit."""
+    """Returns whether the data is one row that is bit-identical to the engine's default."""
     if default is None or len(data) != 1:
         return False
     given = data[0].astype(np.float32) if data.dtype == np.float64 else data[0]
@@ -227,11 +227,11 @@ def is_default(data: NDArray[Any], default: object) -> bool:
 _JointClass = physx.PhysxArticulationJoint
 
 DRIVE_DEFAULTS = {row.field: row.untouched for row in properties_of("drive")}
-"""Fields of `Joint` that one setter takes, in its order and before the mode, and what stands where nothing is said."""
+"""Fields of `Joint` that one setter takes, in its order before the mode, with their defaults."""
 
 
 def _to_axis_arrays(data: NDArray[Any]) -> Column:
-    """float32 arrays (1,) or (1, 2), which is how SAPIEN takes what a joint has for each of its degrees of freedom."""
+    """Converts to float32 arrays (1,) or (1, 2), SAPIEN's format for values of a joint's degrees of freedom."""
     return list(data.astype(np.float32)[:, None])
 
 
@@ -239,10 +239,10 @@ JOINT_FRAMES = {
     "pose_in_child": EngineProperty(_JointClass.set_pose_in_child, "pose_in_child", to_poses, IDENTITY_POSE),
     "pose_in_parent": EngineProperty(_JointClass.set_pose_in_parent, "pose_in_parent", to_poses, IDENTITY_POSE),
 }
-"""Frames of `Joint`, in the order in which SAPIEN's builder sets them; set also where the plan says nothing."""
+"""Frames of `Joint`, in the order in which SAPIEN's builder sets them. Always set."""
 
 JOINT_LIMITS = EngineProperty(_JointClass.set_limits, "limits", _to_axis_arrays, (-np.inf, np.inf))
-"""Set on every joint that moves: SAPIEN's builder gives it these defaults, and a fresh joint cannot move."""
+"""Set on every joint that moves: SAPIEN's builder sets these defaults, and a fresh joint cannot move."""
 
 JOINT_PROPERTIES = PropertyTable(
     {
@@ -252,21 +252,21 @@ JOINT_PROPERTIES = PropertyTable(
         for field in (*property_fields("joint"), "drive_target", "drive_velocity_target")
     }
 )
-"""Fields of `Joint` that a user sets once SAPIEN's builder is done, in the order in which they are set."""
+"""Fields of `Joint` that a user sets after SAPIEN's builder, in the order in which they are set."""
 
 LINK_CLASS = physx.PhysxArticulationLinkComponent
 
 LINK_FIELDS = tuple(field for field in BODY_PROPERTIES.by_field if hasattr(LINK_CLASS, f"set_{field}"))
-"""Fields of `BodyStructure` that a link has as a dynamic body has them; the others do not exist on SAPIEN's links."""
+"""Fields of `BodyStructure` that SAPIEN's links share with dynamic bodies. Links lack the others."""
 
 FixedSetters = tuple[tuple["Callable[[Any, Any], Any]", Any], ...]
 
 PreparedSetters = tuple[FixedSetters, tuple[SetterColumn, ...]]
-"""Setters with one value for all rows, and setters with a value a row."""
+"""Setters with one value for all rows, and setters with a value for each row."""
 
 
 def apply_setters(prepared: PreparedSetters, obj: Any, row: int) -> None:
-    """Calls the setters on an object of the engine, with the values of a row."""
+    """Calls the setters on an engine object with the values of a row."""
     fixed, varying = prepared
     for setter, value in fixed:
         setter(obj, value)
@@ -275,7 +275,7 @@ def apply_setters(prepared: PreparedSetters, obj: Any, row: int) -> None:
 
 
 def split_setters(found: Sequence[SetterColumn]) -> PreparedSetters:
-    """Setters with one value for all rows, and setters with a value a row."""
+    """Splits setters into those with one value for all rows and those with a value for each row."""
     if not found:
         return (), ()
     fixed = tuple((setter, column[0]) for setter, column in found if len(column) == 1)

@@ -1,6 +1,4 @@
-"""Everything else that pictures need: environment map, lights, the view of collision shapes, and the setup of all of
-it.
-"""
+"""Environment maps, lights and the view of collision shapes, and the setup of everything that pictures need."""
 
 from __future__ import annotations
 
@@ -65,11 +63,11 @@ LIGHT_CLASSES: Final[dict[type, str]] = {
     AreaLight: "RenderParallelogramLightComponent",
     TexturedLight: "RenderTexturedLightComponent",
 }
-"""SAPIEN's components, by the type of a light."""
+"""SAPIEN's component for each type of light."""
 
 
 def has_light(scene: Any) -> bool:
-    """Whether a live scene is lit by anything: lights, ambient light or a map, of the plan or added by hand."""
+    """Returns whether a live scene has any lights, ambient light or environment map, from the plan or added by hand."""
     system = scene.render_system
     return bool(system.get_lights()) or any(system.get_ambient_light()) or system.get_cubemap() is not None
 
@@ -79,20 +77,20 @@ _LIGHT_FIELDS: Final[dict[type, tuple[str, ...]]] = {
     TexturedLight: ("inner_fov", "outer_fov"),
     AreaLight: ("half_width", "half_height"),
 }
-"""Fields that only lights of a type have; SAPIEN's components call them the same."""
+"""Fields that only some types of light have. SAPIEN's components use the same names."""
 
 
 def light_values(light: Light) -> dict[str, Value]:
-    """What a light's component has, by SAPIEN's names of its properties, in the order in which they are set."""
+    """Returns the values of a light by SAPIEN's property names, in the order in which they are set."""
     own = {name: getattr(light.light, name) for name in _LIGHT_FIELDS.get(type(light.light), ())}
     return {"color": light.color, **shadow_parameters(light), **own}
 
 
 def build_light(light: Light, lookup: EntityLookup, resources: Resources) -> list[Any]:
-    """The component of a light in each scene that has it, among those that are built.
+    """Returns the component of a light in each built scene that has it.
 
     Raises:
-        EngineFailure: its picture cannot be loaded.
+        EngineFailure: its image cannot be loaded.
     """
     values = light_values(light)
     made: list[Any] = []
@@ -111,7 +109,7 @@ def build_light(light: Light, lookup: EntityLookup, resources: Resources) -> lis
 
 
 def build_environment(environment: Environment, lookup: EntityLookup, resources: Resources) -> None:
-    """Gives scenes what surrounds them.
+    """Sets the ambient light and environment map of each scene.
 
     Raises:
         EngineFailure: the map cannot be loaded.
@@ -133,8 +131,8 @@ def build_environment(environment: Environment, lookup: EntityLookup, resources:
 
 
 _CHECKED_TO_THE_END: Final = (".hdr", ".ktx")
-"""Suffixes of images that SAPIEN loads if scenecc takes them. Others are loaded once more, as a texture: a map is only
-read at the first picture.
+"""Suffixes of images that SAPIEN loads if scenecc accepts them. Others are loaded once as a texture, because a map is
+only read at the first picture.
 """
 
 
@@ -155,7 +153,7 @@ def _make_cubemap(paths: tuple[str, ...], environment: Environment) -> Any:
 
 
 def _flat_shaded_mesh(shape: Any, material: Any) -> Any:
-    """Each face for itself, so that edges show: corners that faces share would make them look round."""
+    """Returns a mesh with flat shading, so that edges are visible: shared vertices would make it look round."""
     corners = np.asarray(shape.vertices * shape.scale, np.float32)[shape.triangles]
     if np.prod(shape.scale) < 0:
         corners = corners[:, ::-1]
@@ -168,7 +166,7 @@ def _flat_shaded_mesh(shape: Any, material: Any) -> Any:
 
 
 def _render_shape(shape: Any, material: Any) -> Any:
-    """The render shape of the form of one that collides."""
+    """Returns a render shape with the form of a collision shape."""
     if isinstance(shape, physx.PhysxCollisionShapePlane):
         return render.RenderShapePlane([1, PLANE_HALF_SIZE, PLANE_HALF_SIZE], material)
     like = RENDER_SHAPES.get(type(shape))
@@ -178,13 +176,13 @@ def _render_shape(shape: Any, material: Any) -> Any:
 
 
 class CollisionView:
-    """Draws bodies as they collide: a material a type of body, for all of them."""
+    """Shows the collision shapes of bodies, with one material for each body type."""
 
     def __init__(self) -> None:
         self._materials = {kind: render.RenderMaterial(base_color=color) for kind, color in COLLISION_COLORS.items()}
 
     def show(self, entity: Any) -> None:
-        """Replaces what is seen of a `sapien.Entity` by its collision shapes; nothing is seen where there are none."""
+        """Replaces the visuals of a `sapien.Entity` by its collision shapes, if any."""
         for component in entity.components:
             if isinstance(component, render.RenderBodyComponent):
                 entity.remove_component(component)
@@ -212,14 +210,14 @@ def _body_type(component: Any) -> str:
 
 
 class LightSet:
-    """Surroundings and lights of scenes.
+    """Environment and lights of scenes.
 
     Attributes:
         lights: by name, in the order of the plan.
     """
 
     def __init__(self, plan: ScenePlan, lookup: EntityLookup, *, rendered: bool) -> None:
-        """Builds them, where the scenes render.
+        """Builds them if the scenes render.
 
         Raises:
             EngineFailure: the renderer cannot make one.
@@ -244,7 +242,7 @@ class LightSet:
 
     @property
     def render_systems(self) -> dict[int, Any]:
-        """Those of the scenes, by index; none where nothing renders."""
+        """Returns the render systems by scene index; empty if nothing renders."""
         lookup = self._lookup
         if lookup is None or not self._rendered:
             return {}
@@ -252,21 +250,21 @@ class LightSet:
 
 
 _MOST_HIDDEN: Final = 0.5
-"""Of the subject's bodies, where the key light is kept from them."""
+"""Largest fraction of the subject's bodies that may be hidden from the key light."""
 
 _SHADOW_MAP: Final = 4096
 """Side of the shadow map of the default key light [px]."""
 
 
 def _shadow_depth(radius: float) -> float:
-    """Half the depth of that shadow [m]: what is farther is black, and single precision ends at 1e-7 of it."""
+    """Returns half the depth of that shadow map [m]: what is farther is black, and float32 resolves 1e-7 of it."""
     return radius * min(max(100 / radius, 200), 1e4)
 
 
 def _free_side(subject: Subject, ahead: float, rig: LightRig) -> tuple[int, bool]:
-    """1 for the rig as it is, -1 for its mirror image, and whether the key light throws a shadow.
+    """Returns 1 for the rig or -1 for its mirror image, and whether the key light casts a shadow.
 
-    The mirror image is for a wall that keeps the key light from the subject. Within walls it throws no shadow.
+    The rig is mirrored if a wall hides the subject from the key light. Within walls the key light casts no shadow.
     """
     key, distance = rig.lights[0], 100 * subject.radius
     for side in (1, -1):
@@ -285,7 +283,7 @@ class LightsAndCameras(LightSet):
     """
 
     def __init__(self, plan: ScenePlan, lookup: EntityLookup, *, rendered: bool) -> None:
-        """Builds them, where the batch renders.
+        """Builds them if the batch renders.
 
         Raises:
             EngineFailure: the renderer cannot make one.
@@ -303,10 +301,10 @@ class LightsAndCameras(LightSet):
             self.cameras[DEFAULT_CAMERA] = self.framed()
 
     def _light_up(self, index: int, view: Callable[[int], FramedView] | None = None) -> None:
-        """Lights a scene for its first picture if nothing else does: without, every picture would be black.
+        """Lights a scene before its first picture if it has no light; otherwise pictures would be black.
 
-        Not before, so that what is built is what the file says and nothing more. The rig stands as for a camera that
-        frames the scene, or as for `view`.
+        This happens only then, so that the built scene has nothing that the file lacks. The rig is placed for `view`,
+        or for a camera that frames the scene.
         """
         if index not in self._dark or self._lookup is None:
             return
@@ -335,14 +333,14 @@ class LightsAndCameras(LightSet):
         return self._lookup.scenes[self._lookup.scene_idxs.index(index)]
 
     def subject(self, index: int, focus: str | None = None) -> Subject:
-        """What a picture of a scene frames as it stands now.
+        """Returns what a picture of the current scene frames.
 
         Args:
             index: of the scene.
-            focus: an entity, or a link as ENTITY/LINK, that it is to frame alone.
+            focus: the only entity or link (ENTITY/LINK) to frame. None: what moves.
 
         Raises:
-            KeyError: nothing is seen of this entity in the scene.
+            KeyError: this entity has no visuals in the scene.
             RuntimeError: the batch was built without rendering.
         """
         assert self._lookup is not None
@@ -361,7 +359,7 @@ class LightsAndCameras(LightSet):
         return find_subject(solids, bodies)
 
     def poses(self, index: int) -> dict[str, NDArray[np.float64]]:
-        """The poses (7,) of bodies in a scene, by name, of links as ENTITY/LINK."""
+        """Returns the poses (7,) of bodies in a scene, by name; links are ENTITY/LINK."""
         assert self._lookup is not None
         return {
             name: np.concatenate([entity.pose.p, entity.pose.q]).astype(np.float64)
@@ -382,17 +380,19 @@ class LightsAndCameras(LightSet):
         look_at: Sequence[float] | None = None,
         shader: ShaderName | None = None,
     ) -> CameraBatch:
-        """A camera that frames each scene as it stands when the first picture of it is taken.
+        """Returns a camera that frames each scene at its first picture.
 
-        It comes into a scene with this picture: it takes memory.
+        It is added to a scene with that picture, because it takes memory.
 
         Raises:
-            ValueError: no renderer makes pictures of this size [px].
-            RuntimeError: the device cannot trace the rays that the shader asks for.
+            ValueError: the renderer does not support pictures of this size [px].
+            RuntimeError: the device does not support ray tracing, which the shader needs.
         """
         for size in (width, height):
             if not PIXEL_BOUNDS.allow(size):
-                raise ValueError(f"a picture has {PIXEL_BOUNDS.low} to {PIXEL_BOUNDS.high} pixels a side, not {size}")
+                raise ValueError(
+                    f"pictures must be {PIXEL_BOUNDS.low} to {PIXEL_BOUNDS.high} pixels a side, not {size}"
+                )
         camera = default_camera(self._plan.num_scenes, width, height, shader)
         if self._rendered:
             try:
@@ -429,7 +429,7 @@ class LightsAndCameras(LightSet):
         batch.objs[number] = component
 
     def show_collision(self) -> None:
-        """Draws bodies as they collide in place of how they look, from now on.
+        """Shows collision shapes instead of visuals from now on.
 
         Raises:
             RuntimeError: the batch was built without rendering.
@@ -443,7 +443,7 @@ class LightsAndCameras(LightSet):
 
     def _check_rendered(self) -> None:
         if not self._rendered:
-            raise RuntimeError(NOT_RENDERED.format(what="what is seen"))
+            raise RuntimeError(NOT_RENDERED.format(what="visuals"))
 
     def _hidden(self, index: int) -> list[Any]:
         if not self._seen_by_people or self._lookup is None:
@@ -465,13 +465,13 @@ class LightsAndCameras(LightSet):
         }
 
     def enter_new_scene(self, scene_idx: int) -> None:
-        """Has cameras see as before once the entities of a scene of the plan have moved to another `sapien.Scene`."""
+        """Restores camera settings that SAPIEN loses when the entities of a scene move to another `sapien.Scene`."""
         for camera in self.cameras.values():
             if self._rendered and scene_idx in camera.scene_idxs:
                 set_orthographic_again(camera.objs[camera.scene_idxs.index(scene_idx)])
 
     def close(self) -> None:
-        """Lets go of everything."""
+        """Releases all objects."""
         for each in (*self.lights.values(), *self.cameras.values(), *self._framed):
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
         self.lights, self.cameras, self._framed, self._lookup = {}, {}, [], None

@@ -1,4 +1,4 @@
-"""Where every body of a batch is at its start, as the plan has it or as a reset draws it anew."""
+"""The start of every body of a batch, as planned or as drawn by a reset."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 
 class _SampledField(NamedTuple):
-    """One field that a reset draws anew, in those of the batch's scenes that have it.
+    """One field that a reset draws again, in those of the batch's scenes that have it.
 
-    `column` is that of a joint, of the name `joint`; None: the field is a pose or a velocity.
+    `column` is that of the joint named `joint`. None: the field is a pose or a velocity.
     """
 
     entity: str
@@ -44,19 +44,19 @@ class _SampledField(NamedTuple):
 
     @property
     def what(self) -> str:
-        """For people."""
+        """The field's name in messages."""
         return self.field if self.column is None else f"{self.field} of joint '{self.joint}'"
 
 
 class ResetSampler:
-    """The start of a batch; prepared once, when it is first reset."""
+    """Samples the start of a batch. Prepared once, at the first reset."""
 
     def __init__(
         self, plan: ScenePlan, scene_idxs: tuple[int, ...], objects: Mapping[str, BodyObjects | ArticulationObjects]
     ) -> None:
         self._plan = plan
         self._draws: Mapping[str, Node] = dict(plan.draws)
-        # What stays as it is built stands in the plan as its rows.
+        # Values that are not drawn again are rows of the plan.
         self._drawn_again = [
             name for name, node in plan.draws if not isinstance(node, Rows) and not is_unnamed_draw(name)
         ]
@@ -78,15 +78,15 @@ class ResetSampler:
             self._recipes = [one for one in self._recipes if one not in self._placed]
 
     def batch(self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]) -> Batch:
-        """What evaluates recipes in some scenes, by ascending index, each by a seed of its own.
+        """Returns a batch that evaluates recipes in some scenes, by ascending index, each with its own seed.
 
         Args:
-            scene_idxs: which scenes.
-            seeds: one a scene, in their order.
-            given: in place of shared draws, name → one row a scene, in their order.
+            scene_idxs: the scenes.
+            seeds: one for each scene, in their order.
+            given: replaces shared draws: name → one row for each scene, in their order.
 
         Raises:
-            ValueError: what is given is not of the kind and shape of its draw.
+            ValueError: a given value has the wrong type or shape for its draw.
         """
         whole = self._spread(given, scene_idxs)
         chosen = sorted(scene_idxs)
@@ -95,10 +95,10 @@ class ResetSampler:
         return Batch(np.array(chosen, dtype=np.int64), one, self._plan.num_scenes, self._draws, whole)
 
     def drawn(self, batch: Batch) -> dict[str, AnyState]:
-        """The start of every entity in the scenes of a batch.
+        """Returns the start of every entity in the scenes of a batch.
 
         Raises:
-            ValueError: something has no value, or none that the engine can hold; entity, field and scene are named.
+            ValueError: a value is undefined, or the engine cannot hold it; the message names entity, field and scene.
         """
         chosen: list[int] = batch.scenes.tolist()
         rows_of = {name: [rows[i] for i in chosen if i in rows] for name, rows in self._row_of.items()}
@@ -116,7 +116,7 @@ class ResetSampler:
         return found
 
     def _spread(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
-        """Values for some scenes as values for all, which is how the draws take them."""
+        """Expands values for some scenes to arrays for all scenes, which the draws need."""
         spread: dict[str, NDArray[Any]] = {}
         for name, rows in given.items():
             if name not in self._drawn_again:
@@ -139,15 +139,15 @@ class ResetSampler:
 def _fixed_draw_message(name: str, names: Sequence[str]) -> str:
     known = ", ".join(names) or "none"
     return (
-        f"a reset cannot change a shared draw '{name}'; those that it can: {known}. A draw that a size, a material, a "
-        "static pose or anything else that is built reads stays as built: build another batch to change it"
+        f"a reset cannot change the shared draw '{name}', only these: {known}. A draw that a size, a material, a "
+        "static pose or anything else that is built depends on stays as built: build another batch to change it"
     )
 
 
 def _planned_state(
     entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], objects: BodyObjects | ArticulationObjects
 ) -> AnyState:
-    """As the plan has it."""
+    """Returns the planned start of an entity."""
     pose = np.broadcast_to(select_rows(entity.pose, rows), (len(rows), 7))
     if isinstance(objects, ArticulationObjects):
         whole = ArticulationState.at_rest(scene_idxs, pose, objects.dof)
@@ -201,13 +201,13 @@ def _sampled_fields(
 
 
 def _specified_fields(holder: object, fields: Sequence[str]) -> list[tuple[str, Value]]:
-    """Those of some fields of which the plan says something."""
+    """Returns those of some fields that the plan sets."""
     found = [(name, getattr(holder, name)) for name in fields]
     return [(name, value) for name, value in found if value is not None]
 
 
 def part_in_scenes(batch: Batch, scene_idxs: Container[int]) -> Batch | None:
-    """The part of a batch in those of its scenes that are among some; None where there are none."""
+    """Returns the part of a batch in some scenes, or None if it has none of them."""
     having = [number for number, index in enumerate(batch.scenes.tolist()) if index in scene_idxs]
     if not having:
         return None
@@ -215,17 +215,12 @@ def part_in_scenes(batch: Batch, scene_idxs: Container[int]) -> Batch | None:
 
 
 def sample_value(batch: Batch, node: Node, who: str, what: str, *, cite: bool = False) -> NDArray[np.float64]:
-    """What a reset draws, a row a scene.
+    """Returns what a reset draws, a row for each scene. `who`, `what`: names of owner and value for messages.
 
-    Args:
-        batch: the scenes.
-        node: what is drawn.
-        who: has it: a name in the plan.
-        what: it is, in words.
-        cite: name the expression of the file that has no value, which may be that of a shared draw.
+    `cite`: name the expression of the file that has no value, which may belong to a shared draw.
 
     Raises:
-        ValueError: there is no value.
+        ValueError: the value is undefined.
     """
     try:
         return np.asarray(to_field_rows(batch.evaluate(node)), np.float64)
@@ -237,14 +232,13 @@ def sample_value(batch: Batch, node: Node, who: str, what: str, *, cite: bool = 
 
 
 def check_drawn_finite(drawn: NDArray[np.float64], batch: Batch, who: str, what: str) -> None:
-    """Raises ValueError for what single precision does not hold. Arguments are those of `sample_value`."""
+    """Raises ValueError for values that do not fit in float32. Arguments are as for `sample_value`."""
     with np.errstate(over="ignore"):
         wrong = np.flatnonzero(~np.isfinite(drawn.astype(np.float32)).reshape(len(drawn), -1).all(axis=1))
     if wrong.size:
         scene, shown = int(batch.scenes[wrong[0]]), drawn[wrong[0]].tolist()
         raise ValueError(
-            f"'{who}' in scene {scene}: its {what} is drawn as {shown}, and the engine takes "
-            "finite numbers in the range of float32 alone"
+            f"'{who}' in scene {scene}: the drawn {what} is {shown}; values must be finite and fit in float32"
         )
 
 

@@ -1,4 +1,4 @@
-"""What is seen of a live scene as boxes, for framing it."""
+"""Visible bodies of a live scene as boxes, for framing it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 _LEVEL = 0.999
-"""Least height of the unit normal of a plane that is a floor."""
+"""Smallest vertical component of the unit normal of a floor."""
 
 
 def read_solids(scene: Any) -> tuple[Solids, list[Any]]:
-    """The boxes of all that is seen of a `sapien.Scene`, and the entity of each body.
+    """Returns boxes of all visible bodies in a `sapien.Scene`, and the entity of each body.
 
     A horizontal plane is a flat box. Render bodies must be up to date (`update_render`).
     """
@@ -36,7 +36,7 @@ def read_solids(scene: Any) -> tuple[Solids, list[Any]]:
 
 
 def _body_boxes(body: Any) -> list[NDArray[np.float64]]:
-    """Of a box its own, of a level plane a flat one, of all else one around the whole body."""
+    """Returns the exact box of a box, a flat box for a level plane, and otherwise one around the whole body."""
     found: list[NDArray[np.float64]] = []
     others = False
     for shape in body.render_shapes:

@@ -1,18 +1,18 @@
-"""Reads states from engine objects, validates saved ones and restores them.
+"""Reads states from engine objects, validates saved states and restores them.
 
-To restore a body is to take it out of the simulation and add it again, in build order. Setting poses and velocities
-alone would keep the engine's memory of contacts, with the impulses that the solver starts from, pending forces, and
-targets of kinematic bodies. Links are taken out from the last to the root and added in build order; the engine then
+A body is restored by removing it from the simulation and adding it again, in build order. Merely setting poses and
+velocities would keep the engine's memory of contacts, with the impulses that the solver starts from, pending forces,
+and targets of kinematic bodies. Links are removed from the last to the root and added in build order. The engine then
 makes the articulation again, and `qpos` can be set once all links are in. Three differences from a new scene remain:
 
 - The engine reuses contact numbers in the order in which they were freed, and solves in that order. Bodies that touch
-  nothing, or the ground and one another in pairs, move to the bit as in a new scene. Three or more bodies that touch,
-  and bodies with several constraints, may differ in the last bit, which grows: 17 of the 41 scenes of the repository
-  do. That is why `exact` exists: `restore_in_new_scene` makes a simulation without such a history, so that an episode
+  nothing, or touch only the ground and each other in pairs, move bit-identically to a new scene. Three or more bodies
+  that touch, and bodies with several constraints, may differ in the last bit, which grows: 17 of the 41 scenes of the
+  repository do. Hence `exact`: `restore_in_new_scene` makes a simulation without such a history, so that an episode
   can be replayed from its passport.
-- How long a body has been slow cannot be read, so a body that is awake gets the time that a new body has.
-- A pose is that of the entity, while the engine keeps that of the centre of mass: converting from one to the other and
-  back may round the last bit, once.
+- SAPIEN does not expose how long a body has been slow, so an awake body gets the value of a new body.
+- A pose is that of the entity, while the engine keeps that of the centre of mass. Converting between the two may round
+  the last bit once.
 """
 
 from __future__ import annotations
@@ -45,19 +45,18 @@ if TYPE_CHECKING:
 
 
 DOF: Final = -1
-"""In place of a width: as many numbers a row as the articulation has joints that move."""
+"""A width: one number for each joint of the articulation that moves."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionState:
-    """One body or articulation, a row for each of its scenes by ascending index. Two are equal if every bit is.
+    """State of one body or articulation, a row for each of its scenes by ascending index. Equal means bit-identical.
 
     Attributes:
         scene_idxs: indices among all scenes of the plan.
         pose: (B, 7) float32 of the body or of the root, p [m] then q (wxyz), in the world of the scene.
-        linear_velocity, angular_velocity: (B, 3) float32 [m/s, rad/s], world frame; 0 where it is static, kinematic or
-            fixed.
-        WIDTHS: the arrays in their order, and how many numbers a row of each has; 0: one, without an axis of its own.
+        linear_velocity, angular_velocity: (B, 3) float32 [m/s, rad/s], world frame; 0 if static, kinematic or fixed.
+        WIDTHS: the arrays in order, with the numbers in a row of each; 0: one number without an axis of its own.
     """
 
     WIDTHS: ClassVar[Mapping[str, int]] = {"pose": 7, "linear_velocity": 3, "angular_velocity": 3}
@@ -69,13 +68,13 @@ class MotionState:
 
     @classmethod
     def shapes(cls, count: int, dof: int = 0) -> dict[str, tuple[int, ...]]:
-        """Shapes of the arrays, by name, of `count` scenes and `dof` joints that move."""
+        """Returns the shape of each array, by name, for `count` scenes and `dof` joints that move."""
         widths = {name: dof if width == DOF else width for name, width in cls.WIDTHS.items()}
         return {name: (count, width) if cls.WIDTHS[name] else (count,) for name, width in widths.items()}
 
     @classmethod
     def at_rest(cls, scene_idxs: tuple[int, ...], pose: NDArray[Any], dof: int = 0) -> Self:
-        """At poses (B, 7), without velocity, awake; all joints are at 0 and without a target."""
+        """Returns the state at poses (B, 7), awake and without velocity; all joints are at 0 and have no target."""
         shapes = cls.shapes(len(scene_idxs), dof)
         found: dict[str, Any] = {
             name: np.zeros(shape, np.float32 if cls.WIDTHS[name] else np.bool_) for name, shape in shapes.items()
@@ -93,7 +92,7 @@ class MotionState:
         return hash((self.scene_idxs, self.pose.tobytes()))
 
     def rows(self, rows: Sequence[int]) -> Self:
-        """A copy of some rows, in the order given, which keeps the scenes ascending."""
+        """Returns a copy of some rows, in the order given, which must keep the scenes ascending."""
         scene_idxs = tuple(self.scene_idxs[row] for row in rows)
         index = np.array(rows, dtype=np.intp)
         return type(self)(scene_idxs, *(getattr(self, name)[index] for name in self.WIDTHS))
@@ -101,12 +100,12 @@ class MotionState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EntityState(MotionState):
-    """One entity, with what `MotionState` has.
+    """State of one entity; see `MotionState`.
 
     Attributes:
-        kinematic_target: (B, 7) float32, where a kinematic body was told to go in the next step; NaN where it was not.
-        dynamic: (B,) bool, whether it moves by itself.
-        asleep: (B,) bool, whether the engine lets it rest; only what is dynamic and in the scene.
+        kinematic_target: (B, 7) float32 target of a kinematic body for the next step; NaN without one.
+        dynamic: (B,) bool, whether the body is dynamic.
+        asleep: (B,) bool, whether the engine lets it sleep; only for dynamic bodies in the scene.
     """
 
     WIDTHS: ClassVar[Mapping[str, int]] = {**MotionState.WIDTHS, "kinematic_target": 7, "dynamic": 0, "asleep": 0}
@@ -117,20 +116,20 @@ class EntityState(MotionState):
 
 
 JOINT_FIELDS: Final = ("qpos", "qvel", "qf", "drive_target", "drive_velocity_target")
-"""Arrays of an `ArticulationState` with a column a joint."""
+"""Arrays of an `ArticulationState` with a column for each joint."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArticulationState(MotionState):
-    """One articulation, with what `MotionState` has.
+    """State of one articulation; see `MotionState`.
 
-    Columns are its joints that move, in the engine's order, as those of `ArticulationBatch`; NaN where it has fewer.
+    Columns are its joints that move, in the engine's order, as in `ArticulationBatch`. Missing joints are NaN.
 
     Attributes:
         qpos, qvel: (B, dof) float32 positions [m, rad] and velocities.
-        qf: (B, dof) float32 forces [N, N·m] that were set on joints, which act until others are set.
-        drive_target, drive_velocity_target: (B, dof) float32, what the drives pull to.
-        asleep: (B,) bool, whether the engine lets it rest.
+        qf: (B, dof) float32 forces [N, N·m] that were set on joints; they act until others are set.
+        drive_target, drive_velocity_target: (B, dof) float32 targets of the drives.
+        asleep: (B,) bool, whether the engine lets it sleep.
     """
 
     WIDTHS: ClassVar[Mapping[str, int]] = {**MotionState.WIDTHS, **dict.fromkeys(JOINT_FIELDS, DOF), "asleep": 0}
@@ -148,11 +147,11 @@ AnyState = EntityState | ArticulationState
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DrawnFieldState:
-    """A drawn field in some scenes, as the engine was given it; two are equal if every bit is.
+    """The values of a drawn field in some scenes, as the engine received them. Equal means bit-identical.
 
     Attributes:
         scene_idxs: ascending, among all scenes of the plan.
-        numbers: (B, …) float64; of a mass that scales the inertia (B, 4), the mass [kg] and the inertia [kg·m²].
+        numbers: (B, …) float64. For a mass that scales the inertia (B, 4): mass [kg] and inertia [kg·m²].
         seen: whether only a batch that renders has it.
     """
 
@@ -171,13 +170,13 @@ class DrawnFieldState:
 
 @dataclass(frozen=True, slots=True)
 class SceneState:
-    """What `SceneBatch.state` gives and `SceneBatch.set_state` takes: it can be pickled, compared and looked into.
+    """The result of `SceneBatch.state`, for `SceneBatch.set_state`. It can be pickled, compared and inspected.
 
     Attributes:
-        scene_idxs: the scenes that were asked for, ascending, as indices among all scenes of the plan.
-        entities: name → state, of every body that is in one of these scenes, removed ones too, in the plan's order.
-        articulations: the same of articulations.
-        drawn: what else a reset draws anew, by holder and field: "cube.mass".
+        scene_idxs: the requested scenes, ascending, as indices among all scenes of the plan.
+        entities: name → state of every body in one of these scenes, including removed ones, in the plan's order.
+        articulations: the same for articulations.
+        drawn: everything else that a reset draws again, by holder and field: "cube.mass".
     """
 
     scene_idxs: tuple[int, ...]
@@ -189,7 +188,7 @@ class SceneState:
     def of(
         scene_idxs: tuple[int, ...], states: Mapping[str, AnyState], drawn: dict[str, DrawnFieldState]
     ) -> SceneState:
-        """Both kinds, told apart, without those that are in none of the scenes."""
+        """Makes a state from those of bodies and articulations, without those that are in none of the scenes."""
         there = [(name, state) for name, state in states.items() if state.scene_idxs]
         entities = {name: state for name, state in there if isinstance(state, EntityState)}
         articulations = {name: state for name, state in there if isinstance(state, ArticulationState)}
@@ -197,12 +196,12 @@ class SceneState:
 
     @property
     def all(self) -> dict[str, AnyState]:
-        """Both kinds, by name."""
+        """Returns entities and articulations by name."""
         return {**self.entities, **self.articulations}
 
 
 def bodies_at_rest(scene_idxs: tuple[int, ...], pose: NDArray[Any], dynamic: NDArray[np.bool_]) -> EntityState:
-    """Bodies at their poses (B, 7), without velocity, awake."""
+    """Returns the state of awake bodies at poses (B, 7), without velocity."""
     found = EntityState.at_rest(scene_idxs, pose)
     found.kinematic_target[:] = np.nan
     found.dynamic[:] = dynamic
@@ -214,10 +213,10 @@ def _same_bits(a: NDArray[Any], b: NDArray[Any]) -> bool:
 
 
 def read_articulations(objects: ArticulationObjects, scene_idxs: Iterable[int]) -> ArticulationState:
-    """The state of an articulation in those of the scenes that have it.
+    """Returns the state of an articulation in those of the given scenes that have it.
 
     Raises:
-        RuntimeError: the engine knows none of an articulation that is not in a scene.
+        RuntimeError: it is not in a scene, where the engine has no articulation.
     """
     rows = objects.rows_in(scene_idxs)
     objs, joints = [objects.objs[row] for row in rows], [objects.joints[row] for row in rows]
@@ -257,14 +256,14 @@ class StateWriter(ABC):
         self._poses = to_poses(state.pose)
 
     def take_out(self, scene: int) -> None:
-        """Takes the entity out of the simulation of a scene."""
+        """Removes the entity from the simulation of a scene."""
         row = self._own(scene)
         if row is not None:
             for entity, component in reversed(self._parts(row)):
                 entity.remove_component(component)
 
     def put_in(self, scene: int) -> None:
-        """Puts the entity into the simulation again."""
+        """Adds the entity to the simulation again."""
         row = self._own(scene)
         if row is not None:
             for entity, component in self._parts(row):
@@ -272,19 +271,19 @@ class StateWriter(ABC):
 
     @abstractmethod
     def move(self, scene: int) -> None:
-        """Sets what can be set while the entity is outside of the simulation."""
+        """Sets what can be set while the entity is out of the simulation."""
 
     @abstractmethod
     def settle(self, scene: int) -> None:
-        """Sets what can be set once it is in the simulation again."""
+        """Sets what can only be set once the entity is in the simulation again."""
 
     def _own(self, scene: int) -> int | None:
-        """Its row, if it is in this scene."""
+        """Returns the row of this scene, or None if the entity is not in it."""
         return self._rows.get(scene)
 
 
 class ArticulationStateWriter(StateWriter):
-    """One entity's articulations."""
+    """Writes the state of one entity's articulations."""
 
     def __init__(self, objects: ArticulationObjects, state: ArticulationState) -> None:
         super().__init__(objects, state)
@@ -292,13 +291,13 @@ class ArticulationStateWriter(StateWriter):
         self._state = state
 
     def move(self, scene: int) -> None:
-        """Sets the pose of the root; outside of the simulation there are no joints."""
+        """Sets the pose of the root. Outside the simulation there are no joints."""
         row = self._own(scene)
         if row is not None:
             self._objects.entities[row][0].set_pose(self._poses[self._row_of[scene]])
 
     def settle(self, scene: int) -> None:
-        """Sets velocities of the root, states and drive targets of joints, and whether it sleeps."""
+        """Sets root velocities, joint states, drive targets and the sleep state."""
         row = self._own(scene)
         if row is None:
             return
@@ -312,7 +311,7 @@ class ArticulationStateWriter(StateWriter):
         set_joint_positions(obj, state.qpos[number, :dof])
         if dof:
             obj.set_qvel(state.qvel[number, :dof])
-            # Also where it is 0, for nothing has taken it off an articulation that only moved to another scene.
+            # Also if it is 0: an articulation that only moved to another scene still has its old one.
             obj.set_qf(state.qf[number, :dof])
         numbers = zip(state.drive_target[number].tolist(), state.drive_velocity_target[number].tolist(), strict=True)
         for joint, (target, velocity) in zip(joints, numbers, strict=False):
@@ -324,13 +323,13 @@ class ArticulationStateWriter(StateWriter):
             self._objects.links[row][0].wake_up()
 
     def _own(self, scene: int) -> int | None:
-        """Its row, if it is in this scene now. One that was removed has its state when it is added again."""
+        """Returns the row of this scene if the articulation is in it now. A removed one gets its state later."""
         row = super()._own(scene)
         return row if row is not None and scene in self._row_of and self._objects.in_scene(row) else None
 
 
 def read_bodies(bodies: BodyObjects, scene_idxs: Iterable[int]) -> EntityState:
-    """The state of an entity in those of the scenes that have it."""
+    """Returns the state of an entity in those of the given scenes that have it."""
     rows = bodies.rows_in(scene_idxs)
     objs, components = [bodies.objs[row] for row in rows], [bodies.components[row] for row in rows]
     pose = np.array([obj.get_pose().__getstate__() for obj in objs], np.float32).reshape(-1, 7)
@@ -340,7 +339,7 @@ def read_bodies(bodies: BodyObjects, scene_idxs: Iterable[int]) -> EntityState:
         component = components[number]
         state.linear_velocity[number] = component.get_linear_velocity()
         state.angular_velocity[number] = component.get_angular_velocity()
-        # Outside of a scene the engine calls everything asleep.
+        # Outside a scene the engine reports everything as asleep.
         state.asleep[number] = objs[number].get_scene() is not None and component.is_sleeping
     for number in np.flatnonzero(~dynamic).tolist():
         if is_kinematic(components[number]):
@@ -351,12 +350,12 @@ def read_bodies(bodies: BodyObjects, scene_idxs: Iterable[int]) -> EntityState:
 def _kinematic_target(component: Any) -> Sequence[float]:
     try:
         return component.get_kinematic_target().__getstate__()
-    except RuntimeError:  # there is none
+    except RuntimeError:  # there is no target
         return (np.nan,) * 7
 
 
 class BodyStateWriter(StateWriter):
-    """One entity's bodies."""
+    """Writes the state of one entity's bodies."""
 
     def __init__(self, bodies: BodyObjects, state: EntityState) -> None:
         super().__init__(bodies, state)
@@ -370,7 +369,7 @@ class BodyStateWriter(StateWriter):
         self._targets = dict(zip(np.flatnonzero(aims).tolist(), to_poses(state.kinematic_target[aims]), strict=True))
 
     def move(self, scene: int) -> None:
-        """Sets pose and velocities of the body while it is outside of the simulation."""
+        """Sets pose and velocities while the body is out of the simulation."""
         own = self._bodies.row_of.get(scene)
         if own is None:
             return
@@ -381,22 +380,22 @@ class BodyStateWriter(StateWriter):
             component.set_angular_velocity(self._angular[row])
 
     def settle(self, scene: int) -> None:
-        """Puts the body in the simulation to sleep, wakes it, or sets its kinematic target."""
+        """Sets the sleep state or the kinematic target of the body in the simulation."""
         own = self._bodies.row_of.get(scene)
-        # Of a body outside of a scene the engine knows no rest, and crashes when it is asked.
+        # Outside a scene a body has no sleep state, and the engine crashes when asked for it.
         if own is None or self._bodies.objs[own].get_scene() is None:
             return
         row, component = self._row_of[scene], self._bodies.components[own]
         if self._asleep[row]:
             component.put_to_sleep()
         elif self._dynamic[row]:
-            component.wake_up()  # and the time that it may be slow before it rests starts again, as for a new body
+            component.wake_up()  # this also resets its slow time, as for a new body
         elif row in self._targets:
             component.set_kinematic_target(self._targets[row])
 
 
 def make_state_writer(objects: BodyObjects | ArticulationObjects, state: AnyState) -> StateWriter:
-    """The writer for a kind of entity; the state is of the same kind."""
+    """Returns the writer for the kind of the entity; the state must be of the same kind."""
     if isinstance(objects, ArticulationObjects):
         assert isinstance(state, ArticulationState)
         return ArticulationStateWriter(objects, state)
@@ -405,7 +404,7 @@ def make_state_writer(objects: BodyObjects | ArticulationObjects, state: AnyStat
 
 
 def restore_scene(writers: Sequence[StateWriter], scene: int) -> None:
-    """Restores the states of a scene's bodies. `writers`: in build order."""
+    """Restores the states of a scene's bodies. `writers` must be in build order."""
     for writer in reversed(writers):
         writer.take_out(scene)
     for writer in writers:
@@ -415,7 +414,7 @@ def restore_scene(writers: Sequence[StateWriter], scene: int) -> None:
 
 
 def restore_in_new_scene(writers: Sequence[StateWriter], scene: int, old: Any) -> Any:
-    """As `restore_scene`, in a new scene without a simulation history. All objects of the old scene move to it."""
+    """Restores states in a new scene without a simulation history. All objects of the old scene move to it."""
     new: Any = sapien.Scene(_copy_systems(old))
     new.set_timestep(old.get_timestep())
     entities = old.entities
@@ -431,14 +430,14 @@ def restore_in_new_scene(writers: Sequence[StateWriter], scene: int, old: Any) -
 
 
 def _copy_systems(scene: Any) -> list[Any]:
-    """A new system for the simulation, with the settings of the scene's, and its own one for rendering."""
+    """Returns a new physics system with the scene's settings, and the scene's render system."""
     present = physx.get_scene_config()
     physx.set_scene_config(scene.physx_system.config)
     try:
         systems = [physx.PhysxCpuSystem()]
     finally:
         physx.set_scene_config(present)
-    with suppress(RuntimeError):  # there is none
+    with suppress(RuntimeError):  # there is no render system
         systems.append(scene.render_system)
     return systems
 
@@ -446,7 +445,7 @@ def _copy_systems(scene: Any) -> list[Any]:
 def read_state(
     objects: BodyObjects | ArticulationObjects, removed: RemovedArticulation | None, scene_idxs: Iterable[int]
 ) -> AnyState:
-    """The state of what is in these scenes, or was when it was removed."""
+    """Returns the current state of an entity in these scenes, or its state when it was removed."""
     if isinstance(objects, BodyObjects):
         return read_bodies(objects, scene_idxs)
     if removed is not None:
@@ -455,7 +454,7 @@ def read_state(
 
 
 class RemovedArticulation:
-    """The state of a removed articulation, which it had when it was removed or was given since.
+    """The state of a removed articulation: as it was when removed, or as set since.
 
     Attributes:
         state: of all its scenes.
@@ -466,7 +465,7 @@ class RemovedArticulation:
         self._changed: set[int] = set()
 
     def change(self, state: AnyState) -> None:
-        """Another state, of an articulation, in some of its scenes, which it gets when it is added again."""
+        """Changes the state in some scenes. The articulation gets it when it is added again."""
         rows = np.searchsorted(self.state.scene_idxs, state.scene_idxs)
         for name in self.state.WIDTHS:
             numbers: Any = getattr(self.state, name)
@@ -474,7 +473,7 @@ class RemovedArticulation:
         self._changed.update(state.scene_idxs)
 
     def put_back(self, objects: ArticulationObjects) -> None:
-        """To be called once its entities are in their scenes again, where the engine gives it what it had there."""
+        """Restores the state. Call it once the entities are in their scenes, where the engine restores its values."""
         if self._changed:
             writer = ArticulationStateWriter(objects, self.state)
             for index in self._changed:
@@ -484,10 +483,11 @@ class RemovedArticulation:
 def validate_state(
     state: SceneState, bodies: Mapping[str, BodyObjects | ArticulationObjects], scene_idxs: Sequence[int]
 ) -> dict[str, AnyState]:
-    """The part of a state that is in some scenes.
+    """Returns the part of a state that is in some scenes.
 
     Raises:
-        ValueError: the state has not these scenes, entities or kinds of bodies, or holds what the engine cannot.
+        ValueError: the state lacks these scenes, entities or kinds of bodies, or has values that the engine cannot
+            hold.
     """
     if missing := [index for index in scene_idxs if index not in state.scene_idxs]:
         raise ValueError(f"the state has no scene {missing[0]}; it has {list(state.scene_idxs)}")
@@ -533,7 +533,7 @@ def _check_shapes(name: str, state: MotionState, dof: int = 0) -> None:
 
 
 def _check_values(name: str, state: MotionState, present: NDArray[np.bool_] | None = None) -> None:
-    """`present`: of an articulation, which columns of joints are looked at, a row a scene."""
+    """Checks the arrays of a state. `present` marks the joints to check, a row for each scene."""
     for attribute in MotionState.WIDTHS:
         _check_finite(name, attribute, getattr(state, attribute))
     for attribute in () if present is None else JOINT_FIELDS:
@@ -549,7 +549,7 @@ def _check_finite(name: str, field: str, numbers: NDArray[np.float32]) -> None:
 
 
 def _present_joints(objects: ArticulationObjects, scene_idxs: Sequence[int]) -> NDArray[np.bool_]:
-    """(B, dof) which columns are joints of the articulation of a scene."""
+    """Returns which columns are joints of each scene's articulation, (B, dof)."""
     dofs = np.array([len(objects.joints[objects.row_of[index]]) for index in scene_idxs])
     return np.arange(objects.dof) < dofs[:, None]
 

@@ -1,4 +1,4 @@
-"""Exports one measured scene to a MuJoCo model. This module assembles it, and writes lights and cameras."""
+"""Exports one measured scene to a MuJoCo model. This module assembles the model, and writes lights and cameras."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
-    """The model, `NAME.xml`, and its meshes and images; None after an error. See `scenecc.emit.export`."""
+    """Returns the model, `NAME.xml`, and its meshes and images; None after an error. See `scenecc.emit.export`."""
     unsupported = UnsupportedFeatures(sink, left_out="SC730", otherwise="SC731")
     assets = AssetFolder(options.name)
     mesh_builder = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
@@ -120,7 +120,7 @@ def _write_lights(model: MjcfModel) -> None:
 def _write_light(model: MjcfModel, light: Light, row: int) -> None:
     unsupported, kind = model.unsupported, light.light
     if isinstance(kind, AreaLight):
-        unsupported.leave_out(light.name, "a light with an area", light.origin)
+        unsupported.leave_out(light.name, "an area light", light.origin)
         return
     pose = to_pose(light.pose.row(row))
     shadow = light.shadow
@@ -139,7 +139,7 @@ def _write_light(model: MjcfModel, light: Light, row: int) -> None:
                 "cutoff": degrees(float(kind.outer_fov.row(row)) / 2),
             }
             if float(kind.inner_fov.row(row)) == float(kind.outer_fov.row(row)):
-                attributes["exponent"] = 0  # equally bright up to the edge; by default MuJoCo's light fades towards it
+                attributes["exponent"] = 0  # uniform brightness; MuJoCo's default fades towards the edge
             else:
                 unsupported.leave_out(light.name, "`inner_fov` of a light", light.origin)
     if isinstance(kind, TexturedLight):
@@ -178,7 +178,7 @@ def _write_camera(model: MjcfModel, camera: Camera, row: int) -> None:
 
 
 def _projection(model: MjcfModel, camera: Camera, row: int) -> dict[str, Any]:
-    """Attributes of the projection: a field of view [degrees], or intrinsics [px] with a sensor size."""
+    """Returns the attributes of the projection: a field of view [degrees], or intrinsics [px] with a sensor size."""
     width, height, lens = camera.width, camera.height, camera.lens
     match lens:
         case Orthographic():

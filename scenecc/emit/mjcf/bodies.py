@@ -111,7 +111,7 @@ def _report_joint(model: MjcfModel, entity: str, joint: MeasuredJoint) -> None:
 
 
 def write_mimics(model: MjcfModel, measured: MeasuredEntity, structure: ArticulationStructure) -> None:
-    """Writes one equality per mimic joint. MuJoCo counts both positions from the initial ones."""
+    """Writes one equality per mimic joint. In MuJoCo both positions are relative to the initial ones."""
     entity, row = measured.entity.name, measured.row
     starts = {body.joint.name: body.joint.qpos for body in measured.bodies if body.joint is not None}
     for mimic in structure.mimics:
@@ -223,7 +223,7 @@ def _write_mass(model: MjcfModel, name: str, body: MeasuredBody, mass: MeasuredM
         # MuJoCo rejects moments that violate the triangle inequality; for a flat body, rounding alone may do that.
         inertia = tuple(min(each, low + middle) for each in inertia)
         if high > (1 + _INERTIA_TOLERANCE) * (low + middle):
-            words = "its largest moment of inertia is lowered to the sum of the others, above which no body has one"
+            words = "its largest moment of inertia is lowered to the sum of the other two, the physical limit"
             model.unsupported.change(name, words, body.body.origin)
     element.add("inertial", pos=mass.com[:3], quat=mass.com[3:], mass=mass.mass, diaginertia=inertia)
 
@@ -236,7 +236,7 @@ def _write_free_axes(model: MjcfModel, measured: MeasuredEntity, body: MeasuredB
     locked = [False] * 6 if value is None else [bool(each) for each in value.row(row)]
     if not any(locked) or sum(locked[3:]) == 1:
         if any(locked):
-            model.unsupported.leave_out(name, "`locked_axes` that leave two axes to turn about", structure.origin)
+            model.unsupported.leave_out(name, "`locked_axes` that leave two axes of rotation", structure.origin)
         _write_free_joint(model, element, name, body, linear, angular)
         return
     back = invert(body.pose)
@@ -260,7 +260,7 @@ def _write_free_axes(model: MjcfModel, measured: MeasuredEntity, body: MeasuredB
 
 
 def _center_of_mass(body: MeasuredBody) -> Vec3:
-    """Centre of mass, in the body's frame [m]."""
+    """Returns the centre of mass in the body's frame [m]."""
     return (0.0, 0.0, 0.0) if body.mass is None else body.mass.com[:3]
 
 
@@ -291,13 +291,13 @@ def _write_free_joint(
 
 
 _GROUP_ID_MASK = 0xFFFF
-"""Bits of the fourth integer: the third one applies between shapes that have these in common."""
+"""Bits of the fourth integer. The third one applies between shapes that share these."""
 
 
 def write_contact_exclusions(model: MjcfModel) -> None:
     """Excludes contacts between child and parent links, constrained bodies, and bodies that ignore each other by bits.
 
-    MuJoCo itself excludes a body and its parent, but not if the parent is fixed to the world.
+    MuJoCo itself excludes a body and its parent, unless the parent is fixed to the world.
     """
     found: dict[tuple[str, str], None] = {}
     for (entity, _), body in model.bodies.items():
@@ -318,7 +318,7 @@ def write_contact_exclusions(model: MjcfModel) -> None:
         meeting = [pair for pair in product(groups[id(a)], groups[id(b)]) if _collide(*pair)]
         ignored = sum(_ignore_each_other(*pair) for pair in meeting)
         if ignored and ignored < len(meeting):
-            words = f"some of its shapes ignore some of `{b.name}` by the third of `collision_bits`, and all collide"
+            words = f"some of its shapes ignore some of `{b.name}` by the third of `collision_bits`, but all collide"
             model.unsupported.change(a.name, words, a.measured.body.origin)
         elif ignored:
             found[a.name, b.name] = None
@@ -356,7 +356,7 @@ def write_constraints(model: MjcfModel) -> None:
 def _write_constraint(model: MjcfModel, constraint: Constraint, row: int) -> None:
     name, joint = constraint.name, constraint.joint
     if isinstance(joint, Distance) and not _is_enabled(constraint, row):
-        model.unsupported.leave_out(name, "a distance that is not enabled", constraint.origin)
+        model.unsupported.leave_out(name, "a disabled distance constraint", constraint.origin)
         return
     match joint:
         case Weld():

@@ -40,7 +40,7 @@ class ModelBody:
         element: its element.
         pose: initial pose in the world.
         measured: its snapshot.
-        is_fixed: whether no force moves it: it is static or kinematic, or fixed to such a body.
+        is_fixed: whether it never moves: it is static or kinematic, or fixed to such a body.
     """
 
     name: str
@@ -68,11 +68,11 @@ class MjcfModel:
 
     Attributes:
         sections: elements of the root, by their tags.
-        bodies: of entities and of links, by (entity, link or None), in the order of the plan.
+        bodies: entities and links, by (entity, link or None), in the order of the plan.
         joints: names of joints in the model, by (entity, joint's name).
-        starts: by the `id` of the joint's element.
+        starts: initial states, by the `id` of the joint's element.
         controls: of each actuator, in order.
-        is_commanded: whether an actuator moves its joint away from where it starts.
+        is_commanded: whether an actuator moves its joint away from its start.
         looks, textures: names of materials, and of textures by the digests of their images.
         meshes: names of meshes.
     """
@@ -99,22 +99,22 @@ class MjcfModel:
 
     @property
     def world(self) -> XmlElement:
-        """The body of the world."""
+        """The world body."""
         return self.sections["worldbody"]
 
     def name(self, kind: str, wish: str) -> str:
-        """A unique name of a kind ("world" is reserved)."""
+        """Returns a unique name of a kind ("world" is reserved)."""
         if kind not in self._names:
             self._names[kind] = UniqueNames("world")
         return self._names[kind].new(wish)
 
     def key(self, mount: Mount) -> tuple[str, str | None]:
-        """The key of a mount in `bodies`; for an articulation without a link, that of its root."""
+        """Returns the key of a mount in `bodies`; for an articulation without a link, that of its root."""
         key = (mount.entity, mount.link)
         return key if key in self.bodies else next(each for each in self.bodies if each[0] == mount.entity)
 
     def head(self, tag: str) -> XmlElement:
-        """A section before all bodies, created on first use."""
+        """Returns a section before all bodies, created on first use."""
         for each in self.root.children:
             if each.tag == tag:
                 return each
@@ -131,7 +131,7 @@ _UNSUPPORTED_IMAGES: Final = (
 
 
 def write_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, name: str) -> str:
-    """The name of a material's element; equal materials share one. `name`: of the first entity that has it."""
+    """Returns the name of a material's element; equal materials share one. `name`: of the first entity with it."""
     if look not in model.looks:
         _report_material(model, look, shape, name)
         emission = _emission(model, look, shape, name)
@@ -152,7 +152,7 @@ def write_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, na
 
 
 def _emission(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, name: str) -> float:
-    """Emission relative to the material's colour: MuJoCo has a single number."""
+    """Returns the emission relative to the material's colour, because MuJoCo has a single number."""
     strongest, brightest = max(look.emission), max(look.tint[:3])
     if strongest == 0:
         return 0.0
@@ -174,7 +174,7 @@ def _report_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, 
 
 
 def _texture(model: MjcfModel, image: Image) -> str:
-    """The name of an image's texture element; the file is a PNG, which MuJoCo reads."""
+    """Returns the name of an image's texture element. The file is a PNG, which MuJoCo can read."""
     if image.digest not in model.textures:
         data = image.data if image.suffix == ".png" else encode_png(image.pixels)
         file = model.assets.add(image.name or "texture", ".png", data)
@@ -195,7 +195,7 @@ def write_collision_geoms(model: MjcfModel, name: str, body: MeasuredBody, eleme
     """Writes one massless geom per collision shape of the engine."""
     for shape in body.shapes:
         if shape.mesh is not None and not isinstance(shape.shape.geometry, Heightfield) and _is_flat(shape.mesh):
-            words = "a flat mesh that collides: MuJoCo needs a hull with a volume"
+            words = "a flat collision mesh: MuJoCo needs a hull with a volume"
             model.unsupported.leave_out(name, words, shape.shape.origin)
             continue
         pose, attributes = _collision_geom(model, name, shape)
@@ -214,14 +214,14 @@ def write_collision_geoms(model: MjcfModel, name: str, body: MeasuredBody, eleme
 
 
 def _is_flat(mesh: MeasuredMesh) -> bool:
-    """Whether the vertices of a mesh lie in one plane."""
+    """Returns whether the vertices of a mesh lie in one plane."""
     vertices = np.asarray(mesh.vertices, np.float64)
     extents = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
     return bool(extents[-1] <= 1e-7 * extents[0])
 
 
 def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[Pose7, dict[str, Any]]:
-    """Pose and geometry attributes of a geom."""
+    """Returns pose and geometry attributes of a geom."""
     upright = compose(shape.pose, Z_TO_X)
     if shape.kind == "plane":
         return upright, {"type": "plane", "size": (0, 0, _GRID_SPACING)}
@@ -230,19 +230,19 @@ def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[
     if isinstance(shape.shape.geometry, Heightfield):
         return _height_field(model, name, shape.pose, shape.shape.geometry, shape.mesh)
     if shape.kind == "triangle_mesh":
-        words = "a triangle mesh collides as its convex hull, as all meshes in MuJoCo"
+        words = "a triangle mesh collides as its convex hull, like all meshes in MuJoCo"
         model.unsupported.change(name, words, shape.shape.origin)
     return shape.pose, {"type": "mesh", "mesh": cooked_mesh_asset(model, name, shape.mesh)}
 
 
 _BASE_THICKNESS = 0.1
-"""Of the ground below the lowest point of a height field [m]: MuJoCo's are solid, SAPIEN's are surfaces."""
+"""Thickness of the ground below a height field [m]: MuJoCo's are solid, SAPIEN's are surfaces."""
 
 
 def _height_field(
     model: MjcfModel, name: str, pose: Pose7, terrain: Heightfield, mesh: MeasuredMesh
 ) -> tuple[Pose7, dict[str, Any]]:
-    """Pose and geometry attributes of terrain. MuJoCo scales the elevations so that they run from 0 to 1."""
+    """Returns pose and geometry attributes of terrain. MuJoCo scales the elevations to 0 to 1."""
     low, high = np.min(mesh.vertices, axis=0), np.max(mesh.vertices, axis=0)
     x, y, z = ((high - low) / (2, 2, 1)).tolist()
     asset = model.name("hfield", f"{name}_terrain")
@@ -251,7 +251,7 @@ def _height_field(
         name=asset,
         nrow=len(terrain.heights),
         ncol=len(terrain.heights[0]),
-        # Flat terrain has no height, and MuJoCo wants one.
+        # MuJoCo requires a height, even for flat terrain.
         size=(x, y, z or _BASE_THICKNESS, _BASE_THICKNESS),
         elevation=tuple(height for row in terrain.heights for height in row),
     )
@@ -259,7 +259,7 @@ def _height_field(
 
 
 def cooked_mesh_asset(model: MjcfModel, name: str, mesh: MeasuredMesh) -> str:
-    """The mesh asset of a cooked mesh."""
+    """Returns the mesh asset of a cooked mesh."""
     return _mesh_asset(model, f"{name}_collision", encode_obj(mesh.vertices, mesh.triangles))
 
 
@@ -269,7 +269,7 @@ def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
     if plan.material is None:
         return
     if shape.static_friction != shape.dynamic_friction:
-        words = "`static_friction` is that of movement: MuJoCo has one coefficient"
+        words = "`static_friction` is replaced by `dynamic_friction`: MuJoCo has one coefficient"
         unsupported.change(name, words, plan.origin)
     if shape.restitution:
         unsupported.leave_out(name, "`restitution` of a shape", plan.origin)
@@ -278,7 +278,7 @@ def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
 def write_visual_geoms(
     model: MjcfModel, name: str, row: int, body: BodyStructure, element: XmlElement, *, is_fixed: bool
 ) -> None:
-    """Writes geoms for the visual shapes of a body. `is_fixed`: whether no force moves it. Raises AssetError."""
+    """Writes geoms for the visual shapes of a body. `is_fixed`: whether it never moves. Raises AssetError."""
     for shape, plan in zip(model.mesh_builder.visuals(body, row), body.visuals, strict=False):
         parts = bake_scale(shape)
         native = None if parts[0].look.base_color_image else _primitive_geom(plan.geometry, row, is_fixed=is_fixed)
@@ -302,18 +302,18 @@ def write_visual_geoms(
 
 
 def _primitive_geom(geometry: VisualGeometry, row: int, *, is_fixed: bool) -> tuple[Pose7, dict[str, Any]] | None:
-    """Relative pose and attributes of a visual shape as a primitive geom; None: it needs a mesh."""
+    """Returns relative pose and attributes of a visual shape as a primitive geom, or None if it needs a mesh."""
     match geometry:
         case Solid() if (kind := type_name(type(geometry))) in SOLIDS:
             return Z_TO_X if kind in LYING_SOLIDS else IDENTITY_POSE, {"type": kind, "size": geometry.sizes(row)}
-        case VisualPlane(half_size=size) if is_fixed:  # MuJoCo allows planes on fixed bodies only
+        case VisualPlane(half_size=size) if is_fixed:  # MuJoCo only allows planes on fixed bodies
             return Z_TO_X, {"type": "plane", "size": (*size.row(row), _GRID_SPACING)}
         case _:
             return None
 
 
 def _mesh_asset(model: MjcfModel, stem: str, data: bytes) -> str:
-    """The name of the asset of a mesh file; equal files share one. Its inertia is unused."""
+    """Returns the name of a mesh file's asset; equal files share one. Its inertia is unused."""
     file = model.assets.add(stem, ".obj", data)
     name = file.removesuffix(".obj")
     if name not in model.meshes:
@@ -323,7 +323,7 @@ def _mesh_asset(model: MjcfModel, stem: str, data: bytes) -> str:
 
 
 def pose_attributes(pose: Pose7) -> dict[str, Sequence[float] | None]:
-    """`pos` and `quat` of a pose; None where it is the identity."""
+    """Returns `pos` and `quat` of a pose, or None for each that is the identity."""
     return {
         "pos": None if pose[:3] == IDENTITY_POSE[:3] else pose[:3],
         "quat": None if pose[3:] == IDENTITY_POSE[3:] else pose[3:],
@@ -331,5 +331,5 @@ def pose_attributes(pose: Pose7) -> dict[str, Sequence[float] | None]:
 
 
 def _to_int32(bits: int) -> int:
-    """32 bits as a signed integer, as MuJoCo reads them."""
+    """Returns 32 bits as a signed integer, as MuJoCo reads them."""
     return bits - (1 << 32) if bits >= 1 << 31 else bits

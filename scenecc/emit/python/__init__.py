@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class ProcessSettings:
-    """The process-wide PhysX defaults that a plan changes."""
+    """PhysX's process-wide defaults that a plan changes."""
 
     def __init__(self, physics: Physics) -> None:
         self._workers = physics.cpu_workers
@@ -42,11 +42,11 @@ class ProcessSettings:
 
     @property
     def needed(self) -> bool:
-        """Whether any is changed."""
+        """Whether a default is changed."""
         return bool(self._kinds())
 
     def imports(self) -> list[str]:
-        """Import statements that the text of `write` needs."""
+        """Returns the import statements that the text of `write` needs."""
         if not self.needed:
             return []
         return ["from collections.abc import Iterator", "from contextlib import contextmanager"]
@@ -59,7 +59,7 @@ class ProcessSettings:
         source.line()
         source.line("@contextmanager")
         with source.block("def physics_settings() -> Iterator[None]:"):
-            source.line('"""SAPIEN keeps these for the whole process: they are put back once the scenes are built."""')
+            source.line('"""Sets process-wide defaults of SAPIEN, and restores them once the scenes are built."""')
             for kind in self._kinds():
                 source.line(f"{kind}_config = physx.get_{kind}_config()")
             for kind in self._kinds():
@@ -84,7 +84,7 @@ class ProcessSettings:
     def _setter(self, kind: str) -> Group:
         if kind != "scene" or self._workers is None:
             return call(f"physx.set_{kind}_config", "config")
-        # The number of workers is no property of the object, and the call that takes it sets everything.
+        # The number of workers has no property, and the call that takes it sets everything.
         everything: dict[str, SourceNode] = {name: f"config.{name}" for name in SCENE_CONFIG_FIELDS}
         return call("physx.set_scene_config", **everything, cpu_workers=str(self._workers))
 
@@ -96,7 +96,7 @@ def _setting_literal(value: float | tuple[float, ...]) -> SourceNode:
 
 
 def _check_supported(plan: ScenePlan, sink: Sink) -> bool:
-    """Whether a script can express the whole plan; otherwise errors are reported to `sink`."""
+    """Returns whether a script can express the whole plan; otherwise reports errors to `sink`."""
     found = True
     for entity in plan.entities:
         for structure in entity.structures:
@@ -107,22 +107,22 @@ def _check_supported(plan: ScenePlan, sink: Sink) -> bool:
 
 
 def _unsupported_parts(structure: BodyStructure | ArticulationStructure) -> Iterator[tuple[Origin | None, str]]:
-    """Parts of a structure that SAPIEN cannot represent: origin and description."""
+    """Yields origin and description of the parts of a structure that SAPIEN does not support."""
     for body in structure.bodies:
         for name in _unsupported_fields(body):
             yield (
                 body.origin or structure.origin,
-                f"a body of type {body.body_type} without visible shapes has no `{name}`",
+                f"a body of type {body.body_type} without visuals has no `{name}`",
             )
     if isinstance(structure, ArticulationStructure):
         if len(structure.links) > MAX_LINKS:
             yield (
                 structure.origin,
-                f"an articulation of {len(structure.links)} links; PhysX on the CPU counts {MAX_LINKS}",
+                f"an articulation has {len(structure.links)} links; PhysX on the CPU supports at most {MAX_LINKS}",
             )
         if structure.fix_root_link:
             for name in present_fields(structure, VELOCITY_FIELDS):
-                yield structure.origin, f"a root that is fixed has no `{name}`"
+                yield structure.origin, f"a fixed root has no `{name}`"
         for mimic in structure.mimics:
             words = _tendon_error(structure, mimic)
             if words is not None:
@@ -138,7 +138,7 @@ def _tendon_error(structure: ArticulationStructure, mimic: Mimic) -> str | None:
 
 
 def _unsupported_fields(structure: BodyStructure) -> list[str]:
-    """Fields that SAPIEN cannot represent."""
+    """Returns the fields that SAPIEN does not support."""
     fields: list[str] = []
     if structure.body_type in {"static", "none"}:
         fields += present_fields(structure, (*BODY_PROPERTIES, "mass", "inertial"))
@@ -150,9 +150,9 @@ def _unsupported_fields(structure: BodyStructure) -> list[str]:
 
 
 def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
-    """The script; None if SAPIEN cannot represent the plan, which is reported to `sink`.
+    """Returns the script, or None if SAPIEN does not support the plan, which is reported to `sink`.
 
-    The script finds files relative to its own folder. `base`: that folder; None: the plan's own.
+    The script finds files relative to its own folder. `base`: that folder. None: the plan's own.
     """
     if not _check_supported(plan, sink):
         return None
@@ -177,7 +177,7 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
     if settings.needed:
         source.line("@physics_settings()")
     with source.block("def build_scenes(render: bool = False) -> list[sapien.Scene]:"):
-        source.line(f'"""Builds {_scene_count_text(plan.num_scenes)}. `render`: build what is seen, too."""')
+        source.line(f'"""Builds {_scene_count_text(plan.num_scenes)}. `render`: also build visuals."""')
         tables.files.write_check(source)
         _write_scenes(source, plan)
         tables.materials.write(source, tables.files)
@@ -191,7 +191,7 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
 _MAIN = '''
 
 def main() -> None:
-    """Simulates 100 steps and prints where everything in the first scene is."""
+    """Simulates 100 steps and prints the poses of all entities in the first scene."""
     scenes = build_scenes()
     for _ in range(100):
         for scene in scenes:
@@ -206,7 +206,7 @@ if __name__ == "__main__":
 
 
 def _write_head(source: SourceWriter, plan: ScenePlan, *, is_bound: bool) -> None:
-    """Writes the comment at the top. `is_bound`: as of `ScriptFiles`."""
+    """Writes the comment at the top. `is_bound`: see `ScriptFiles`."""
     # Python obeys a "coding:" comment in the first two lines, so neither may contain text of the scene.
     source.comment("A script of plain SAPIEN calls, written by scenecc.")
     source.comment("")
@@ -215,18 +215,18 @@ def _write_head(source: SourceWriter, plan: ScenePlan, *, is_bound: bool) -> Non
         for line in textwrap.wrap(paragraph, 96):
             source.comment(line)
     source.comment("")
-    source.comment("Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.")
+    source.comment("Run this file, or import it and call build_scenes(). It needs sapien, but not scenecc.")
     if is_bound:
-        source.comment("It finds its files by paths from its own folder: move it only with them, or emit it again.")
+        source.comment("It finds its files relative to its own folder: move it together with them, or emit it again.")
     if _has_reset_draws(plan):
-        source.comment(f"What a reset would draw anew is as the seed {plan.seed} draws it.")
+        source.comment(f"Values that a reset would draw again are those of seed {plan.seed}.")
     if plan.physics.scene_spacing is not None or plan.physics.gpu_memory is not None:
-        source.comment("Scene spacing and GPU memory are left out: they concern scenes that share a GPU simulation.")
+        source.comment("Scene spacing and GPU memory are left out: they only apply to a shared GPU simulation.")
     source.line()
 
 
 def _has_reset_draws(plan: ScenePlan) -> bool:
-    """Whether a reset would draw any value again."""
+    """Returns whether a reset would draw any value again."""
     return any(value.recipe is not None for _, _, value in plan_values(plan))
 
 

@@ -57,7 +57,7 @@ def write_tendons(source: SourceWriter, structure: ArticulationStructure, column
         coefficients = np.array([tendon_coefficients(structure, mimic, over, ends) for ends in pulls])
         shares = columns.of_block(coefficients, "coefficients", numbers_literal)
         rest = columns.of_block(np.array([ends.rest_length for ends in pulls]), "rest_length", numbers_literal)
-        source.comment(f"{mimic.joint} follows {mimic.source}: SAPIEN's own mimic joints turn it round.")
+        source.comment(f"{mimic.joint} follows {mimic.source}: SAPIEN's own mimic joints invert it.")
         source.statement(
             call(
                 "articulation.create_fixed_tendon",
@@ -71,7 +71,7 @@ def write_tendons(source: SourceWriter, structure: ArticulationStructure, column
 
 
 _DRIVE_FIELDS = tuple(name for name in (*property_fields("drive"), "drive_mode") if name != "damping")
-"""Drive fields that a link builder does not take: of a drive, it takes the damping only."""
+"""Drive fields that a link builder does not take. It only takes the damping."""
 
 _NO_LIMITS = constant([-np.inf, np.inf])
 
@@ -101,13 +101,13 @@ def write_joint_component(source: SourceWriter, joint: Joint, columns: SceneValu
         source.statement(string(joint.name), assign="joint.name")
     source.statement(string(joint.type), assign="joint.type")
     for name in ("pose_in_child", "pose_in_parent"):
-        # Also where the plan has none, as the builder does: shapes have moved the frames by a rounding.
+        # Also if the plan has none, as the builder does: shapes have moved the frames by a rounding error.
         source.statement(frame_expression(getattr(joint, name), name, columns), assign=f"joint.{name}")
     if joint.type == "fixed":
         return
     source.statement(columns.value(joint.limits or _NO_LIMITS, "limits"), assign="joint.limit")
     if not present_fields(joint, _DRIVE_FIELDS):
-        # As the builder does for every joint.
+        # The builder does so for every joint.
         source.statement(_drive_call(joint, columns))
 
 
@@ -124,12 +124,12 @@ def write_articulation_joints(source: SourceWriter, structure: ArticulationStruc
 
 
 def _active_joints(structure: ArticulationStructure) -> list[tuple[Link, Joint]]:
-    """The joints that move, with their links."""
+    """Returns the joints that move, with their links."""
     return [(link, link.joint) for link in structure.links if link.joint is not None and link.joint.type != "fixed"]
 
 
 def _joint_expression(link: Link, joint: Joint) -> str:
-    """How a script finds a joint: by its name, or by its link if it has none."""
+    """Returns an expression that finds a joint by its name, or by its link if it has none."""
     if joint.name:
         return f"articulation.find_joint_by_name({string(joint.name)})"
     return f"articulation.find_link_by_name({string(link.name)}).joint"
@@ -148,7 +148,7 @@ def _drive_call(joint: Joint, columns: SceneValues) -> SourceNode:
 
 
 def engine_order(structure: ArticulationStructure) -> list[Link]:
-    """The links with active joints, in the order of SAPIEN's `active_joints`: breadth first."""
+    """Returns the links with active joints, in the order of SAPIEN's `active_joints`: breadth first."""
     links = [structure.links[number] for number in breadth_first_order(link.parent for link in structure.links)]
     return [link for link in links if link.joint is not None and link.joint.type != "fixed"]
 
@@ -173,7 +173,7 @@ def write_positions(source: SourceWriter, structure: ArticulationStructure, colu
 
 
 def _stack_joint_values(joints: list[Joint], name: str, columns: SceneValues) -> NDArray[Any]:
-    """(B, dof) values of a field of all joints; 0 where it is None."""
+    """Returns the values of a field of all joints, (B, dof); 0 for None."""
     values = [getattr(joint, name) for joint in joints]
     nothing = np.zeros(len(columns.rows))
     return np.stack([nothing if value is None else columns.of_rows(value) for value in values], axis=1)
@@ -190,8 +190,8 @@ class ArticulationScript:
     """One structure of an articulation in some of its scenes.
 
     Attributes:
-        name: an expression for the entity's.
-        source: takes the statements; the loop over scenes, if any, is open.
+        name: an expression for the entity's name.
+        source: receives the statements; the loop over scenes, if any, is open.
         columns: the entity's quantities in these scenes.
         mounted_links: names of links that are mount targets.
     """
@@ -205,7 +205,7 @@ class ArticulationScript:
     mounted_links: Sequence[str] = ()
 
     def body(self, link: Link) -> BodyScript:
-        """A link as a body."""
+        """Returns a link as a body."""
         files, materials = self.tables.files, self.tables.materials
         return BodyScript(self.entity, string(link.name), link.body, self.source, self.columns, files, materials)
 

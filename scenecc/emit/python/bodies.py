@@ -53,12 +53,12 @@ Arguments = dict[str, SourceNode]
 
 @dataclass(frozen=True, slots=True)
 class ShapeCall:
-    """How a type of shape is created.
+    """How to create a type of shape.
 
     Attributes:
         add: method of `ActorBuilder`; "" if it has none.
         make: constructor of the shape.
-        arguments: keyword arguments of both, from a geometry.
+        arguments: returns the keyword arguments of both for a geometry.
     """
 
     add: str
@@ -112,7 +112,7 @@ def _tuple_literal(row: Any) -> SourceNode:
 
 def _visual_plane_arguments(geometry: VisualPlane, columns: SceneValues, files: ScriptFiles) -> Arguments:
     del files
-    # As SAPIEN's own ground; the first number has no effect.
+    # SAPIEN's own ground does so; the first number has no effect.
     return {"scale": columns.value(Value(np.insert(geometry.half_size.data, 0, 10.0, axis=1)), "scale")}
 
 
@@ -218,7 +218,7 @@ def write_mass(source: SourceWriter, structure: BodyStructure, columns: SceneVal
 
 
 def inertial_nodes(inertial: Inertial, columns: SceneValues) -> tuple[SourceNode, SourceNode, SourceNode]:
-    """Mass, centre of mass and inertia, as `ActorBuilder.set_mass_and_inertia` takes them."""
+    """Returns mass, centre of mass and inertia, as `ActorBuilder.set_mass_and_inertia` takes them."""
     return (
         columns.value(inertial.mass, "mass"),
         columns.value(inertial.com, "com", pose_call),
@@ -256,8 +256,8 @@ class BodyScript:
     """One structure of an entity in some of its scenes.
 
     Attributes:
-        name: an expression for the entity's.
-        source: takes the statements; the loop over scenes, if any, is open.
+        name: an expression for the entity's name.
+        source: receives the statements; the loop over scenes, if any, is open.
         columns: the entity's quantities in these scenes.
         is_mount_target: whether a constraint, light or camera is mounted on it.
     """
@@ -284,14 +284,14 @@ def write_body(body: BodyScript) -> None:
 
 
 def needs_components(structure: BodyStructure) -> bool:
-    """Whether an actor or link builder would build something different, so that components are needed."""
+    """Returns whether an actor or link builder would build something different, so that components are needed."""
     shapes, dynamic = structure.collisions, structure.body_type in {"dynamic", "link"}
     parts = any(isinstance(shape.geometry, ConvexParts) for shape in shapes)
     return (
         structure.body_type == "none"
         # These are set by shape index, and the number of parts is unknown until they are loaded.
         or (parts and any(present_fields(shape, LATE_SHAPE_FIELDS) for shape in shapes))
-        # The builder decides by body type whether to cook a signed distance field, and sets a plane's density to 0.
+        # The builder decides by body type whether to cook an SDF, and sets a plane's density to 0.
         or any(isinstance(shape.geometry, TriangleMesh) and shape.geometry.sdf != dynamic for shape in shapes)
         or any(isinstance(shape.geometry, Plane) and shape.density is not None for shape in shapes)
         or not all(COLLISIONS[type(shape.geometry)].add for shape in shapes)
@@ -483,7 +483,7 @@ def _write_visual(shape: VisualShape, body: BodyScript) -> None:
 
 
 def _front_face(shape: VisualShape, columns: SceneValues) -> SourceNode | None:
-    """The front face of a shape; that of a mirrored mesh is flipped, as the builder does."""
+    """Returns the front face of a shape, flipped for a mirrored mesh, as the builder does."""
     if shape.front_face is not None:
         return string(shape.front_face)
     if not isinstance(shape.geometry, Mesh):
@@ -496,6 +496,6 @@ def _front_face(shape: VisualShape, columns: SceneValues) -> SourceNode | None:
 
 @contextmanager
 def _render_block(source: SourceWriter, columns: SceneValues) -> Generator[None]:
-    """A block that runs only if `render`, like the lists that it needs."""
+    """Opens a block that runs only if `render`, like the lists that it needs."""
     with source.block("if render:"), columns.rendered():
         yield

@@ -36,30 +36,30 @@ IDENTITY_ROW = np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float64)
 
 
 def numbers_literal(row: NDArray[Any]) -> SourceNode:
-    """A number, or a list of them to any depth."""
+    """Returns a number, or nested lists of numbers."""
     return _nested_literal(row.tolist())
 
 
 def pose_call(row: NDArray[np.float64]) -> SourceNode:
-    """A `sapien.Pose`; SAPIEN's own rotation is left out."""
+    """Returns a `sapien.Pose` call, without an identity rotation."""
     rotation = () if row[3:].tobytes() == IDENTITY_ROW[3:].tobytes() else (numbers_literal(row[3:]),)
     return call("sapien.Pose", numbers_literal(row[:3]), *rotation)
 
 
 def frame_expression(value: Value | None, name: str, columns: SceneValues) -> SourceNode:
-    """A pose of a joint or constraint; `sapien.Pose()` if the plan has none."""
+    """Returns a pose of a joint or constraint; `sapien.Pose()` if the plan has none."""
     return call("sapien.Pose") if value is None else columns.value(value, name, pose_call)
 
 
 def present_fields(holder: object, names: tuple[str, ...]) -> list[str]:
-    """Those of some fields that are set."""
+    """Returns those of some fields that are set."""
     return [name for name in names if getattr(holder, name) is not None]
 
 
 def write_properties(
     source: SourceWriter, holder: object, names: tuple[str, ...], columns: SceneValues, variable: str
 ) -> None:
-    """Sets those of some properties that are set in the plan. `variable`: the SAPIEN object that has them."""
+    """Writes those of some properties that the plan sets. `variable`: the SAPIEN object that has them."""
     for name in present_fields(holder, names):
         # `armature` is one number per degree of freedom.
         literal = _list_literal if name == "armature" else numbers_literal
@@ -81,7 +81,7 @@ def _nested_literal(item: float | list[Any]) -> SourceNode:
 
 
 def structure_variants(entity: Entity) -> list[tuple[int, BodyStructure | ArticulationStructure, NDArray[np.intp]]]:
-    """The structures used in some scene: index, structure, and the rows of the entity that have it."""
+    """Returns the structures used in some scene: index, structure, and the rows of the entity that have it."""
     pick = np.broadcast_to(0 if entity.pick is None else entity.pick.data, len(entity.scene_idxs))
     found = ((index, structure, np.flatnonzero(pick == index)) for index, structure in enumerate(entity.structures))
     return [(index, structure, rows) for index, structure, rows in found if len(rows)]
@@ -105,7 +105,7 @@ class SceneValues:
     _rendered: bool = False
 
     def value(self, value: Value, name: str, write: Callable[[Any], SourceNode] = numbers_literal) -> SourceNode:
-        """An expression for a quantity of the plan. `write`: makes an expression from one row."""
+        """Returns an expression for a quantity of the plan. `write`: makes an expression from one row."""
         return self.of_block(value.data[self.rows] if value.varies else value.data, name, write)
 
     def of_block(
@@ -115,20 +115,20 @@ class SceneValues:
         return self._chosen([row.tobytes() for row in data], name, lambda row: write(data[row]))
 
     def words(self, items: Sequence[str], name: str) -> SourceNode:
-        """An expression for strings, one per row of the block."""
+        """Returns an expression for strings, one per row of the block."""
         return self._chosen(items, name, lambda row: string(items[row]))
 
     def _chosen(self, keys: Sequence[Hashable], name: str, write: Callable[[int], SourceNode]) -> SourceNode:
-        """A literal if all rows are equal, otherwise an item of a list by scene."""
+        """Returns a literal if all rows are equal, otherwise an item of a list by scene."""
         return write(0) if len(set(keys)) == 1 else self._item(name, list_of(list(map(write, range(len(keys))))))
 
     def of_rows(self, value: Value) -> NDArray[Any]:
-        """The plan's data, one row per row of the block."""
+        """Returns the plan's data, one row per row of the block."""
         return value.data[self.rows] if value.varies else np.repeat(value.data, len(self.rows), axis=0)
 
     @contextmanager
     def rendered(self) -> Generator[None]:
-        """Lists created inside are assigned only if `render`."""
+        """Lists created within the block are assigned only if `render`."""
         self._rendered = True
         yield
         self._rendered = False
@@ -165,17 +165,9 @@ class SceneValues:
 def scene_block(
     source: SourceWriter, title: str, name: str, scene_idxs: tuple[int, ...], num_scenes: int, names: Identifiers
 ) -> Generator[tuple[SourceWriter, SceneValues]]:
-    """Writes statements of one object, which run in each of its scenes as `scene`: those written to the yielded source.
+    """Yields a source for the statements that build one object in `scene`, and runs them in each of its scenes.
 
-    If there are none, nothing is written.
-
-    Args:
-        source: of the body of `build_scenes`.
-        title: a comment before them.
-        name: prefix of the names of lists of its values.
-        scene_idxs: the scenes that it is in.
-        num_scenes: how many there are.
-        names: of the script.
+    Writes nothing if there are none. `title`: a comment before them; `name`: prefix of the names of lists of values.
     """
     columns = SceneValues(name, np.arange(len(scene_idxs)), names)
     inner = SourceWriter(depth=source.depth + (len(scene_idxs) > 1))
@@ -203,7 +195,7 @@ def append_in_scenes(
 
 
 def _scene_selection(source: SourceWriter, columns: SceneValues, scene_idxs: tuple[int, ...], num_scenes: int) -> str:
-    """An expression for the scenes of a block, or for its one scene."""
+    """Returns an expression for the scenes of a block, or for its one scene."""
     if len(scene_idxs) == 1:
         return f"scenes[{scene_idxs[0]}]"
     if len(scene_idxs) == num_scenes:
@@ -219,7 +211,7 @@ def _scene_selection(source: SourceWriter, columns: SceneValues, scene_idxs: tup
 
 
 MaterialSort = Literal["physical", "look"]
-"""Of collision shapes and of visual shapes."""
+"""The kind of a material: for collision shapes or for visual shapes."""
 
 _SORTS: Final[tuple[MaterialSort, ...]] = ("physical", "look")
 
@@ -242,7 +234,7 @@ class ScriptMaterials:
         self._default = plan.physics.default_material if needed else None
 
     def expression(self, material: Value, sort: MaterialSort, columns: SceneValues) -> SourceNode:
-        """An expression for the material of a shape."""
+        """Returns an expression for the material of a shape."""
         own, shared = self._own.get(sort, {}), self._shared[sort]
         indices = columns.of_rows(material)
         used: list[int] = list(dict.fromkeys(indices.tolist()))
@@ -258,11 +250,11 @@ class ScriptMaterials:
 
     @property
     def default(self) -> str | None:
-        """The variable of the default material; None: SAPIEN's own."""
+        """Returns the variable of the default material, or None for SAPIEN's own."""
         return None if self._default is None else "default_material"
 
     def write(self, source: SourceWriter, files: ScriptFiles) -> None:
-        """Assigns the materials that are the same in all scenes; visual ones only if `render`."""
+        """Assigns the materials that are the same in all scenes; visual materials only if `render`."""
         if self._default is not None or self._shared["physical"]:
             source.line()
         if self._default is not None:
@@ -280,7 +272,7 @@ class ScriptMaterials:
     def write_own(
         self, source: SourceWriter, bodies: Sequence[BodyStructure], columns: SceneValues, files: ScriptFiles
     ) -> None:
-        """Assigns the materials of an entity's bodies that vary by scene, before the bodies."""
+        """Assigns the materials of an entity's bodies that vary by scene. Call it before writing the bodies."""
         own = self._own = {sort: self._own_names(sort, bodies, columns) for sort in _SORTS}
         for index, name in own["physical"].items():
             self._write_physical(source, name, index, columns)
@@ -318,7 +310,7 @@ def _varies(plan: ScenePlan, sort: MaterialSort, index: int) -> bool:
 
 
 def _material_users(plan: ScenePlan, sort: MaterialSort) -> dict[int, set[str]]:
-    """The entities that use each material that is the same in all scenes, by its index, in order of first use."""
+    """Returns, for each material that is the same in all scenes, the entities that use it, in order of first use."""
     users: dict[int, set[str]] = {}
     for entity in plan.entities:
         for _, structure, rows in structure_variants(entity):
@@ -337,7 +329,7 @@ def _take_names(users: dict[int, set[str]], sort: MaterialSort, names: Identifie
 
 
 def _material_call(constructor: str, given: dict[str, Value], columns: SceneValues | None) -> Group:
-    """A call with numbers as arguments. `columns`: None if they are the same in all scenes."""
+    """Returns a call with numeric arguments. `columns`: None if they are the same in all scenes."""
     arguments = {
         name: numbers_literal(value.data[0]) if columns is None else columns.value(value, name)
         for name, value in given.items()
@@ -354,7 +346,7 @@ def _write_visual_material(
 
 
 def texture_call(texture: Texture, key: str, columns: SceneValues | None, files: ScriptFiles) -> Group:
-    """A `RenderTexture2D`. `columns`: None if it is the same in all scenes; `key`: name of the list of its files."""
+    """Returns a `RenderTexture2D` call. `columns`: None if the same in all scenes; `key`: name of its list of files."""
     arguments: dict[str, SourceNode] = {
         name: string(value) if isinstance(value, str) else repr(value) for name, value in texture.sampling().items()
     }
@@ -375,23 +367,23 @@ class MountTargets:
 
     @staticmethod
     def expression(mount: Mount) -> Group:
-        """An expression for the `sapien.Entity` of a mount, in `scene`."""
+        """Returns an expression for the `sapien.Entity` of a mount, in `scene`."""
         names = (name for name in (mount.entity, mount.link) if name is not None)
         return Group("held[", ("scene", *map(string, names)), "]")
 
     def is_body(self, name: str) -> bool:
-        """Whether an entity is a mount target as a body."""
+        """Returns whether an entity is a mount target as a body."""
         return None in self._links.get(name, ())
 
     def links(self, name: str) -> list[str]:
-        """The links of an entity that are mount targets."""
+        """Returns the links of an entity that are mount targets."""
         return [link for link in self._links.get(name, ()) if link is not None]
 
     def write_head(self, source: SourceWriter) -> None:
         """Creates the dictionary of mount targets, if there are any."""
         if self._links:
             source.line()
-            source.comment("What constraints, lights and cameras hold on to, by scene and name.")
+            source.comment("Bodies that constraints, lights and cameras are attached to, by scene and name.")
             source.line("held = {}")
 
     @staticmethod
@@ -401,7 +393,7 @@ class MountTargets:
 
     @staticmethod
     def write_link(source: SourceWriter, name: SourceNode, link: str, entity: SourceNode) -> None:
-        """Stores a link, likewise."""
+        """Stores a link, in the same way."""
         source.statement(entity, assign=Group("held[", ("scene", name, string(link)), "]"))
 
 

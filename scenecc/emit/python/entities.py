@@ -1,4 +1,4 @@
-"""Writes entities, one block for each structure that their scenes have."""
+"""Writes entities, one block for each of their structures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def write_entity(source: SourceWriter, entity: Entity, num_scenes: int, tables: ScriptContext) -> None:
-    """One entity."""
+    """Writes one entity."""
     for index, structure, rows in structure_variants(entity):
         columns = SceneValues(entity.name, rows, tables.names)
         inner = SourceWriter(depth=source.depth + (len(rows) > 1))
@@ -51,10 +51,10 @@ def _write_description(
     columns: SceneValues,
     tables: ScriptContext,
 ) -> None:
-    """What no call says: the files that an articulation was read from, and what sensors do not see."""
+    """Comments on what no call expresses: the files of an articulation, and what is hidden from sensors."""
     if isinstance(structure, ArticulationStructure) and structure.description_files:
         indices = [index for file in structure.description_files for index in columns.of_rows(file).tolist()]
         files = [tables.files.uri(index) for index in dict.fromkeys(indices)]
-        source.comment(f"As in {', '.join(files)}.")
+        source.comment(f"From {', '.join(files)}.")
     if entity.hidden:
-        source.comment("Only people see it: who takes pictures for sensors sets its visibility to 0 meanwhile.")
+        source.comment("Hidden from sensors: set its visibility to 0 while you take their pictures.")

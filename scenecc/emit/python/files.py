@@ -1,4 +1,4 @@
-"""Files of a plan in a script: constants at its top, and the few functions that find them."""
+"""Files of a plan in a script: constants at its top, and the functions that find them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 _PACKAGE_FILE = '''\
 def package_file(package: str, path: str) -> Path:
-    """A file of an installed package, found without importing it."""
+    """Returns a file of an installed package, without importing the package."""
     spec = importlib.util.find_spec(package)
     if spec is None or spec.origin is None:
         raise FileNotFoundError(f"the package {package} is not installed")
@@ -44,18 +44,18 @@ def package_file(package: str, path: str) -> Path:
 
 _ASSET_FILE = '''\
 def asset_file(path: str) -> Path:
-    """A file in one of the folders that the environment variable SCENECC_ASSET_PATH lists."""
+    """Returns a file in one of the folders of the environment variable SCENECC_ASSET_PATH."""
     folders = os.environ.get("SCENECC_ASSET_PATH", "").split(os.pathsep)
     for folder in filter(None, folders):
         if (Path(folder) / path).is_file():
             return Path(folder) / path
-    raise FileNotFoundError(f"{path} is in no folder of SCENECC_ASSET_PATH: {folders}")
+    raise FileNotFoundError(f"{path} is not in a folder of SCENECC_ASSET_PATH: {folders}")
 '''
 
 _CONVEX_PARTS = '''\
 @functools.cache
 def convex_parts(mesh: Path, **parameters: object) -> str:
-    """A file with the convex parts that CoACD cuts a mesh into; gone when the script ends."""
+    """Returns a file with CoACD's convex parts of a mesh, which is deleted at exit."""
     coacd.set_log_level("error")
     whole = trimesh.load(mesh, force="mesh")
     parts = coacd.run_coacd(coacd.Mesh(whole.vertices, whole.faces), **parameters)
@@ -69,7 +69,7 @@ def convex_parts(mesh: Path, **parameters: object) -> str:
 
 _PLY_FILE = '''\
 def ply_file(parts: list[tuple[Any, Any]]) -> Path:
-    """A PLY file of vertices and triangles; gone when the script ends."""
+    """Returns a PLY file of vertices and triangles, which is deleted at exit."""
     folder = tempfile.mkdtemp()
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     file = Path(folder) / "mesh.ply"
@@ -80,7 +80,7 @@ def ply_file(parts: list[tuple[Any, Any]]) -> Path:
 _MIRRORED = '''\
 @functools.cache
 def mirrored(mesh: str, signs: tuple[int, ...], *, parts: bool) -> str:
-    """A file with the hull of a mesh, or of each part, mirrored."""
+    """Returns a file with the mirrored hull of a mesh, or of each of its parts."""
     hull = physx.PhysxCollisionShapeConvexMesh
     given = (mesh, [1, 1, 1], physx.get_default_material())
     shapes = hull.load_multiple(*given) if parts else [hull(*given)]
@@ -92,7 +92,7 @@ def mirrored(mesh: str, signs: tuple[int, ...], *, parts: bool) -> str:
 _COLLADA_MESH = '''\
 @functools.cache
 def collada_mesh(mesh: Path) -> Path:
-    """A PLY of a COLLADA [m], which SAPIEN only shows. trimesh reads it, by pycollada."""
+    """Converts a COLLADA, which PhysX cannot read, to a PLY [m], with trimesh and pycollada."""
     scene = trimesh.load_scene(mesh, process=False, ignore_broken=False)
     parts: list[tuple[Any, Any]] = []
     for node in scene.graph.nodes_geometry:
@@ -108,7 +108,7 @@ def collada_mesh(mesh: Path) -> Path:
 
 _PACKED_FILE = '''\
 def packed_file(name: str, lines: list[str]) -> Path:
-    """A file that this script brings with it; gone when the script ends."""
+    """Returns a file that is embedded in this script and deleted at exit."""
     folder = Path(tempfile.mkdtemp())
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     (folder / name).write_bytes(zlib.decompress(base64.b64decode("".join(lines))))
@@ -117,35 +117,35 @@ def packed_file(name: str, lines: list[str]) -> Path:
 
 _REVOLVED_SHAPES = '''\
 def revolved_shapes(profile: Any, scale: Any, material: physx.PhysxMaterial) -> list[Any]:
-    """Convex shapes of a profile (x, radius) that is turned about x, and scaled."""
+    """Returns convex shapes of a profile (x, radius) revolved about x, and scaled."""
     make = physx.PhysxCollisionShapeConvexMesh
     return [make(part, scale, material) for part in revolved_parts(profile)]
 '''
 
 _REVOLVED_VISUAL = '''\
 def revolved_visual(profile: Any, material: sapien.render.RenderMaterial) -> Any:
-    """What is seen of a profile (x, radius) that is turned about x."""
+    """Returns a visual shape of a profile (x, radius) revolved about x."""
     return sapien.render.RenderShapeTriangleMesh(*revolved_surface(profile), material)
 '''
 
 _HEIGHTFIELD_SHAPE = '''\
 def heightfield_shape(size: Any, heights: Any, material: physx.PhysxMaterial) -> Any:
-    """Terrain that collides."""
+    """Returns a collision shape of terrain."""
     vertices, triangles, *_ = heightfield_surface(size, heights)
     return physx.PhysxCollisionShapeTriangleMesh(vertices, triangles, np.ones(3), material)
 '''
 
 _HEIGHTFIELD_VISUAL = '''\
 def heightfield_visual(size: Any, heights: Any, material: sapien.render.RenderMaterial) -> Any:
-    """What is seen of terrain."""
+    """Returns a visual shape of terrain."""
     return sapien.render.RenderShapeTriangleMesh(*heightfield_surface(size, heights), material)
 '''
 
 _PACKED_LINE_WIDTH = 80
-"""Characters of a packed file on a line."""
+"""Characters of an embedded file per line."""
 
 _PACKAGE_PREFIX = "pkg://scenecc/"
-"""Files that come with scenecc itself, which a script must do without: it brings them with it."""
+"""Files that are shipped with scenecc. A script embeds them, since it must run without scenecc."""
 
 COACD_DEFAULTS = CoacdParams(
     threshold=0.05,
@@ -160,14 +160,14 @@ COACD_DEFAULTS = CoacdParams(
     merge=True,
     seed=0,
 )
-"""Those of `sapien.wrapper.coacd.do_coacd`, which the script does not call: it writes next to the mesh."""
+"""Defaults of `sapien.wrapper.coacd.do_coacd`. The script does not call it, because it writes next to the mesh."""
 
 
 class ScriptFiles:
     """The files of a script, and the helper functions that find or make them.
 
     Attributes:
-        is_bound: whether the script finds files by paths from its own folder.
+        is_bound: whether the script finds files relative to its own folder.
     """
 
     def __init__(self, files: tuple[AssetFile, ...], names: Identifiers, unread: frozenset[int] = frozenset()) -> None:
@@ -186,15 +186,15 @@ class ScriptFiles:
         self._identifiers = names
 
     def name(self, index: int) -> str:
-        """The constant of a file of the plan."""
+        """Returns the constant of a file of the plan."""
         return self._names[self._read.index(index)]
 
     def uri(self, index: int) -> str:
-        """What the plan calls a file."""
+        """Returns the URI of a file in the plan."""
         return self._all[index].uri
 
     def parts(self, file: SourceNode, params: CoacdParams) -> SourceNode:
-        """An expression for the path of CoACD's parts of a file."""
+        """Returns an expression for the path of CoACD's parts of a file."""
         self._cut = True
         parameters: dict[str, SourceNode] = {}
         for item in fields(params):
@@ -204,12 +204,12 @@ class ScriptFiles:
         return call("convex_parts", file, **parameters)
 
     def mirrored(self, file: SourceNode, signs: SourceNode, *, parts: bool) -> SourceNode:
-        """An expression for the path of a mirrored convex mesh, which PhysX cannot make by a scale."""
+        """Returns an expression for the path of a mirrored convex mesh. PhysX does not support a negative scale."""
         self._mirrored = True
         return call("mirrored", file, signs, parts=str(parts))
 
     def collision_path(self, index: int) -> SourceNode:
-        """An expression for the path of a mesh that PhysX reads."""
+        """Returns an expression for the path of a mesh that PhysX can read."""
         name = self.name(index)
         if self._all[index].path.suffix.lower() != ".dae":
             return name
@@ -217,22 +217,22 @@ class ScriptFiles:
         return call("collada_mesh", name)
 
     def use_helper(self, helper: str) -> None:
-        """Asks for a function that makes a shape: `revolved_shapes`, `revolved_visual`, `heightfield_shape`, …"""
+        """Requests a function that makes a shape: `revolved_shapes`, `revolved_visual`, `heightfield_shape`, …"""
         self._made.add(helper)
 
     def heights(self, heights: tuple[tuple[float, ...], ...]) -> str:
-        """The constant of the heights of terrain."""
+        """Returns the constant of the heights of terrain."""
         if heights not in self._heights:
             self._heights[heights] = self._identifiers.take("HEIGHTS")
         return self._heights[heights]
 
     @property
     def computes(self) -> bool:
-        """Whether shapes are made of computed triangles."""
+        """Whether shapes are made from computed triangles."""
         return bool(self._made)
 
     def imports(self) -> list[str]:
-        """Import statements of the standard library, sorted; known once all bodies are written."""
+        """Returns import statements of the standard library, sorted. Call it once all bodies are written."""
         wanted = {
             "import atexit": self._writes_files,
             "import base64": self._packed,
@@ -267,7 +267,7 @@ class ScriptFiles:
         return self._cut or self._converted
 
     def write_head(self, source: SourceWriter) -> None:
-        """The functions that find files, and the constants."""
+        """Writes the functions that find files, and the constants."""
         helpers = (
             (_PACKAGE_FILE, "pkg" in self._schemes),
             (_ASSET_FILE, "asset" in self._schemes),
@@ -322,7 +322,7 @@ class ScriptFiles:
 
 
 def unused_files(plan: ScenePlan) -> frozenset[int]:
-    """Files that nothing of a script reads: those that an articulation was read from, which are all in the plan."""
+    """Returns files that a script does not read: those of articulations, whose content is in the plan."""
     structures = [structure for entity in plan.entities for structure in entity.structures]
     robots = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
     described = {index for robot in robots if robot.file is not None for index in robot.file.data.tolist()}
@@ -330,14 +330,14 @@ def unused_files(plan: ScenePlan) -> frozenset[int]:
 
 
 def _file_indices(plan: ScenePlan) -> Iterator[int]:
-    """Indices of the files that shapes, materials and lights have."""
+    """Yields indices of the files of shapes, materials and lights."""
     for holder, kind, value in plan_values(plan):
         if isinstance(kind, Quantity) and kind.table == "files" and not isinstance(holder, ArticulationStructure):
             yield from value.data.tolist()
 
 
 def plan_values(node: object) -> Iterator[tuple[object, FieldKind, Value]]:
-    """All values below a dataclass of the plan: the dataclass that has each, the kind of its field, and the value."""
+    """Yields all values below a dataclass of the plan, each with its dataclass and the kind of its field."""
     for slot in plan_fields(type(node)):
         item = getattr(node, slot.name)
         for one in (item or ()) if isinstance(slot.kind, ListKind) else (item,):

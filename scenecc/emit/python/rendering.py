@@ -1,4 +1,4 @@
-"""Python for lights, the environment, cameras and constraints."""
+"""Writes lights, the environment, cameras and constraints."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scenecc.plan.rendering import Camera, Light
 
     ObjectWriter = Callable[[SourceWriter, Any, SceneValues, ScriptContext], None]
-    """Writes what is run of an object in each of its scenes."""
+    """Writes the statements of an object for each of its scenes."""
 
 
 LIGHT_CLASSES: Final[dict[type, str]] = {
@@ -47,9 +47,9 @@ LIGHT_CLASSES: Final[dict[type, str]] = {
 
 
 def write_sections(source: SourceWriter, plan: ScenePlan, tables: ScriptContext) -> None:
-    """What is built once the entities are there, section by section. `source`: the body of `build_scenes`.
+    """Writes what is built after the entities, section by section. `source`: the body of `build_scenes`.
 
-    Of a plan without cameras only a batch makes one, for its pictures.
+    A plan without cameras gets none here; only a batch makes a default camera, for its pictures.
     """
     around = () if plan.environment is None or plan.environment == Environment() else (plan.environment,)
     rendered: tuple[tuple[Sequence[Any], ObjectWriter], ...] = (
@@ -115,7 +115,7 @@ def _write_light(source: SourceWriter, light: Light, columns: SceneValues, table
 def _attach_component(
     source: SourceWriter, mounted: Light | Camera, variable: str, columns: SceneValues, tables: ScriptContext
 ) -> None:
-    """Names a component and puts it into a scene: on an entity of its own, or on what it is mounted on."""
+    """Names a component and adds it to a scene, on its own entity or on its mount."""
     name = string(mounted.name)
     source.statement(name, assign=f"{variable}.name")
     where: SourceNode = columns.value(mounted.pose, "pose", pose_call)
@@ -152,7 +152,7 @@ def _write_camera(source: SourceWriter, camera: Camera, columns: SceneValues, ta
             pass
     _attach_component(source, camera, "camera", columns, tables)
     if isinstance(camera.lens, Orthographic):
-        # Not before, when it would be forgotten. Not with `top` alone: SAPIEN divides width by height in whole numbers.
+        # Not earlier, since SAPIEN would reset it. Not with `top` only, since SAPIEN then uses integer division.
         source.statement(columns.value(camera.lens.top, "top"), assign="top")
         source.line(f"right = top * {number_literal(camera.width)} / {number_literal(camera.height)}")
         source.statement(call("camera.set_orthographic_parameters", near, far, "-right", "right", "-top", "top"))
@@ -162,7 +162,7 @@ _CREATE_METHODS: dict[type, str] = {
     Weld: "create_drive",
     Drive: "create_drive",
     Connection: "create_connection",
-    # A connection whose limits are others.
+    # A connection with other limits.
     Distance: "create_connection",
     Gear: "create_gear",
 }
@@ -187,7 +187,7 @@ def _write_constraint(
             for axis in ("x", "y", "z", "twist"):
                 _write_setter(source, f"limit_{axis}", "0", "0")
             stiffness, damping = map(number_literal, WELD_SWING)
-            source.comment("A drive's limits of the swing do nothing: a spring that gives way to nothing holds it.")
+            source.comment("A drive's swing limits have no effect, so a stiff spring holds the swing.")
             _write_setter(source, "drive_property_swing", stiffness, damping, mode=string("acceleration"))
         case Distance(limits, stiffness, damping):
             _write_setter(source, "limit", *_limit_arguments(limits, (stiffness, damping), "", columns))
@@ -238,7 +238,7 @@ def _write_drive(source: SourceWriter, drive: Drive, columns: SceneValues) -> No
 def _limit_arguments(
     limits: Value, spring: tuple[Value | None, Value | None], suffix: str, columns: SceneValues
 ) -> list[SourceNode]:
-    """The arguments of a limit: lowest, highest, and the spring where there is one."""
+    """Returns the arguments of a limit: lower, upper, and the spring if there is one."""
     rows = columns.of_rows(limits)
     arguments = [columns.of_block(rows[:, side], f"{name}{suffix}") for side, name in enumerate(("low", "high"))]
     if any(value is not None for value in spring):

@@ -1,4 +1,4 @@
-"""Formats Python source: on one line if it fits, else one item per line. Hands out unique identifiers.
+"""Formats Python source: on one line if it fits, else one item per line. Provides unique identifiers.
 
 A group with one item per line always ends in a comma, so that formatters keep it.
 """
@@ -22,7 +22,7 @@ _INDENT_WIDTH = 4
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Items in brackets. `head` ends in the opening one: `sapien.Pose(`, `[`."""
+    """Items in brackets. `head` ends in the opening bracket: `sapien.Pose(`, `[`."""
 
     head: str
     items: tuple[SourceNode, ...]
@@ -34,18 +34,18 @@ SourceNode = str | Group
 
 
 def call(function: str, *args: SourceNode, **keywords: SourceNode) -> Group:
-    """A call of `function`."""
+    """Returns a call of `function`."""
     return Group(f"{function}(", (*args, *(_add_prefix(f"{name}=", node) for name, node in keywords.items())), ")")
 
 
 def list_of(items: Sequence[SourceNode]) -> Group:
-    """A list literal."""
+    """Returns a list literal."""
     return Group("[", tuple(items), "]")
 
 
 def string(text: str) -> str:
-    """A string literal, in double quotes unless that takes more escapes."""
-    # With both quotes in front, repr escapes every ' and no ".
+    """Returns a string literal, in double quotes unless that needs more escapes."""
+    # With both quotes in front, repr escapes every ' but no ".
     body = repr("'\"" + text)[4:-1]
     if text.count('"') > text.count("'"):
         return f"'{body}'"
@@ -62,43 +62,43 @@ class SourceWriter:
 
     @property
     def depth(self) -> int:
-        """How many blocks the next line is in."""
+        """Number of blocks around the next line."""
         return self._indent // _INDENT_WIDTH
 
     @property
     def text(self) -> str:
-        """What was written, with a final line break."""
+        """Returns what was written, with a final line break."""
         return "\n".join(self._lines) + "\n"
 
     def line(self, text: str = "") -> None:
-        """A line as it is; an empty one is never the first of a block."""
+        """Writes a line as it is. An empty line is dropped at the start of a block."""
         self._lines.append(" " * self._indent + text if text else "")
 
     def gap(self) -> None:
-        """An empty line, but not as the first of a block."""
+        """Writes an empty line, except at the start of a block."""
         if self._lines and not self._lines[-1].endswith(":"):
             self._lines.append("")
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing was written yet."""
+        """Returns whether nothing was written yet."""
         return not self._lines
 
     def append(self, other: SourceWriter) -> None:
-        """The lines of another one, which began at its own depth."""
+        """Appends the lines of another writer, which has its own depth."""
         self._lines.extend(other._lines)
 
     def lines(self, text: str) -> None:
-        """Several lines as they are."""
+        """Writes several lines as they are."""
         self._lines.extend(text.splitlines())
 
     def comment(self, text: str) -> None:
-        """A comment of one line, whatever is in `text`."""
+        """Writes a comment of one line, whatever `text` contains."""
         shown = text if text.isprintable() else repr(text)[1:-1]
         self.line(f"# {shown}".rstrip())
 
     def statement(self, node: SourceNode, *, assign: SourceNode = "") -> None:
-        """An expression, assigned to `assign` if that is given, whose lines break last."""
+        """Writes an expression, assigned to `assign` if given."""
         head = f"{_format_flat(assign)} = " if assign else ""
         lines = _format_lines(_add_prefix(head, node), self._indent, 0)
         if isinstance(assign, Group) and len(lines[0]) > WIDTH:
@@ -109,7 +109,7 @@ class SourceWriter:
 
     @contextmanager
     def block(self, header: str) -> Generator[None]:
-        """Lines inside belong to `header`."""
+        """Lines written within the block belong to `header`."""
         self.line(header)
         self._indent += _INDENT_WIDTH
         yield
@@ -127,7 +127,7 @@ def _format_flat(node: SourceNode) -> str:
 
 
 def _format_lines(node: SourceNode, indent: int, after: int) -> list[str]:
-    """The lines of a node. `after`: how many characters follow its last one."""
+    """Returns the lines of a node. `after`: number of characters after its last one."""
     flat = _format_flat(node)
     margin = " " * indent
     if isinstance(node, str) or not node.items or indent + len(flat) + after <= WIDTH:
@@ -147,34 +147,34 @@ _RESERVED = {
     "physx", "ply_file", "render", "sapien", "scene", "scenes", "shape", "shutil", "systems", "tempfile", "trimesh",
     "zlib",
 }  # fmt: skip
-"""What a script itself may use."""
+"""Names that a script itself may use."""
 
 
 class Identifiers:
-    """Hands out identifiers that clash neither with one another nor with what a script uses."""
+    """Provides identifiers that clash neither with each other nor with names that a script uses."""
 
     def __init__(self) -> None:
         self._names = UniqueNames(*_RESERVED, *keyword.kwlist, *keyword.softkwlist, *dir(builtins))
         self._local: dict[str, str] = {}
 
     def take(self, wanted: str) -> str:
-        """A unique identifier like `wanted`: invalid characters become `_`, and duplicates get a number."""
+        """Returns a unique identifier like `wanted`: invalid characters become `_`, and duplicates get a number."""
         stem = re.sub(r"[^A-Za-z0-9_]+", "_", wanted[:60]).strip("_") or "unnamed"
-        if stem[0].isdigit() or len(stem) == 1:  # a lone l, O or I is taken for a digit
+        if stem[0].isdigit() or len(stem) == 1:  # a single l, O or I looks like a digit
             stem = f"the_{stem}"
         return self._names.new(stem)
 
     def local(self, wanted: str) -> str:
-        """An identifier for what is made anew in every block that speaks of it: the same for the same text."""
+        """Returns an identifier for a variable that each block assigns again: the same for the same text."""
         if wanted not in self._local:
             self._local[wanted] = self.take(wanted)
         return self._local[wanted]
 
 
 def number_literal(item: float) -> str:
-    """The shortest literal of the same float64 (a whole number of a few digits without its point), integer or flag.
+    """Returns the shortest literal of a float64 (a short whole number without its point), integer or flag.
 
-    Infinity, which limits may be, has none.
+    Infinity, which limits may be, has no literal.
     """
     if isinstance(item, float) and math.isinf(item):
         return f'float("{item}")'

@@ -138,7 +138,7 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_broken_files(tmp_path: Path, name: str) -> None:
+def test_broken_mesh_files_are_reported(tmp_path: Path, name: str) -> None:
     data, code = BROKEN[name]
     path = write(tmp_path, name, data)
     for use in ("hull", "visual"):
@@ -185,13 +185,13 @@ SHAPES: dict[str, tuple[np.ndarray, dict[str, list[str]]]] = {
 
 @pytest.mark.parametrize("use", USES)
 @pytest.mark.parametrize("name", SHAPES)
-def test_what_a_mesh_must_be_for_each_use(tmp_path: Path, name: str, use: str) -> None:
+def test_requirements_of_a_mesh_by_use(tmp_path: Path, name: str, use: str) -> None:
     points, expected = SHAPES[name]
     text = "".join("v {:.9g} {:.9g} {:.9g}\n".format(*p) for p in points) + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
     assert codes(write(tmp_path, "a.obj", text), use) == expected[use]
 
 
-def test_one_flat_part_among_others(tmp_path: Path) -> None:
+def test_a_flat_part_among_others_is_reported(tmp_path: Path) -> None:
     text = "o solid\n" + TETRA + "o flat\nv 1 0 0\nv 2 0 0\nv 1 1 0\nf 5 6 7\n"
     path = write(tmp_path, "a.obj", text)
     assert codes(path, "parts") == ["SC415"]
@@ -203,20 +203,20 @@ def test_one_flat_part_among_others(tmp_path: Path) -> None:
     assert codes(path, "hull") == []
 
 
-def test_formats_that_are_not_read(tmp_path: Path) -> None:
+def test_unsupported_mesh_formats_are_reported(tmp_path: Path) -> None:
     for name in ("a.fbx", "a.blend", "a", "a.txt", "a.png"):
         assert codes(write(tmp_path, name, TETRA), "visual") == ["SC410"], name
     for name in ("a.usd", "a.USDZ", "a.usda", "a.usdc"):
         assert codes(write(tmp_path, name, "#usda 1.0"), "visual") == ["SC411"], name
 
 
-def test_sizes(tmp_path: Path) -> None:
+def test_a_mesh_above_the_limit_of_bytes_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path, "a.obj", TETRA)
     assert codes(path, "hull", max_asset_bytes=len(TETRA)) == []
     assert codes(path, "hull", max_asset_bytes=len(TETRA) - 1) == ["SC607"]
 
 
-def test_a_file_that_went_away(tmp_path: Path) -> None:
+def test_a_missing_mesh_file_is_reported(tmp_path: Path) -> None:
     assert codes(tmp_path / "gone.obj", "hull") == ["SC407"]
 
 
@@ -237,7 +237,7 @@ def painted(folder: Path, mtl: str, name: str = "paint.mtl") -> Path:
     return write(folder, "a.obj", f"mtllib {name}\n{TETRA}")
 
 
-def test_a_material_and_its_images(tmp_path: Path) -> None:
+def test_an_obj_material_and_its_images_are_checked(tmp_path: Path) -> None:
     (tmp_path / "my images").mkdir()
     write(tmp_path, "my images/a b.png", png())
     path = painted(
@@ -251,7 +251,7 @@ def test_a_material_and_its_images(tmp_path: Path) -> None:
     assert codes(path, "hull", "visual") == ["SC418"]
 
 
-def test_what_an_asset_names_outside(tmp_path: Path) -> None:
+def test_files_outside_of_the_scene_that_an_asset_names_are_refused(tmp_path: Path) -> None:
     write(tmp_path, "secret.mtl", "newmtl x\n")
     folder = tmp_path / "scene"
     folder.mkdir()
@@ -264,7 +264,7 @@ def test_what_an_asset_names_outside(tmp_path: Path) -> None:
     assert codes(write(folder, "a.gltf", json.dumps(document)), "hull") == ["SC419"]
 
 
-def test_an_image_that_is_none(tmp_path: Path) -> None:
+def test_an_invalid_image_of_a_mesh_is_reported(tmp_path: Path) -> None:
     write(tmp_path, "a.png", b"hello")
     assert codes(painted(tmp_path, "newmtl x\nmap_Kd a.png\n"), "hull", "visual") == ["SC420"]
     write(tmp_path, "a.webp", b"RIFF")
@@ -274,7 +274,7 @@ def test_an_image_that_is_none(tmp_path: Path) -> None:
 # --- glTF ---------------------------------------------------------------------------------------------------------
 
 
-def test_gltf_with_files_beside_it(tmp_path: Path) -> None:
+def test_gltf_buffers_and_images_in_files_are_checked(tmp_path: Path) -> None:
     document, body = gltf_document()
     document["buffers"][0]["uri"] = "the data.bin"
     path = write(tmp_path, "a.gltf", json.dumps(document))
@@ -288,7 +288,7 @@ def test_gltf_with_files_beside_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["buffers", "images"])
-def test_names_with_percent_escapes_are_not_what_sapien_opens(tmp_path: Path, kind: str) -> None:
+def test_file_names_with_percent_escapes_are_refused(tmp_path: Path, kind: str) -> None:
     document, body = gltf_document()
     document["buffers"][0]["uri"] = "data.bin"
     write(tmp_path, "data.bin", body)
@@ -342,7 +342,7 @@ GLTF_FAULTS: dict[str, tuple[Any, str]] = {
 
 
 @pytest.mark.parametrize("name", GLTF_FAULTS)
-def test_gltf_faults(tmp_path: Path, name: str) -> None:
+def test_broken_gltf_files_are_refused_quickly(tmp_path: Path, name: str) -> None:
     change, code = GLTF_FAULTS[name]
     start = time.process_time()
     assert codes(write(tmp_path, "a.glb", changed(change)), "hull") == [code]
@@ -350,7 +350,7 @@ def test_gltf_faults(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("limit", [None, 40_000])
-def test_gltf_places_are_counted(tmp_path: Path, limit: int | None) -> None:
+def test_gltf_instances_count_for_the_limit_of_bytes(tmp_path: Path, limit: int | None) -> None:
     """A mesh that a small file places a thousand times takes as much as it says; what is known is not read again."""
     document, body = gltf_document(POINTS * (1 if limit is None else 2))
     document["nodes"] = [{"mesh": 0} for _ in range(1000)]
@@ -377,7 +377,7 @@ def test_gltf_nodes_move_and_turn(tmp_path: Path) -> None:
     assert codes(write(tmp_path, "a.glb", glb(document, body)), "hull") == []
 
 
-def test_gltf_sparse_positions(tmp_path: Path) -> None:
+def test_gltf_sparse_positions_are_refused(tmp_path: Path) -> None:
     document, body = gltf_document()
     indices = {"bufferView": 1, "componentType": 5125}
     document["accessors"][0]["sparse"] = {"count": 1, "indices": indices, "values": {"bufferView": 0}}
@@ -396,7 +396,7 @@ def test_a_file_is_read_once_and_reported_at_its_first_use(tmp_path: Path, monke
     assert opened == [path]
 
 
-def test_every_alternative_of_a_varying_file(tmp_path: Path) -> None:
+def test_every_alternative_of_a_varying_file_is_checked(tmp_path: Path) -> None:
     paths = [write(tmp_path, f"{i}.obj", text) for i, text in enumerate([TETRA, "", TETRA, "v 0 0 0\nf 1 2 3\n"])]
     sink = Sink()
     plan = plan_of(paths, "hull", files=per_scene([0, 1, 0, 3], np.int64))
@@ -439,7 +439,7 @@ IMAGES: dict[str, tuple[bytes, str | None]] = {
 
 
 @pytest.mark.parametrize("name", IMAGES)
-def test_textures(tmp_path: Path, name: str) -> None:
+def test_textures_are_checked(tmp_path: Path, name: str) -> None:
     data, code = IMAGES[name]
     plan = textured(write(tmp_path, name, data))
     sink = Sink()
@@ -451,14 +451,14 @@ def test_textures(tmp_path: Path, name: str) -> None:
     assert [(d.code, d.path) for d in sink.diagnostics()] == ([(code, "materials.m")] if code else [])
 
 
-def test_nothing_heavy_is_imported() -> None:
+def test_importing_assets_loads_no_heavy_package() -> None:
     code = (
         "import sys, scenecc.checks.assets; print(sorted({'trimesh', 'sapien', 'yaml', 'pydantic'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "[]\n"
 
 
-def test_every_code_of_the_band_is_in_the_table() -> None:
+def test_every_asset_code_is_in_the_table() -> None:
     # From SC430 on they are of imports, and from SC450 on of robots' files.
     assert [code for code in CODES if "SC400" < code < "SC430"] == [f"SC40{i}" for i in range(1, 8)] + [
         f"SC4{i}" for i in [*range(10, 25), 28, 29]
@@ -475,7 +475,7 @@ def loose_parts(faces: np.ndarray) -> list[set[int]]:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_connected_parts(seed: int) -> None:
+def test_connected_parts_equal_a_reference(seed: int) -> None:
     draw = np.random.default_rng(seed)
     faces = draw.integers(0, 60, (draw.integers(1, 60), 3))
     used, inverse = np.unique(faces, return_inverse=True)
@@ -488,7 +488,7 @@ def test_connected_parts(seed: int) -> None:
 
 
 @pytest.mark.parametrize("order", ["along", "against", "mixed"])
-def test_a_long_strip_takes_no_long_time(order: str) -> None:
+def test_connected_parts_of_a_long_strip_are_found_quickly(order: str) -> None:
     count = 200_000
     along = {
         "along": np.arange(count),
@@ -503,7 +503,7 @@ def test_a_long_strip_takes_no_long_time(order: str) -> None:
 
 
 @pytest.mark.parametrize("use", ["mesh", "image"])
-def test_a_path_that_is_not_in_utf_8(tmp_path: Path, use: str) -> None:
+def test_a_path_that_is_not_in_utf_8_is_reported(tmp_path: Path, use: str) -> None:
     """Which SAPIEN's functions do not take."""
     folder = tmp_path / os.fsdecode(b"bad\xff")
     folder.mkdir()

@@ -109,7 +109,7 @@ def corpus(folder: Path) -> list[Path]:
     return [write(folder, name, data) for name, data in files.items()] + [folder / "missing.obj"]
 
 
-def test_the_corpus(tmp_path: Path) -> None:
+def test_meshes_that_pass_the_checks_can_be_cooked(tmp_path: Path) -> None:
     """What passes is cooked, but for the line with a missing vertex, which only SAPIEN's reader minds."""
     jobs = [(path, use) for path in corpus(tmp_path) for use in USES]
     passed = [job for job in jobs if passes(*job)]
@@ -123,14 +123,14 @@ def test_the_corpus(tmp_path: Path) -> None:
     assert len(passed) > 35
 
 
-def test_parts_are_those_of_sapien(tmp_path: Path) -> None:
+def test_convex_parts_are_those_of_sapien(tmp_path: Path) -> None:
     paths = {path.name: path for path in corpus(tmp_path)}
     files = [paths[name] for name in ("parts.obj", "two_nodes.glb", "three_primitives.glb")]
     assert [len(parts or ()) for parts in cook([(path, "parts") for path in files])] == [2, 2, 1]
     assert [len(read_parts(checked_content(checked(path, "parts")))) for path in files] == [2, 2, 1]
 
 
-def test_what_is_refused_cannot_be_cooked_or_comes_out_wrong(tmp_path: Path) -> None:
+def test_refused_meshes_cannot_be_cooked_correctly(tmp_path: Path) -> None:
     """The files whose refusal needs no other reason than SAPIEN's own failure."""
     failing = [
         "empty.obj",

@@ -28,7 +28,7 @@ def script() -> Any:
     return module
 
 
-def test_the_script_makes_the_committed_bytes(script: Any, tmp_path: Path) -> None:
+def test_the_script_makes_the_committed_meshes(script: Any, tmp_path: Path) -> None:
     script.main(tmp_path)
     made = [path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file()]
     assert [path for path in made if (tmp_path / path).read_bytes() != (ROOT / path).read_bytes()] == []
@@ -46,7 +46,7 @@ def test_the_bowl_is_closed_and_hollow(script: Any) -> None:
     assert solid.vertices[:, 2].min() == 0
 
 
-def test_sapien_cooks_what_the_names_say() -> None:
+def test_sapien_cooks_the_shipped_meshes_as_named() -> None:
     physx = pytest.importorskip("sapien.physx")
     material = physx.PhysxMaterial(0.3, 0.3, 0.1)
     for name in ("bowl.obj", "bowl.glb", "gem.stl"):

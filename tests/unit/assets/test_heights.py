@@ -21,7 +21,7 @@ def png(pixels: np.ndarray, **options: object) -> bytes:
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 @given(seed=st.integers(0, 2**32 - 1), rows=st.integers(1, 9), columns=st.integers(1, 9), smooth=st.booleans())
-def test_pixels_are_those_that_were_written(dtype: type, seed: int, rows: int, columns: int, smooth: bool) -> None:
+def test_heights_are_the_pixels_of_a_grey_png(dtype: type, seed: int, rows: int, columns: int, smooth: bool) -> None:
     most = np.iinfo(dtype).max
     pixels = np.random.default_rng(seed).integers(0, most, (rows, columns), dtype=dtype, endpoint=True)
     if smooth:  # for which Pillow picks other filters
@@ -47,13 +47,13 @@ GREY = png(np.arange(12, dtype=np.uint8).reshape(3, 4))
         (png(np.zeros((30, 40), np.uint8)), "at most 100"),
     ],
 )
-def test_what_is_not_a_grey_png_is_refused(data: bytes, words: str) -> None:
+def test_heights_from_other_images_are_refused(data: bytes, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         read_heights(data, 100)
 
 
 @given(st.binary(max_size=60), st.integers(8, len(GREY) - 1))
-def test_damage_is_a_value_error_and_nothing_else(junk: bytes, at: int) -> None:
+def test_a_damaged_height_image_raises_only_value_error(junk: bytes, at: int) -> None:
     try:
         found = read_heights(GREY[:at] + junk + b"\0", 100)
     except ValueError:

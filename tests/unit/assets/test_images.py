@@ -76,28 +76,28 @@ def told(folder: Path, name: str, data: bytes, **environment: Any) -> list[str]:
 
 
 @pytest.mark.parametrize("name", UNBUILT)
-def test_what_the_build_refuses(tmp_path: Path, name: str) -> None:
+def test_the_checks_pass_images_that_the_build_refuses(tmp_path: Path, name: str) -> None:
     assert told(tmp_path, name, UNBUILT[name]) == []
 
 
 @pytest.mark.parametrize("name", GOOD)
-def test_what_is_taken(tmp_path: Path, name: str) -> None:
+def test_valid_images_are_accepted(tmp_path: Path, name: str) -> None:
     assert told(tmp_path, name, GOOD[name]) == []
     size = check_image((tmp_path / name).read_bytes(), 2**24, Path(name).suffix)
     assert (size.columns, size.rows) == ((8, 8) if name == "cube.ktx" else (8, 4))
 
 
-def test_bytes_in_the_other_order(tmp_path: Path) -> None:
+def test_a_big_endian_ktx_is_accepted(tmp_path: Path) -> None:
     assert told(tmp_path, "a.ktx", ktx(8, 4, levels=2, order=">")) == []
 
 
 @pytest.mark.parametrize("name", BROKEN | UNREAD | MISREAD)
-def test_what_is_refused(tmp_path: Path, name: str) -> None:
+def test_invalid_images_are_refused(tmp_path: Path, name: str) -> None:
     assert told(tmp_path, name, (BROKEN | UNREAD | MISREAD)[name]) == ["SC420"]
 
 
 @pytest.mark.parametrize("name", HUGE)
-def test_what_is_too_large(tmp_path: Path, name: str) -> None:
+def test_images_above_the_limit_of_bytes_are_refused(tmp_path: Path, name: str) -> None:
     assert told(tmp_path, name, HUGE[name]) == ["SC607"]
     path = tmp_path / name
     scene = {"scenecc": 1, "entities": {}, "environment": {"map": str(path)}}
@@ -115,7 +115,7 @@ SKIES: dict[str, tuple[bytes, list[str]]] = {
 
 
 @pytest.mark.parametrize("name", SKIES)
-def test_maps_of_all_directions(tmp_path: Path, name: str) -> None:
+def test_environment_maps_are_checked(tmp_path: Path, name: str) -> None:
     data, codes = SKIES[name]
     path = tmp_path / name
     path.write_bytes(data)
@@ -124,7 +124,7 @@ def test_maps_of_all_directions(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize(("levels", "codes"), [(4, []), (2, ["SC553"])])
-def test_sides_of_a_cube(tmp_path: Path, levels: int, codes: list[str]) -> None:
+def test_sides_of_a_cube_map_are_checked(tmp_path: Path, levels: int, codes: list[str]) -> None:
     path = tmp_path / "side.ktx"
     path.write_bytes(ktx(8, 8, levels=levels))
     sides = dict.fromkeys(("px", "nx", "py", "ny", "pz", "nz"), str(path))
@@ -134,7 +134,7 @@ def test_sides_of_a_cube(tmp_path: Path, levels: int, codes: list[str]) -> None:
 
 @pytest.mark.render
 @pytest.mark.parametrize("name", GOOD | BROKEN | UNBUILT)
-def test_sapiens_reader_says_the_same(tmp_path: Path, name: str) -> None:
+def test_sapien_accepts_the_same_images(tmp_path: Path, name: str) -> None:
     from sapien.render import RenderTexture2D
 
     path = tmp_path / name
@@ -164,7 +164,7 @@ COLORED = {
 
 
 @pytest.mark.parametrize("name", GREY | COLORED)
-def test_grey_textures(tmp_path: Path, name: str) -> None:
+def test_grey_textures_are_reported(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_bytes((GREY | COLORED)[name])
     material = {"base_color_texture": str(path), "roughness_texture": str(path)}
@@ -175,7 +175,7 @@ def test_grey_textures(tmp_path: Path, name: str) -> None:
     assert found == ([("SC424", "warning", place)] if name in GREY else [])
 
 
-def test_a_grey_texture_that_another_key_named_first(tmp_path: Path) -> None:
+def test_a_grey_texture_that_is_also_used_elsewhere_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "L.png"
     path.write_bytes(GREY[path.name])
     material = {"base_color_texture": str(path), "emission_texture": str(path)}

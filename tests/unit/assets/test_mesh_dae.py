@@ -79,14 +79,14 @@ READ: dict[str, tuple[str, int]] = {
 
 
 @pytest.mark.parametrize("name", READ)
-def test_what_is_read(tmp_path: Path, name: str) -> None:
+def test_valid_collada_files_are_read(tmp_path: Path, name: str) -> None:
     text, triangles = READ[name]
     path = write(tmp_path, "a.dae", text)
     assert codes(path, "visual") == []
     assert sum(map(len, triangles_of(path))) == triangles
 
 
-def test_places_and_units_are_applied_and_the_axis_is_not(tmp_path: Path) -> None:
+def test_collada_poses_and_units_are_applied_but_not_the_up_axis(tmp_path: Path) -> None:
     """As SAPIEN has the vertices of the same file."""
     turn = "<rotate>0 0 1 90</rotate><scale>1 2 1</scale><matrix>1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1</matrix>"
     (part,) = triangles_of(write(tmp_path, "a.dae", dae(("</translate>", "</translate>" + turn))))
@@ -149,12 +149,12 @@ BROKEN: dict[str, tuple[str, str]] = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_what_is_refused(tmp_path: Path, name: str) -> None:
+def test_invalid_collada_files_are_refused(tmp_path: Path, name: str) -> None:
     text, code = BROKEN[name]
     assert codes(write(tmp_path, "a.dae", text), "visual") == [code]
 
 
-def test_it_collides_too(tmp_path: Path) -> None:
+def test_a_collada_can_collide(tmp_path: Path) -> None:
     path = write(tmp_path, "a.DAE", DAE)
     for use in ("hull", "parts", "triangles", "decomposed"):
         assert codes(path, use) == [], use
@@ -165,7 +165,7 @@ def test_it_collides_too(tmp_path: Path) -> None:
     assert told.path == "bodies[0].file"
 
 
-def test_its_parts_are_joined_where_their_corners_meet(tmp_path: Path) -> None:
+def test_collada_parts_with_equal_vertices_are_merged(tmp_path: Path) -> None:
     """Each triangle has corners of its own, and the four enclose a solid."""
     points = dict(enumerate(["0 0 0", "10 0 0", "0 20 0", "0 0 30"]))
     corners = " ".join(points[i] for i in (0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3))
@@ -182,7 +182,7 @@ def painted(folder: Path, *changes: tuple[str, str]) -> Path:
     return write(folder, "a.dae", dae(("<library_geometries>", EFFECT + "<library_geometries>"), *changes))
 
 
-def test_images_are_found_as_those_of_a_material_are(tmp_path: Path) -> None:
+def test_collada_images_are_found(tmp_path: Path) -> None:
     write(tmp_path, "secret.png", png())
     folder = tmp_path / "scene"
     folder.mkdir()
@@ -202,7 +202,7 @@ def test_images_are_found_as_those_of_a_material_are(tmp_path: Path) -> None:
         assert codes(painted(folder, ("a b.png", name)), "visual") == ["SC412"], name
 
 
-def test_a_texture_leads_to_an_image_of_the_library(tmp_path: Path) -> None:
+def test_a_collada_texture_must_lead_to_an_image(tmp_path: Path) -> None:
     """Else SAPIEN opens a file of the texture's name, wherever that is."""
     write(tmp_path, "a b.png", png())
     write(tmp_path, "stray.jpg", b"")
@@ -237,14 +237,14 @@ def test_a_texture_leads_to_an_image_of_the_library(tmp_path: Path) -> None:
     assert codes(painted(tmp_path, *newer), "visual") == []
 
 
-def test_an_encoding_that_others_read_otherwise(tmp_path: Path) -> None:
+def test_a_collada_in_another_encoding_is_refused(tmp_path: Path) -> None:
     write(tmp_path, "\xe9.png", png())
     for encoding, code in (("utf-8", []), ("latin1", ["SC412"])):
         path = painted(tmp_path, ('encoding="utf-8"', f'encoding="{encoding}"'), ("a b.png", "\xe9.png"))
         assert codes(path, "visual") == code
 
 
-def test_no_geometry_is_lost_for_its_looks(tmp_path: Path) -> None:
+def test_collada_geometry_with_unreadable_effects_is_kept(tmp_path: Path) -> None:
     """pycollada leaves out a node whose effect it cannot read."""
     path = painted(tmp_path, ('<surface type="2D">', '<surface type="CUBE">'))
     write(tmp_path, "a b.png", png())
@@ -253,7 +253,7 @@ def test_no_geometry_is_lost_for_its_looks(tmp_path: Path) -> None:
 
 @pytest.mark.render
 @pytest.mark.parametrize("name", READ)
-def test_the_engine_shows_the_same_triangles(tmp_path: Path, name: str) -> None:
+def test_sapien_shows_the_triangles_of_a_collada(tmp_path: Path, name: str) -> None:
     sapien = pytest.importorskip("sapien")
     path = write(tmp_path, "a.dae", READ[name][0])
     shown = [part.vertices[part.triangles] for part in sapien.render.RenderShapeTriangleMesh(str(path)).parts]

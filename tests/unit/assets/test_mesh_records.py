@@ -77,7 +77,7 @@ def everything(mesh: MeshContent) -> tuple[Any, ...]:
 ALL = ["record", "triangles", "hull", "hulls"]
 
 
-def test_a_record_is_used_again_from_memory(reader: CountingReader) -> None:
+def test_a_mesh_record_is_cached_in_memory(reader: CountingReader) -> None:
     first = everything(content(TETRA))
     assert isinstance(first[0], MeshRecord)
     assert first[0].whole is not None
@@ -87,14 +87,14 @@ def test_a_record_is_used_again_from_memory(reader: CountingReader) -> None:
     assert sorted(reader.asked) == sorted(ALL)
 
 
-def test_a_record_is_used_again_from_the_cache_folder(reader: CountingReader) -> None:
+def test_a_mesh_record_is_cached_on_disk(reader: CountingReader) -> None:
     first = everything(content(stl(), ".stl"))
     meshes._RECORDS.forget()
     assert everything(content(stl(), ".stl")) == first
     assert len(reader.asked) == len(ALL)
 
 
-def test_a_record_is_used_again_in_another_process(tmp_path: Path) -> None:
+def test_a_mesh_record_is_shared_between_processes(tmp_path: Path) -> None:
     path = write(tmp_path, "a.obj", TETRA)
     file = AssetFile("a.obj", path)
     everything(checked_content(file))
@@ -112,7 +112,9 @@ def test_a_record_is_used_again_in_another_process(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("changed", ["content", "suffix", "library"])
-def test_what_a_record_is_kept_by(changed: str, reader: CountingReader, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_record_is_cached_by_content_and_versions(
+    changed: str, reader: CountingReader, monkeypatch: pytest.MonkeyPatch
+) -> None:
     read_mesh(content(TETRA))
     match changed:
         case "content":
@@ -132,7 +134,7 @@ def gltf(body: bytes) -> tuple[str, dict[str, bytes]]:
     return json.dumps(document), {"mesh.bin": body}
 
 
-def test_a_changed_buffer_gives_another_record(reader: CountingReader) -> None:
+def test_a_changed_buffer_gives_another_mesh_record(reader: CountingReader) -> None:
     (text, small), (_, large) = gltf(gltf_document()[1]), gltf(gltf_document(POINTS * 7)[1])
     sizes = []
     for buffers in (small, large, small):
@@ -147,7 +149,7 @@ def test_a_changed_buffer_gives_another_record(reader: CountingReader) -> None:
     assert len(reader.asked) == 1 + 2 * 3
 
 
-def test_buffers_are_looked_up_where_all_is_known() -> None:
+def test_buffers_of_a_cached_mesh_are_looked_up() -> None:
     """One that may not be read is reported, whatever was read of it before."""
     text, buffers = gltf(gltf_document()[1])
     read_mesh(content(text, ".gltf", buffers=buffers))
@@ -177,7 +179,7 @@ DAMAGE: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE.keys())
-def test_a_damaged_file_of_the_cache_folder_is_read_again(damage: Any, tmp_path: Path, reader: CountingReader) -> None:
+def test_a_damaged_mesh_record_is_read_again(damage: Any, tmp_path: Path, reader: CountingReader) -> None:
     first = everything(content(TETRA))
     kept = {file: file.read_bytes() for file in (tmp_path / "cache").rglob("*") if file.is_file()}
     assert len(kept) == len(ALL)
@@ -190,7 +192,7 @@ def test_a_damaged_file_of_the_cache_folder_is_read_again(damage: Any, tmp_path:
 
 
 @pytest.mark.parametrize("instead", ["a folder for each file", "a file", "a device", "a name that is too long"])
-def test_a_cache_folder_that_cannot_be_used_does_no_harm(
+def test_an_unusable_cache_folder_of_mesh_records_does_no_harm(
     instead: str, tmp_path: Path, reader: CountingReader, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = everything(content(TETRA))
@@ -212,7 +214,7 @@ def test_a_cache_folder_that_cannot_be_used_does_no_harm(
     assert sorted(reader.asked) == sorted([*ALL, *ALL, "triangles"])
 
 
-def test_a_user_without_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_meshes_are_read_without_a_home_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     def no_home() -> Path:
         raise RuntimeError("Could not determine home directory.")
 
@@ -221,7 +223,9 @@ def test_a_user_without_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
     assert read_mesh(content(TETRA)).whole is not None
 
 
-def test_few_records_are_kept_in_memory(monkeypatch: pytest.MonkeyPatch, reader: CountingReader) -> None:
+def test_the_number_of_mesh_records_in_memory_is_limited(
+    monkeypatch: pytest.MonkeyPatch, reader: CountingReader
+) -> None:
     monkeypatch.setattr(content_cache, "_MOST_KEPT", 3)
     for number in range(5):
         read_mesh(content(f"# {number}\n{TETRA}"))
@@ -230,7 +234,7 @@ def test_few_records_are_kept_in_memory(monkeypatch: pytest.MonkeyPatch, reader:
     assert len(reader.asked) == 5
 
 
-def test_what_cannot_be_read_is_not_kept(tmp_path: Path, reader: CountingReader) -> None:
+def test_unreadable_meshes_are_not_cached(tmp_path: Path, reader: CountingReader) -> None:
     for _ in range(2):
         with pytest.raises(AssetError, match="cannot be read"):
             read_mesh(content(ply()[:-1], ".ply"))
@@ -286,7 +290,7 @@ def test_a_checked_file_is_read_again_whatever_the_limit_was(tmp_path: Path) -> 
     assert read_hulls(checked_content(file), parts=False)[0].vertices == 4
 
 
-def test_a_checked_file_that_changed(tmp_path: Path) -> None:
+def test_a_checked_mesh_that_changed_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path, "a.ply", ply())
     file = checked(path, "hull")
     write(tmp_path, "a.ply", ply(POINTS * 2))
@@ -299,7 +303,7 @@ def test_a_checked_file_that_changed(tmp_path: Path) -> None:
         read_triangles(checked_content(file))
 
 
-def test_a_checked_file_whose_buffer_changed(tmp_path: Path) -> None:
+def test_a_checked_mesh_whose_buffer_changed_is_refused(tmp_path: Path) -> None:
     document, body = gltf_document()
     document["buffers"][0]["uri"] = "mesh.bin"
     write(tmp_path, "mesh.bin", body)
@@ -310,7 +314,7 @@ def test_a_checked_file_whose_buffer_changed(tmp_path: Path) -> None:
         read_hulls(checked_content(file), parts=False)
 
 
-def test_a_buffer_that_was_not_checked(tmp_path: Path) -> None:
+def test_a_buffer_that_was_not_checked_is_refused(tmp_path: Path) -> None:
     document, body = gltf_document()
     document["buffers"][0]["uri"] = "mesh.bin"
     write(tmp_path, "mesh.bin", body)

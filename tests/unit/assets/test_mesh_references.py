@@ -67,17 +67,17 @@ GLBS = {
 
 
 @pytest.mark.parametrize("content", GLTFS.values(), ids=GLTFS.keys())
-def test_what_two_readers_of_json_read_differently(content: str | bytes, folder: Path) -> None:
+def test_gltf_json_that_readers_disagree_on_is_refused(content: str | bytes, folder: Path) -> None:
     assert codes(write(folder, "a.gltf", GLTF), "hull") == []
     assert codes(write(folder, "a.gltf", content), "hull") == ["SC412"]
 
 
 @pytest.mark.parametrize("content", GLBS.values(), ids=GLBS.keys())
-def test_what_two_readers_of_chunks_read_differently(content: bytes, folder: Path) -> None:
+def test_glb_chunks_that_readers_disagree_on_are_refused(content: bytes, folder: Path) -> None:
     assert codes(write(folder, "a.glb", content), "hull") == ["SC412"]
 
 
-def test_a_zero_byte_does_not_end_a_name(folder: Path) -> None:
+def test_a_zero_byte_in_a_file_name_is_refused(folder: Path) -> None:
     content = GLTF.replace("mesh.bin", "../outside.bin\\u0000/../scene/mesh.bin")
     assert codes(write(folder, "a.gltf", content), "hull")[0] in {"SC412", "SC418", "SC419"}
 
@@ -96,13 +96,13 @@ OBJS = {
 
 
 @pytest.mark.parametrize(("line", "code"), OBJS.values(), ids=OBJS.keys())
-def test_the_library_of_an_obj(line: str | bytes, code: str, folder: Path) -> None:
+def test_material_files_of_an_obj_are_found_as_in_sapien(line: str | bytes, code: str, folder: Path) -> None:
     assert codes(write(folder, "a.obj", "mtllib ok.mtl\n" + TETRA), "visual") == []
     data = line if isinstance(line, bytes) else line.encode()
     assert codes(write(folder, "a.obj", data + TETRA.encode()), "visual") == [code]
 
 
-def test_lines_go_on_as_in_the_engine(folder: Path) -> None:
+def test_obj_lines_are_continued_as_in_sapien(folder: Path) -> None:
     """Without a blank between, and where the backslash is the last of its line alone."""
     whole = checked(write(folder, "a.obj", TETRA.replace("v 0 0 0.1", "v 0 0 0.\\\n1")), "hull")
     assert whole.names == ()
@@ -124,7 +124,7 @@ MTLS = {
 
 
 @pytest.mark.parametrize(("line", "code"), MTLS.values(), ids=MTLS.keys())
-def test_the_images_of_a_material(line: str, code: str, folder: Path) -> None:
+def test_images_of_an_mtl_are_found_as_in_sapien(line: str, code: str, folder: Path) -> None:
     path = write(folder, "a.obj", "mtllib a.mtl\n" + TETRA)
     write(folder, "a.mtl", "newmtl a\nmap_Kd -s 1 1 1 -clamp on ok.png\n")
     assert named(path) == {"a.mtl": folder / "a.mtl", "ok.png": folder / "ok.png"}
@@ -134,7 +134,7 @@ def test_the_images_of_a_material(line: str, code: str, folder: Path) -> None:
 
 @pytest.mark.parametrize("library", ["missing.mtl", "far/away/missing.mtl"])
 @pytest.mark.parametrize("instead", ["a.mtl", "missing.mtl", "scene/missi"])
-def test_what_the_engine_opens_in_place_of_a_library(library: str, instead: str, folder: Path) -> None:
+def test_fallbacks_of_a_missing_material_file_are_found(library: str, instead: str, folder: Path) -> None:
     """A mesh that only collides may lack its materials; what is read for them is checked all the same."""
     path = write(folder, "a.obj", f"mtllib {library}\n" + TETRA)
     assert named(path, "hull") == {}
@@ -152,7 +152,7 @@ def test_what_the_engine_opens_in_place_of_a_library(library: str, instead: str,
         assert codes(path, "hull") == ["SC419"]
 
 
-def test_a_pipe_is_never_opened(folder: Path) -> None:
+def test_a_pipe_that_a_mesh_names_is_never_opened(folder: Path) -> None:
     os.mkfifo(folder / "pipe.mtl")
     for use in ("visual", "hull"):
         assert codes(write(folder, "a.obj", "mtllib pipe.mtl\n" + TETRA), use) == ["SC418"]
@@ -161,7 +161,7 @@ def test_a_pipe_is_never_opened(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("comment", ["TextureFile ../outside.png", "TextureFile ok.png"])
-def test_a_ply_that_names_a_texture_is_not_seen(comment: str, folder: Path) -> None:
+def test_a_ply_that_names_a_texture_cannot_be_a_visual(comment: str, folder: Path) -> None:
     data = ply().replace(b"comment made by hand", f"comment {comment}".encode())
     path = write(folder, "a.ply", data)
     assert codes(path, "visual") == ["SC410"]
@@ -180,7 +180,7 @@ DAES = {
 
 
 @pytest.mark.parametrize("init", DAES.values(), ids=DAES.keys())
-def test_the_images_of_a_collada(init: str, folder: Path) -> None:
+def test_images_of_a_collada_are_found_as_in_sapien(init: str, folder: Path) -> None:
     text = DAE.replace(
         "<library_geometries>", EFFECT.replace("<init_from>a b.png</init_from>", INIT) + "<library_geometries>"
     )
@@ -188,7 +188,7 @@ def test_the_images_of_a_collada(init: str, folder: Path) -> None:
     assert codes(write(folder, "a.dae", text.replace(INIT, init)), "visual") == ["SC412"]
 
 
-def test_an_image_of_a_collada_elsewhere_than_in_the_library(folder: Path) -> None:
+def test_a_collada_image_outside_of_the_library_is_refused(folder: Path) -> None:
     text = DAE.replace("<library_geometries>", EFFECT.replace("a b.png", "ok.png") + "<library_geometries>")
     hidden = '<profile_COMMON><image id="i"><init_from>../outside.png</init_from></image>'
     assert codes(write(folder, "a.dae", text.replace("<profile_COMMON>", hidden)), "visual") == ["SC412"]

@@ -30,20 +30,20 @@ def test_an_obj_is_read_whatever_separates_its_words(tmp_path: Path, text: str) 
     assert not codes(path, "hull", "triangles", "visual")
 
 
-def test_a_face_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
+def test_an_obj_face_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     path.write_text(TETRAHEDRON + "f 1 2 x\n")
     assert codes(path, "hull") == ["SC412"]
 
 
-def test_a_face_of_two_corners_is_a_line(tmp_path: Path) -> None:
+def test_an_obj_face_of_two_corners_is_a_line(tmp_path: Path) -> None:
     """SAPIEN takes one of one or two corners for a point or a line, and shows neither."""
     path = tmp_path / "a.obj"
     path.write_text(TETRAHEDRON + "f 1/1 2/1\nf 1\n")
     assert not codes(path, "hull", "triangles", "visual")
 
 
-def test_a_name_in_another_encoding(tmp_path: Path) -> None:
+def test_a_text_stl_may_have_a_name_in_another_encoding(tmp_path: Path) -> None:
     path = tmp_path / "a.stl"
     corners = [(0, 0, 0), (0, 1, 0), (1, 0, 0), (0, 0, 1)]
     facets = [
@@ -56,7 +56,7 @@ def test_a_name_in_another_encoding(tmp_path: Path) -> None:
     assert not codes(path, "hull")
 
 
-def test_data_that_begins_like_a_line_break_is_refused(tmp_path: Path) -> None:
+def test_ply_data_that_begins_like_a_line_break_is_refused(tmp_path: Path) -> None:
     """SAPIEN skips that byte, and some such files end its process."""
     header = "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar x\nend_header\n"
     for data, message in ((b"\n", "the first byte of its data"), (b"\r", "the first byte of its data"), (b"x", "")):
@@ -66,7 +66,7 @@ def test_data_that_begins_like_a_line_break_is_refused(tmp_path: Path) -> None:
         assert message in fault.message
 
 
-def test_a_header_that_repeats_its_format_is_read_once() -> None:
+def test_a_ply_header_that_repeats_its_format_is_read_once() -> None:
     """It took hours, and 3 s of a good PLY of 50 MB."""
     assert scan_names(b"ply\n" + b"format binary_ " * 100_000, ".ply").references == ()
 
@@ -78,7 +78,7 @@ def test_a_binary_stl_may_begin_as_an_obj_does(tmp_path: Path, words: bytes) -> 
     assert not codes(path, "hull", "triangles", "visual")
 
 
-def test_a_fan_is_refused(tmp_path: Path) -> None:
+def test_a_gltf_triangle_fan_is_refused(tmp_path: Path) -> None:
     """trimesh leaves it out."""
     document, body = gltf_document()
     document["meshes"][0]["primitives"][0]["mode"] = 6
@@ -88,7 +88,7 @@ def test_a_fan_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("limits", [(4000, 50_000, 4000), (50_000, 4000, 50_000)])
-def test_what_one_limit_refuses_another_allows(tmp_path: Path, limits: tuple[int, ...]) -> None:
+def test_a_mesh_refused_by_one_limit_is_read_with_a_higher_one(tmp_path: Path, limits: tuple[int, ...]) -> None:
     """What is known of a file does not depend on the limit with which it was read first."""
     stream = io.BytesIO()
     Image.new("RGB", (100, 100)).save(stream, "png")
@@ -109,13 +109,13 @@ def test_what_one_limit_refuses_another_allows(tmp_path: Path, limits: tuple[int
         "ply\nformat ascii 1.0\n end_header\ncomment TEXTUREFILE a.png\n",
     ],
 )
-def test_a_texture_of_a_ply_wherever_its_header_ends(tmp_path: Path, header: str) -> None:
+def test_a_ply_texture_is_found_wherever_the_header_ends(tmp_path: Path, header: str) -> None:
     path = tmp_path / "a.ply"
     path.write_bytes(ply(kind="ascii").replace(b"ply\nformat ascii 1.0\n", header.encode()))
     assert set(codes(path, "visual")) & {"SC410", "SC412"}
 
 
-def test_a_node_with_two_parents_is_refused(tmp_path: Path) -> None:
+def test_a_gltf_node_with_two_parents_is_refused(tmp_path: Path) -> None:
     """Forty in a chain could show a mesh a billion times."""
     document, body = gltf_document()
     document["nodes"] = [{"children": [1, 1]}, {"mesh": 0}]
@@ -124,7 +124,7 @@ def test_a_node_with_two_parents_is_refused(tmp_path: Path) -> None:
     assert codes(path, "hull") == ["SC412"]
 
 
-def test_a_name_that_sapien_would_cut_is_refused(tmp_path: Path) -> None:
+def test_a_file_name_that_sapien_would_truncate_is_refused(tmp_path: Path) -> None:
     document, body = gltf_document()
     document["images"] = [{"uri": "./" * 507 + "a.pngg.png"}]
     path = tmp_path / "a.glb"
@@ -132,13 +132,13 @@ def test_a_name_that_sapien_would_cut_is_refused(tmp_path: Path) -> None:
     assert codes(path, "visual") == ["SC419"]
 
 
-def test_coordinates_that_no_square_can_hold(tmp_path: Path) -> None:
+def test_coordinates_whose_square_overflows_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     path.write_text(TETRAHEDRON.replace("v 1 0 0", "v 1e200 0 0"))
     assert codes(path, "hull") == ["SC414"]
 
 
-def test_a_name_that_is_no_text(tmp_path: Path) -> None:
+def test_a_file_name_that_is_not_text_is_refused(tmp_path: Path) -> None:
     document, body = gltf_document()
     document["images"] = [{"uri": "a\ud800.png"}]
     (tmp_path / "a.glb").write_bytes(glb(document, body))
@@ -159,7 +159,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize(("suffix", "words"), [(suffix, words) for suffix, each in OTHERS.items() for words in each])
-def test_what_is_said_of_another_content(tmp_path: Path, suffix: str, words: str) -> None:
+def test_a_file_of_another_format_is_named_in_the_error(tmp_path: Path, suffix: str, words: str) -> None:
     path = tmp_path / f"a{suffix}"
     path.write_bytes(OTHERS[suffix][words])
     (fault,) = diagnose(path, "hull")

@@ -31,7 +31,7 @@ def refused(data: bytes) -> bool:
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_whole_ones_are_taken_and_no_beginning_of_one(name: str) -> None:
+def test_complete_images_are_accepted_and_truncated_ones_refused(name: str) -> None:
     data = PICTURES[name]
     assert not refused(data)
     footer = {".tga": 26, ".png": 4, ".bmp": 3}.get(Path(name).suffix, 0)  # what no pixel needs
@@ -51,7 +51,7 @@ def test_pngs_of_all_kinds_are_taken(mode: str, size: tuple[int, int]) -> None:
     assert not refused(picture("PNG", mode, *size))
 
 
-def test_damage_in_a_png() -> None:
+def test_a_png_with_any_damaged_byte_is_refused() -> None:
     data = PICTURES["rgb.png"]
     for at in range(8, len(data) - 12):
         assert refused(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]), at
@@ -61,7 +61,7 @@ def chunk(kind: bytes, content: bytes) -> bytes:
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
 
-def test_pixels_of_a_png_that_do_not_end() -> None:
+def test_a_png_whose_pixels_do_not_end_is_refused() -> None:
     """Pillow needs no end. SAPIEN unpacks zeros behind it, until it hangs at 2 GB."""
     data = PICTURES["rgb.png"]
     start, end = data.index(b"IDAT") - 4, len(data) - 12
@@ -76,7 +76,7 @@ def test_pixels_of_a_png_that_do_not_end() -> None:
     [(b"", 3, False), (b"", 2**16, True), (chunk(b"CgBI", bytes(4)), 1, True)],
     ids=["some", "many", "unpacked otherwise"],
 )
-def test_more_rows_in_a_png_than_its_header_says(before: bytes, rows: int, *, wrong: bool) -> None:
+def test_a_png_with_more_rows_than_its_header_is_refused(before: bytes, rows: int, *, wrong: bool) -> None:
     """Pillow stops at the last row. SAPIEN unpacks them all, in its own process, and hangs at 2 GB."""
     data = PICTURES["rgb.png"]
     start, end = data.index(b"IDAT") - 4, len(data) - 12
@@ -87,7 +87,7 @@ def test_more_rows_in_a_png_than_its_header_says(before: bytes, rows: int, *, wr
     assert refused(data[:start] + before + chunk(b"IDAT", packed) + data[end:]) == wrong
 
 
-def test_pixels_of_another_picture() -> None:
+def test_an_image_whose_size_does_not_match_its_pixels_is_refused() -> None:
     """Sizes that are not those of the pixels behind them."""
     for name in ("rgb.bmp", "rgb.tga"):
         other = bytearray(PICTURES[name])
@@ -99,7 +99,7 @@ def test_pixels_of_another_picture() -> None:
     assert refused(hdr(4, 3, packed=False).replace(b"-Y 3 +X 4", b"+X 4 -Y 3"))
 
 
-def test_damage_in_a_jpeg() -> None:
+def test_a_damaged_jpeg_is_refused() -> None:
     """Where Pillow reports it: of other codes in the middle of the pixels it does not."""
     for name in ("rgb.jpg", "progressive.jpg", "restarts.jpg"):
         data = PICTURES[name]
@@ -126,7 +126,7 @@ def test_the_size_is_checked_before_pillows_own_limit() -> None:
 
 
 @pytest.mark.parametrize("kind", ["GIF", "TIFF", "WEBP", "PPM", "ICO"])
-def test_other_formats_that_pillow_reads_are_refused(kind: str) -> None:
+def test_other_image_formats_that_pillow_reads_are_refused(kind: str) -> None:
     assert refused(picture(kind, "RGB", 16, 16))
 
 
@@ -149,7 +149,7 @@ def test_a_damaged_image_is_refused_beside_any_number_of_others(tmp_path: Path) 
 
 
 @pytest.mark.render
-def test_what_is_taken_sapiens_reader_takes_or_reports(tmp_path: Path, held_renderer: None) -> None:
+def test_accepted_images_are_loaded_or_reported_by_sapien(tmp_path: Path, held_renderer: None) -> None:
     from sapien.render import RenderTexture2D
 
     how = random.Random(5)

@@ -77,7 +77,7 @@ def chain(count: int, **root: Any) -> ArticulationStructure:
     return ArticulationStructure(tuple(links), **root)
 
 
-def test_what_it_is(arm: ArticulationBatch) -> None:
+def test_an_articulation_batch_has_its_names_links_and_joints(arm: ArticulationBatch) -> None:
     assert (len(arm), arm.name, arm.scene_idxs, arm.dof) == (3, "arm", (0, 1, 2), 4)
     assert repr(arm) == "ArticulationBatch('arm', dof=4, scene_idxs=[0, 1, 2])"
     assert {obj.name for obj in arm.objs} == {"arm"}
@@ -107,7 +107,7 @@ def test_numbers_of_joints_are_set_and_read(arm: ArticulationBatch, name: str) -
     setattr(arm, name, [0.0] * 4)
     assert not getattr(arm, name).any()
     for wrong in ([0.0] * 3, np.zeros((2, 4)), 0.0, np.zeros((3, 4, 1))):
-        with pytest.raises(ValueError, match=rf"{name} is \(4,\) or \(3, 4\) here"):
+        with pytest.raises(ValueError, match=rf"{name} must be \(4,\) or \(3, 4\)"):
             setattr(arm, name, wrong)
     with pytest.raises(ValueError, match=f"{name} must be finite"):
         setattr(arm, name, [0, 0, np.nan, 0])
@@ -116,7 +116,7 @@ def test_numbers_of_joints_are_set_and_read(arm: ArticulationBatch, name: str) -
     assert not getattr(arm, name).any()
 
 
-def test_the_root(arm: ArticulationBatch) -> None:
+def test_a_fixed_root_has_a_pose_but_no_velocity(arm: ArticulationBatch) -> None:
     arm.set_pose([1, 2, 3, 1, 0, 0, 0], [1])
     assert arm.pose[1].tolist() == [1, 2, 3, 1, 0, 0, 0]
     upper: Any = arm.links["upper"][1]
@@ -144,7 +144,7 @@ SETTERS: dict[str, list[float]] = {
 
 
 @pytest.mark.parametrize("name", SETTERS)
-def test_taken_out_of_one_scene_by_hand_it_is_set_in_the_others(name: str) -> None:
+def test_an_articulation_removed_from_one_scene_can_be_set_in_the_others(name: str) -> None:
     batch = built(plan_of(Case(fixed=False)))
     arm = batch.articulations["arm"]
     for link in [row[1] for row in arm.links.values()]:
@@ -154,7 +154,7 @@ def test_taken_out_of_one_scene_by_hand_it_is_set_in_the_others(name: str) -> No
     state = batch.state([0, 2]).articulations["arm"]
     assert getattr(state, name).tolist() == [numbers.tolist()] * 2
     if name in {"qpos", "qvel", "qf"}:
-        gone = "'arm' is removed in scene 1: the engine knows nothing of its joints there"
+        gone = "'arm' is removed in scene 1, so the engine has no values for its joints"
         with pytest.raises(RuntimeError, match=gone):
             getattr(arm, name)
         for asked in (None, [1], [0, 1]):
@@ -163,7 +163,7 @@ def test_taken_out_of_one_scene_by_hand_it_is_set_in_the_others(name: str) -> No
         assert getattr(arm.objs[0], name).tolist() == numbers.tolist()
 
 
-def test_links_are_where_they_belong_before_the_first_step(arm: ArticulationBatch) -> None:
+def test_links_are_at_their_poses_before_the_first_step(arm: ArticulationBatch) -> None:
     before = [link.entity.pose.p.tolist() for link in arm.links["tip"]]
     assert len({*map(tuple, before)}) == 3
     fixed = Joint("fixed", "weld", posed(0.5, 0, 0))
@@ -175,7 +175,7 @@ def test_links_are_where_they_belong_before_the_first_step(arm: ArticulationBatc
     assert found.entity.pose.p.tolist() == [0.5, 0, 1]
 
 
-def test_scenes_with_robots_of_their_own() -> None:
+def test_robots_with_different_joint_counts_are_padded_with_nan() -> None:
     batch = built(alone(chain(4), chain(2)))
     robot = batch.articulations["robot"]
     assert robot.dof == 3
@@ -184,7 +184,7 @@ def test_scenes_with_robots_of_their_own() -> None:
     assert robot.objs[1].qpos.tolist() == [np.float32(0.4)]
     assert robot.links["l3"][1] is None
     assert robot.links["l1"][1] is not None
-    with pytest.raises(ValueError, match="other joints in other scenes"):
+    with pytest.raises(ValueError, match="different joints in different scenes"):
         _ = robot.active_joint_names
     state = batch.state()
     batch.step(20)
@@ -194,7 +194,7 @@ def test_scenes_with_robots_of_their_own() -> None:
     assert batch.state().articulations["robot"].qpos.tobytes() == state.articulations["robot"].qpos.tobytes()
 
 
-def test_a_closed_batch_says_so() -> None:
+def test_a_closed_articulation_batch_refuses_access() -> None:
     batch = built(plan_of(Case()))
     arm = batch.articulations["arm"]
     batch.close()
@@ -225,17 +225,17 @@ def test_a_state_that_does_not_fit_changes_nothing(change: str) -> None:
         batch.set_state(replace(before, entities={**before.entities, "arm": before.entities["box"]}, articulations={}))
 
 
-def test_too_many_links() -> None:
+def test_an_articulation_with_more_than_255_links_is_refused() -> None:
     assert built(alone(chain(255))).articulations["robot"].dof == 254
     found = complaints(alone(chain(256, origin=ROOT.child("entities", "robot"))))
     assert [(d.code, d.message) for d in found] == [
-        ("SC808", "an articulation of 256 links; PhysX on the CPU takes 255 at most")
+        ("SC808", "an articulation has 256 links; PhysX on the CPU supports at most 255")
     ]
     assert found[0].path == "entities.robot"
 
 
 REFUSED: dict[str, tuple[ArticulationStructure, str]] = {
-    "velocity": (chain(2, fix_root_link=True, linear_velocity=constant([1, 0, 0])), "a root that is fixed has no"),
+    "velocity": (chain(2, fix_root_link=True, linear_velocity=constant([1, 0, 0])), "a fixed root has no"),
     "damping": (
         ArticulationStructure((Link("l", BodyStructure("link", sleep_threshold=constant(1))),)),
         "a link has no sleep_threshold",
@@ -245,14 +245,14 @@ REFUSED: dict[str, tuple[ArticulationStructure, str]] = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_an_articulation_does_not_have(what: str) -> None:
+def test_unsupported_articulation_fields_are_refused(what: str) -> None:
     structure, message = REFUSED[what]
     (found,) = complaints(alone(structure))
     assert found.code == "SC808"
     assert message in found.message
 
 
-def test_a_mesh_of_a_link_that_cannot_be_cooked(tmp_path: Path) -> None:
+def test_a_link_mesh_that_cannot_be_cooked_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "words.obj"
     path.write_text("these are words, no mesh\n")
     place = ROOT.child("entities", "robot", "root", "shapes", 0)
@@ -290,7 +290,7 @@ SABOTAGE: dict[str, tuple[Any, str]] = {
 
 
 @pytest.mark.parametrize("what", SABOTAGE)
-def test_sabotage_is_noticed(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_audit_reports_a_manipulated_articulation(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     sabotage, words = SABOTAGE[what]
     found = audited(plan_of(Case()), monkeypatch, sabotage)
     assert any(words in d.message for d in found), [d.message for d in found]
@@ -312,7 +312,7 @@ def test_links_and_joints_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(build, "fill_scenes", filled)
     messages = [d.message for d in audit_complaints(replace(plan, entities=(*plan.entities, other)))]
-    for words in ("links = 5, and the plan asks for 6", "dof = 3, and the plan asks for 4"):
+    for words in ("links = 5, but the plan asks for 6", "dof = 3, but the plan asks for 4"):
         assert f"'arm' in scene 0 (and in 2 more): the engine holds {words}" in messages
 
 
@@ -323,7 +323,7 @@ def test_solver_iterations_of_the_scene_are_those_of_articulations() -> None:
     assert {obj.sleep_threshold for obj in arm.objs} == {0.25}
 
 
-def test_masses_and_shapes_of_links_by_scene() -> None:
+def test_link_masses_and_joint_limits_may_vary_by_scene() -> None:
     change = with_body("tip", mass=per_scene([0.1, 0.2, 0.4]))
     arm = built(plan_of(Case(change))).articulations["arm"]
     assert [float(tip.mass) for tip in arm.links["tip"]] == pytest.approx([0.1, 0.2, 0.4])

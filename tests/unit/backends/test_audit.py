@@ -94,7 +94,7 @@ CASES: dict[str, tuple[Sabotage, str, tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_sabotage_is_reported(name: str, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_audit_reports_a_manipulated_scene(name: str, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     sabotage, path, words = CASES[name]
     found = audited(plan, monkeypatch, sabotage)
     assert [d for d in found if d.path.startswith(path) and all(word in d.message for word in words)], found
@@ -104,12 +104,12 @@ def test_without_the_audit_nothing_is_reported(plan: ScenePlan, monkeypatch: pyt
     assert not audited(plan, monkeypatch, swap_poses, audit=False)
 
 
-def test_nothing_is_reported_of_a_good_build(plan: ScenePlan) -> None:
+def test_the_audit_reports_nothing_for_a_good_build(plan: ScenePlan) -> None:
     assert not complaints(plan)
 
 
 @pytest.mark.parametrize(("scene", "words"), [(0, "collision_shapes = 1"), (0, "mass"), (2, "mass")])
-def test_a_shape_that_the_builder_drops(
+def test_the_audit_reports_a_shape_that_the_builder_drops(
     scene: int, words: str, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     attach = builder.attach_shape
@@ -124,7 +124,9 @@ def test_a_shape_that_the_builder_drops(
     assert any(f"'cube' in scene {scene}:" in m and words in m for m in messages), messages
 
 
-def test_a_part_of_a_mesh_that_the_builder_drops_in_one_scene(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_audit_reports_a_mesh_part_that_the_builder_drops_in_one_scene(
+    plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A ring is 32 convex meshes, and static, so that its mass does not tell."""
     ring = CollisionShape(Ring(constant(0.1), constant(0.2), constant(0.05)))
     table = plan.entities[0]
@@ -140,7 +142,7 @@ def test_a_part_of_a_mesh_that_the_builder_drops_in_one_scene(plan: ScenePlan, m
 
     monkeypatch.setattr(builder, "attach_shape", forgetful)
     (found,) = complaints(plan)
-    assert "'table' in scene 2: the engine holds collision_shapes = 31, and the plan asks for 32" in found.message
+    assert "'table' in scene 2: the engine holds collision_shapes = 31, but the plan asks for 32" in found.message
 
 
 def alike(plan: ScenePlan) -> ScenePlan:
@@ -150,7 +152,7 @@ def alike(plan: ScenePlan) -> ScenePlan:
 
 
 @pytest.mark.parametrize("number", [0, 3])
-def test_two_entities_that_are_built_in_each_others_place(
+def test_the_audit_reports_two_entities_in_swapped_order(
     number: int, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fill = build.fill_scenes
@@ -163,12 +165,14 @@ def test_two_entities_that_are_built_in_each_others_place(
     monkeypatch.setattr(build, "fill_scenes", filled)
     messages = [d.message for d in complaints(alike(plan))]
     words = (
-        f"'cube' in scene {number}: the engine holds entity 1 of the build order = 'post', and the plan asks for 'cube'"
+        f"'cube' in scene {number}: the engine holds entity 1 of the build order = 'post', but the plan asks for 'cube'"
     )
     assert any(words in message for message in messages), messages
 
 
-def test_objects_of_one_entity_under_the_name_of_another(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_audit_reports_objects_with_the_name_of_another_entity(
+    plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
     fill = build.fill_scenes
 
     def filled(scenes: Any, turns: Any, progress: Any) -> None:
@@ -195,7 +199,7 @@ def test_constraints_are_counted_on_their_bodies(plan: ScenePlan, monkeypatch: p
     monkeypatch.setattr(build, "ConstraintSet", forgetful)
     (found,) = complaints(tied)
     assert (
-        "'a' in scene 2: the engine holds constraints of 'cube' = 'b', and the plan asks for 'a', 'b'" in found.message
+        "'a' in scene 2: the engine holds constraints of 'cube' = 'b', but the plan asks for 'a', 'b'" in found.message
     )
 
 

@@ -35,13 +35,13 @@ from scenecc.plan import (
 )
 
 
-def test_tables_cover_every_geometry() -> None:
+def test_the_shape_tables_cover_every_geometry() -> None:
     """A new shape in the plan without a row in each table fails here."""
     assert set(COLLISION_SHAPES) == set(get_args(CollisionGeometry))
     assert set(VISUAL_SHAPES) == set(get_args(VisualGeometry))
 
 
-def test_tables_cover_every_field() -> None:
+def test_the_property_tables_cover_every_field() -> None:
     """A new field of a body or a shape that nothing sets or reads fails here."""
     body = {f.name for f in fields(BodyStructure)}
     elsewhere = {"body_type", "collisions", "visuals", "mass", "inertial", "collision_groups", "shapeless", "origin"}
@@ -96,7 +96,7 @@ def builder_of(plan: ScenePlan, name: str) -> BatchActorBuilder:
     return BatchActorBuilder(entity, body_of(entity), rows, Resources(plan), rendered=False)
 
 
-def test_it_is_an_actor_builder(plan: ScenePlan) -> None:
+def test_a_batch_builder_is_an_actor_builder(plan: ScenePlan) -> None:
     """SAPIEN's own `build` works on it, for the row that is asked for."""
     builder = builder_of(plan, "cube")
     assert isinstance(builder, sapien.ActorBuilder)
@@ -113,7 +113,7 @@ def test_it_is_an_actor_builder(plan: ScenePlan) -> None:
 
 
 @pytest.mark.parametrize("add", [lambda b: b.add_box_collision(), lambda b: b.add_convex_collision_from_file("x.obj")])
-def test_shapes_cannot_be_added_unheard(add: Any, plan: ScenePlan) -> None:
+def test_shapes_cannot_be_added_to_a_batch_builder(add: Any, plan: ScenePlan) -> None:
     with pytest.raises(AttributeError):
         add(builder_of(plan, "cube"))
 
@@ -135,7 +135,7 @@ def test_materials_are_shared_as_in_a_script(plan: ScenePlan) -> None:
     assert other.static_friction == 0.75
 
 
-def test_values_are_rounded_once(plan: ScenePlan) -> None:
+def test_values_are_rounded_once_to_float32(plan: ScenePlan) -> None:
     """float64 in the plan, float32 in the engine, nothing between."""
     third = 1 / 3
     entity = replace(

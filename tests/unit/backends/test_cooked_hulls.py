@@ -42,7 +42,7 @@ def found(folder: Path, text: str) -> list[Diagnostic]:
 
 
 @pytest.mark.parametrize("name", GOOD)
-def test_a_hull_that_is_cooked_right_is_not_reported(name: str, tmp_path: Path) -> None:
+def test_a_correctly_cooked_hull_is_not_reported(name: str, tmp_path: Path) -> None:
     write(tmp_path, name, GOOD[name])
     shapes = [f"{{type: convex_mesh, file: {name}}}"]
     if not name.endswith(".stl"):  # which has no parts (SC421)
@@ -60,7 +60,7 @@ def test_vertices_that_no_triangle_uses_belong_to_the_hull_of_a_ply(tmp_path: Pa
 
 
 @pytest.mark.parametrize(("kind", "whose"), [("convex_mesh", "hull to 1111% of its"), ("convex_parts", "hulls to")])
-def test_a_needle_gets_thicker(kind: str, whose: str, tmp_path: Path) -> None:
+def test_a_needle_that_is_cooked_thicker_is_reported(kind: str, whose: str, tmp_path: Path) -> None:
     write(tmp_path, "needle.ply", ply(NEEDLE))
     (one,) = found(tmp_path, entity(f"{{type: {kind}, file: needle.ply}}"))
     assert (one.code, one.line, one.column, one.path) == ("SC423", 6, 24 + len(kind), "entities.a.shapes[0].file")
@@ -70,7 +70,7 @@ def test_a_needle_gets_thicker(kind: str, whose: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("half", "codes"), [(0.0009, ["SC423"]), (0.003, ["SC416"]), (0.05, [])])
-def test_a_small_ball_gets_smaller(half: float, codes: list[str], tmp_path: Path) -> None:
+def test_a_ball_that_is_cooked_smaller_is_reported(half: float, codes: list[str], tmp_path: Path) -> None:
     ball = np.random.default_rng(0).normal(size=(300, 3))
     ball *= half / np.linalg.norm(ball, axis=1)[:, None]
     corners = np.arange(298)[:, None] + [0, 1, 2]
@@ -79,12 +79,12 @@ def test_a_small_ball_gets_smaller(half: float, codes: list[str], tmp_path: Path
 
 
 @pytest.mark.parametrize("kind", ["convex_mesh", "convex_parts"])
-def test_a_file_that_sapien_misreads(kind: str, tmp_path: Path) -> None:
+def test_a_mesh_file_that_sapien_misreads_is_reported(kind: str, tmp_path: Path) -> None:
     """Its reader takes the number in the comment for a count."""
     write(tmp_path, "counting.ply", ply(kind="ascii").replace(b"comment made", b"comment 2"))
     (one,) = found(tmp_path, entity(f"type: {kind}\n        scale: 2\n        file: counting.ply"))
     assert (one.code, one.line, one.column) == ("SC423", 8, 15)
-    assert one.message == "counting.ply: SAPIEN reads another mesh: its hull has 30000% of the volume"
+    assert one.message == "counting.ply: SAPIEN reads a different mesh: its hull has 30000% of the volume"
     assert one.hint == "export the mesh again, as GLB or OBJ"
 
 
@@ -125,7 +125,7 @@ def test_every_file_of_an_entity_is_compared(two_scenes: Path) -> None:
     assert sorted(one.message[:8] for one in check_scene(two_scenes)) == ["good.ply", "needle.p"]
 
 
-def test_a_file_that_changed_after_the_check(tmp_path: Path) -> None:
+def test_a_hull_file_that_changed_after_the_check_is_reported(tmp_path: Path) -> None:
     """Its volume is not compared with that of another file."""
     write(tmp_path, "a.ply", ply())
     plan = compile_scene(write(tmp_path, "scene.yaml", "scenecc: 1\n" + entity("{type: convex_mesh, file: a.ply}")))

@@ -30,7 +30,7 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("stub")
 @pytest.mark.parametrize("package", ["coacd", "trimesh"])
-def test_another_version_cuts_again(package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_version_decomposes_again(package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = checked(write(tmp_path, "mesh.obj", TETRA), "decomposed")
     first = assets.decompose(file, CoacdParams())
     assert assets.decompose(file, CoacdParams()) == first
@@ -39,7 +39,7 @@ def test_another_version_cuts_again(package: str, tmp_path: Path, monkeypatch: p
 
 
 @pytest.mark.usefixtures("stub")
-def test_a_mesh_in_a_buffer_beside_the_gltf_counts(tmp_path: Path) -> None:
+def test_a_changed_gltf_buffer_decomposes_again(tmp_path: Path) -> None:
     document, body = gltf_document()
     document["buffers"][0]["uri"] = "mesh.bin"
     path, buffer = tmp_path / "mesh.gltf", tmp_path / "mesh.bin"
@@ -53,9 +53,7 @@ def test_a_mesh_in_a_buffer_beside_the_gltf_counts(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["obj", "gltf"])
-def test_what_is_cut_is_what_was_checked_and_nothing_else_is_opened(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_coacd_opens_only_checked_files(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Materials and images are pipes here, which whoever opens them waits for."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     if kind == "obj":

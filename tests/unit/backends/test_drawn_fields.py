@@ -41,7 +41,7 @@ def loaded(keys: str, **options: Any) -> scenecc.SceneBatch:
     return scenecc.load_scene(io.StringIO(TEXT.format(keys=keys)), num_scenes=3, render=False, **options)
 
 
-def test_what_may_be_drawn_anew_can_be_set_and_nothing_else() -> None:
+def test_exactly_the_fields_that_a_reset_may_draw_can_be_set() -> None:
     allowed = {
         (holder, slot.name)
         for holder in HOLDERS
@@ -55,18 +55,22 @@ def test_what_may_be_drawn_anew_can_be_set_and_nothing_else() -> None:
 @pytest.mark.parametrize(
     ("keys", "given", "message"),
     [
-        ("mass: '${u - 0.1}'", 0.1, r"'cube' in scene 1: its mass is drawn as 0.0, and must be above 0 and"),
+        ("mass: '${u - 0.1}'", 0.1, r"'cube' in scene 1: the drawn mass is 0.0, but must be above 0 and"),
         ("mass: '${1 / u}'", 0.0, "'cube' in scene 1: its mass has no value"),
-        ("mass: '${1e30 / u}'", 1e-30, "'cube' in scene 1: its mass is drawn as 1e.60, and the engine takes finite"),
-        ("material: {physical: {static_friction: '${u}'}}", 0.2, "scene 1: a dynamic friction above the static one"),
+        ("mass: '${1e30 / u}'", 1e-30, "'cube' in scene 1: the drawn mass is 1e.60; values must be finite"),
+        (
+            "material: {physical: {static_friction: '${u}'}}",
+            0.2,
+            "scene 1: the drawn dynamic friction exceeds the static friction",
+        ),
         (
             "inertial: {mass: 1, com: [0, 0, 0], inertia: [1, 1, '${u}']}",
             3.0,
-            "'cube.inertial' in scene 1: a moment of inertia above the sum of the others is drawn",
+            "'cube.inertial' in scene 1: a drawn moment of inertia exceeds the sum of the others",
         ),
     ],
 )
-def test_what_the_engine_cannot_hold_changes_nothing(keys: str, given: float, message: str) -> None:
+def test_a_reset_with_values_out_of_range_changes_nothing(keys: str, given: float, message: str) -> None:
     batch = loaded(f"{keys}, pose: [0, 0, '${{u}}']")
     before = batch.state()
     with pytest.raises(ValueError, match=message):
@@ -74,7 +78,7 @@ def test_what_the_engine_cannot_hold_changes_nothing(keys: str, given: float, me
     assert batch.state() == before
 
 
-def test_materials_that_are_drawn_count_for_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_drawn_materials_count_towards_the_limit_of_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
     gc.collect()  # batches that other tests have dropped
     monkeypatch.setattr(assets, "_MATERIAL_LIMIT", len(assets._live_materials) + 2)  # pyright: ignore[reportPrivateUsage]
     with pytest.raises(scenecc.SceneError, match="SC821"):
@@ -83,9 +87,9 @@ def test_materials_that_are_drawn_count_for_the_process(monkeypatch: pytest.Monk
 
 def test_a_state_of_another_plan_is_refused() -> None:
     batch, other = loaded("mass: {uniform: [1, 2]}"), loaded("linear_damping: {uniform: [1, 2]}")
-    with pytest.raises(ValueError, match=r"it lacks 'cube\.mass', which a reset draws here"):
+    with pytest.raises(ValueError, match=r"'cube\.mass', which a reset draws, is missing"):
         batch.set_state(other.state())
-    with pytest.raises(ValueError, match=r"no reset draws 'cube\.mass' here"):
+    with pytest.raises(ValueError, match=r"does not draw 'cube\.mass'"):
         scenecc.load_scene(io.StringIO(TEXT.format(keys="mass: 1")), num_scenes=3, render=False).set_state(
             batch.state()
         )

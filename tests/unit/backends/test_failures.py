@@ -65,7 +65,7 @@ def text(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("geometry", [ConvexMesh, ConvexParts, TriangleMesh])
 @pytest.mark.parametrize("there", [True, False])
-def test_a_mesh_that_cannot_be_cooked(
+def test_a_mesh_that_cannot_be_cooked_is_reported(
     geometry: type, there: bool, text: Path, tmp_path: Path, plan_of_shapes: PlanOf
 ) -> None:
     """SAPIEN's own builder builds a milligram without a shape here."""
@@ -75,22 +75,20 @@ def test_a_mesh_that_cannot_be_cooked(
     assert ("SAPIEN cannot read" if there else f"no file '{path}'") in told.message
 
 
-def test_all_that_cannot_be_cooked_are_told(text: Path, tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+def test_all_meshes_that_cannot_be_cooked_are_reported(text: Path, tmp_path: Path, plan_of_shapes: PlanOf) -> None:
     other = tmp_path / "others.obj"
     other.write_text("more words\n")
     told = complaints(plan_of_shapes(mesh(ConvexMesh, 0), mesh(ConvexMesh, 1), files=(text, other)))
     assert [d.path for d in told] == ["entities.body.shapes[0].file", "entities.body.shapes[1].file"]
 
 
-def test_nothing_is_built_where_a_mesh_fails(
-    text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_is_built_if_a_mesh_fails(text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "new_scene", lambda *_, **__: pytest.fail("a scene was made"))
     (told,) = complaints(plan_of_shapes(mesh(ConvexMesh), files=(text,)))
     assert told.code == "SC801"
 
 
-def test_a_file_that_fails_in_some_scenes_only(text: Path, tmp_path: Path) -> None:
+def test_a_mesh_that_fails_in_some_scenes_is_reported(text: Path, tmp_path: Path) -> None:
     good = tmp_path / "good.obj"
     good.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n")
     origin = Origin("scene.yaml", ("entities", "body"))
@@ -105,7 +103,7 @@ def test_a_file_that_fails_in_some_scenes_only(text: Path, tmp_path: Path) -> No
     assert batch is not None
 
 
-def test_a_refusal_in_the_middle_tears_down(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_shape_refused_during_a_build_clears_all_scenes(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     from scenecc.backends.sapien import builder
 
     made: list[Any] = []
@@ -134,7 +132,7 @@ def test_a_refusal_in_the_middle_tears_down(plan: ScenePlan, monkeypatch: pytest
     ("module", "step"),
     [(build, "ConstraintSet"), (build, "LightsAndCameras"), (build, "audit_scenes"), (build, "SceneBatch")],
 )
-def test_an_error_once_the_bodies_stand_tears_down(
+def test_an_error_after_the_bodies_are_built_clears_all_scenes(
     module: ModuleType, step: str, error: type[BaseException], plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[Any] = []
@@ -165,7 +163,7 @@ def test_an_error_once_the_bodies_stand_tears_down(
         ("dynamic", {"solver_position_iterations": constant(-1, np.int64)}),
     ],
 )
-def test_what_a_body_type_does_not_have(kind: Any, said: dict[str, Any], plan_of_shapes: PlanOf) -> None:
+def test_fields_that_a_body_type_lacks_are_refused(kind: Any, said: dict[str, Any], plan_of_shapes: PlanOf) -> None:
     """Scene files are checked for this before; a plan may come from elsewhere."""
     plan = plan_of_shapes(kind=kind)
     (entity,) = plan.entities
@@ -174,7 +172,9 @@ def test_what_a_body_type_does_not_have(kind: Any, said: dict[str, Any], plan_of
     assert (told.code, told.path) == ("SC808", "entities.body")
 
 
-def test_no_render_device(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_render_device_visuals_are_refused_or_skipped(
+    plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(build, "render_problem", lambda: "failed to find a rendering device")
     (told,) = complaints(plan, render=True)
     assert told.code == "SC803"
@@ -183,7 +183,7 @@ def test_no_render_device(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> N
     assert not batch.render
 
 
-def test_sapien_is_missing(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_sapien_is_reported(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     real = builtins.__import__
 
     def absent(name: str, *rest: Any) -> Any:
@@ -201,7 +201,9 @@ def test_sapien_is_missing(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize(
     ("version", "good"), [("3.0.3", True), ("3.0.4.dev1", True), ("3.0.2", False), ("2.2.2", False), ("3.1.0", False)]
 )
-def test_version_of_sapien(version: str, good: bool, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unsupported_version_of_sapien_is_reported(
+    version: str, good: bool, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
     import sapien
 
     monkeypatch.setattr(sapien, "__version__", version)
@@ -222,7 +224,9 @@ def test_importing_the_backend_loads_no_engine_and_warns_of_nothing() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_coacd_missing(text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_missing_coacd_is_reported(
+    text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     from scenecc.backends.sapien import assets
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
@@ -232,7 +236,9 @@ def test_coacd_missing(text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.M
     assert "[convex]" in (told.hint or "")
 
 
-def test_coacd_fails(text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_failure_of_coacd_is_reported(
+    text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     pytest.importorskip("coacd")
     cache = tmp_path / "cache"
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
@@ -241,7 +247,7 @@ def test_coacd_fails(text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.Mon
     assert [path for path in cache.rglob("*") if path.is_file()] == []
 
 
-def test_coacd_cache_that_cannot_be_written(
+def test_a_coacd_cache_that_cannot_be_written_is_reported(
     text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("coacd")

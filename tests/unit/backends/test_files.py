@@ -45,7 +45,7 @@ def write(path: Path, half: float, *, keep_times: bool = False) -> None:
 
 
 @pytest.mark.parametrize("geometry", [ConvexMesh, ConvexParts, TriangleMesh])
-def test_a_mesh_written_again_is_built_as_it_is_now(geometry: type, tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+def test_a_rewritten_mesh_is_read_again(geometry: type, tmp_path: Path, plan_of_shapes: PlanOf) -> None:
     path = tmp_path / "box.obj"
     plan = plan_of_shapes(shape(geometry), files=(path,), kind="static")
     for half in (0.25, 0.5, 0.75):
@@ -53,7 +53,7 @@ def test_a_mesh_written_again_is_built_as_it_is_now(geometry: type, tmp_path: Pa
         assert extent(plan) == half
 
 
-def test_also_with_its_old_date_and_size(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+def test_a_rewritten_mesh_with_its_old_date_and_size_is_read_again(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
     path = tmp_path / "box.obj"
     plan = plan_of_shapes(shape(ConvexMesh), files=(path,))
     write(path, 0.25)
@@ -62,7 +62,7 @@ def test_also_with_its_old_date_and_size(tmp_path: Path, plan_of_shapes: PlanOf)
     assert extent(plan) == 0.75
 
 
-def test_also_where_others_had_read_it_before(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+def test_a_rewritten_mesh_that_other_code_had_read_is_read_again(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
     path = tmp_path / "box.obj"
     write(path, 0.25)
     other = physx.PhysxCollisionShapeConvexMesh(str(path), [1, 1, 1], physx.get_default_material())
@@ -71,7 +71,7 @@ def test_also_where_others_had_read_it_before(tmp_path: Path, plan_of_shapes: Pl
     assert other.vertices[:, 0].max() == 0.25
 
 
-def test_another_file_under_the_same_name(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+def test_a_symlink_to_another_mesh_is_read_again(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
     first, second, link = tmp_path / "a.obj", tmp_path / "b.obj", tmp_path / "box.obj"
     write(first, 0.25)
     write(second, 0.5)
@@ -108,7 +108,7 @@ def test_files_from_before_the_process_are_trusted(tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.parametrize("name", ["thing.obj", "thing.mtl", "wood grain.png"])
-def test_what_a_file_names_counts_as_the_file(name: str, tmp_path: Path) -> None:
+def test_a_changed_buffer_of_a_mesh_is_read_again(name: str, tmp_path: Path) -> None:
     write(tmp_path / "thing.obj", 0.25)
     own = (tmp_path / "thing.obj").read_text()
     (tmp_path / "thing.obj").write_text(f"mtllib thing.mtl\n{own}")
@@ -133,7 +133,7 @@ def parts_with_a_speck(path: Path) -> Path:
     return path
 
 
-def test_a_part_that_sapien_would_leave_out(
+def test_a_mesh_part_that_sapien_leaves_out_is_reported(
     tmp_path: Path, plan_of_shapes: PlanOf, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Its loader drops parts that cannot be cooked, with a line in its log; asked again, without one."""

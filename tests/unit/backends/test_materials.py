@@ -34,10 +34,10 @@ print(len(load(1, 1)))
 """
 
 
-def test_as_many_as_the_engine_can_number_are_built_and_no_more() -> None:
+def test_materials_up_to_the_limit_of_physx_are_built() -> None:
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", _CHILD], check=False, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
-    refused = "these scenes need 1 physical materials beside 65534 of other batches; a process holds 65534"
+    refused = "these scenes need 1 physical materials beside 65534 of other batches, and a process can hold 65534"
     assert done.stdout.splitlines() == ["302", refused, "1"]
 
 
@@ -66,7 +66,7 @@ _DEFAULT = {"default_material": {"static_friction": 1, "dynamic_friction": 1, "r
 
 @pytest.mark.usefixtures("few")
 @pytest.mark.parametrize(("num_scenes", "keys", "count"), [(33, {"physics": _DEFAULT}, 101), (40, {}, 121)])
-def test_one_too_many_is_refused_with_how_many_there_are(num_scenes: int, keys: dict[str, Any], count: int) -> None:
+def test_one_material_too_many_is_refused_with_the_count(num_scenes: int, keys: dict[str, Any], count: int) -> None:
     load(33, 3).close()
     with pytest.raises(scenecc.SceneError) as caught:
         load(num_scenes, 3, **keys)
@@ -77,6 +77,6 @@ def test_one_too_many_is_refused_with_how_many_there_are(num_scenes: int, keys: 
 
 
 @pytest.mark.usefixtures("few")
-def test_batches_that_were_dropped_make_room() -> None:
+def test_dropped_batches_free_their_materials() -> None:
     for _ in range(5):
         assert len(load(20, 3)) == 20, "61 each, and none is closed"

@@ -34,7 +34,7 @@ def entity(scene: MeasuredScene, name: str) -> MeasuredEntity:
     return next(each for each in scene.entities if each.entity.name == name)
 
 
-def test_bodies_have_the_numbers_of_the_same_by_hand(plan: ScenePlan) -> None:
+def test_measured_bodies_equal_hand_built_ones(plan: ScenePlan) -> None:
     scenes = measured(plan)
     assert [scene.index for scene in scenes] == [0, 1, 2, 3]
     for number, scene in enumerate(scenes):
@@ -64,12 +64,12 @@ def test_a_body_that_the_engine_gives_no_mass_has_none(plan: ScenePlan) -> None:
     assert (marker.mass, marker.shapes, marker.pose[:3]) == (None, (), (0, 0, 2))
 
 
-def test_settings_are_those_of_the_scene() -> None:
+def test_measured_settings_are_those_of_the_scene() -> None:
     scene = measured({"scenecc": 1, "physics": {"gravity": [0, 0, -1], "timestep": 0.25}, "entities": {}})[0]
     assert (scene.gravity, scene.timestep, scene.entities) == ((0, 0, -1), 0.25, ())
 
 
-def test_meshes_are_scaled_shared_and_turned_outwards(tmp_path: Path) -> None:
+def test_measured_meshes_are_scaled_shared_and_face_outwards(tmp_path: Path) -> None:
     (tmp_path / "tetra.obj").write_text(TETRA)
     shape = {"type": "triangle_mesh", "file": str(tmp_path / "tetra.obj")}
     shapes = [shape | {"scale": [2, 3, 4]}, shape | {"scale": [2, 3, 4]}, shape]
@@ -85,7 +85,7 @@ def test_meshes_are_scaled_shared_and_turned_outwards(tmp_path: Path) -> None:
     assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(0.001 / 6 * 24)
 
 
-def test_links_and_joints_are_those_of_the_engine() -> None:
+def test_measured_links_and_joints_are_those_of_the_engine() -> None:
     with scenecc.load_scene(ROOT / "scenes/robot_arm.yaml", render=False) as batch:
         scene = measure_bodies(batch).scenes[0]
         for name, articulation in batch.articulations.items():

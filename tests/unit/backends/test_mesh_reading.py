@@ -83,14 +83,14 @@ def refused(scene: Path) -> list[tuple[str, int | None, int | None, str]]:
 
 
 @pytest.mark.parametrize("kind", ["convex_mesh", "convex_parts", "triangle_mesh"])
-def test_a_mesh_that_sapien_refuses(kind: str, tmp_path: Path) -> None:
+def test_a_mesh_that_sapien_refuses_is_reported(kind: str, tmp_path: Path) -> None:
     path = write(tmp_path, "a.obj", REFUSED)
     ((code, line, column, message),) = refused(write(tmp_path, "scene.yaml", SCENE.format(kind, "a.obj")))
     assert (code, line, column) == ("SC801", 7, 15)
     assert message.startswith(f"SAPIEN cannot read '{path}': ")
 
 
-def test_a_mesh_that_crashes_sapien(tmp_path: Path) -> None:
+def test_a_mesh_that_crashes_sapien_is_reported(tmp_path: Path) -> None:
     path = write(tmp_path, "deep.glb", deep())
     scene = write(tmp_path, "scene.yaml", SCENE.format("convex_mesh", "deep.glb"))
     assert refused(scene) == [("SC801", 7, 15, f"SAPIEN cannot read '{path}': {CRASH}")]
@@ -101,7 +101,7 @@ def test_a_mesh_that_crashes_sapien(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("use", "code"), [("hull", "SC801"), ("parts", "SC801"), ("triangles", "SC801"), ("visual", "SC807")]
 )
-def test_the_code_of_a_crash_by_use(use: str, code: str, tmp_path: Path) -> None:
+def test_a_mesh_that_crashes_sapien_has_a_code_by_use(use: str, code: str, tmp_path: Path) -> None:
     """A visual mesh is read only for a build that renders."""
     path = write(tmp_path, "deep.glb", deep())
     plan = plan_of([path], use)
@@ -119,7 +119,7 @@ LINE = "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"
 @pytest.mark.parametrize(
     ("content", "codes"), [(TETRA, []), (REFUSED, ["SC807"]), (LINE, [])], ids=["good", "refused", "line"]
 )
-def test_a_visual_mesh_that_sapien_refuses(content: str, codes: list[str], tmp_path: Path) -> None:
+def test_a_visual_mesh_that_sapien_refuses_is_reported(content: str, codes: list[str], tmp_path: Path) -> None:
     """One that PhysX only cannot cook is shown."""
     sink = Sink()
     plan = plan_of([write(tmp_path, "a.obj", content)], "visual")
@@ -142,7 +142,7 @@ def test_a_build_that_renders_ends_at_a_visual_mesh(name: str, content: bytes, t
     load_scene(scene, render=False).close()
 
 
-def test_each_use_of_each_file_is_asked_for_once(tmp_path: Path, reader: CountingReader) -> None:
+def test_each_mesh_is_test_read_once_per_use(tmp_path: Path, reader: CountingReader) -> None:
     paths = [write(tmp_path, name, data) for name, data in (("a.obj", TETRA), ("b.obj", TETRA + "\n"))]
     uses = ("hull", "hull", "parts", "decomposed", "triangles", "visual", "visual")
     for _ in range(2):
@@ -150,7 +150,7 @@ def test_each_use_of_each_file_is_asked_for_once(tmp_path: Path, reader: Countin
     assert reader.asked == [("a.obj", use) for use in ("hull", "parts", "triangles", "visual")]
 
 
-def test_a_collada_that_collides_is_not_read(tmp_path: Path, reader: CountingReader) -> None:
+def test_a_collision_collada_is_not_test_read(tmp_path: Path, reader: CountingReader) -> None:
     """SAPIEN gets a PLY of ours."""
     path = write(tmp_path, "a.dae", "")
     assert not report_unreadable_meshes(plan_of([path], "hull"), (0,), Sink(), rendered=True)
@@ -159,7 +159,7 @@ def test_a_collada_that_collides_is_not_read(tmp_path: Path, reader: CountingRea
     assert reader.asked == [("a.dae", "visual")]
 
 
-def test_a_collada_is_converted_again_where_it_is_read_otherwise(
+def test_a_collada_is_converted_again_after_a_change_of_the_reader(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = AssetFile("a.dae", write(tmp_path, "a.dae", DAE))
@@ -213,7 +213,7 @@ def forget() -> None:
     engine._READ.forget()
 
 
-def test_what_could_be_read_is_kept_in_memory_and_in_the_cache_folder(tmp_path: Path, reader: CountingReader) -> None:
+def test_readable_meshes_are_cached_in_memory_and_on_disk(tmp_path: Path, reader: CountingReader) -> None:
     first, second = (AssetFile(name, write(tmp_path, name, TETRA)) for name in ("a.obj", "b.obj"))
     for file in (first, second, first):
         assert engine_fault(file, "hull") is None
@@ -222,7 +222,7 @@ def test_what_could_be_read_is_kept_in_memory_and_in_the_cache_folder(tmp_path: 
     assert reader.asked == [("a.obj", "hull")]
 
 
-def test_what_could_not_be_read_is_read_again(tmp_path: Path, reader: CountingReader) -> None:
+def test_unreadable_meshes_are_read_again(tmp_path: Path, reader: CountingReader) -> None:
     """It may have been too slow on a busy machine."""
     file = AssetFile("a.obj", write(tmp_path, "a.obj", REFUSED))
     faults = [engine_fault(file, "hull") for _ in range(2)]
@@ -232,7 +232,7 @@ def test_what_could_not_be_read_is_read_again(tmp_path: Path, reader: CountingRe
 
 
 @pytest.mark.parametrize("changed", ["content", "use", "suffix", "buffer", "version"])
-def test_what_a_result_is_kept_by(
+def test_results_for_untrusted_meshes_are_cached_by_content_use_and_version(
     changed: str, tmp_path: Path, reader: CountingReader, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     document, body = gltf_document()
@@ -258,7 +258,7 @@ def test_what_a_result_is_kept_by(
     assert len(reader.asked) == 2
 
 
-def test_a_file_that_changed_is_not_kept_as_what_it_was(tmp_path: Path) -> None:
+def test_a_mesh_that_changed_while_read_is_not_cached(tmp_path: Path) -> None:
     """Else a mesh that SAPIEN crashes at would count as read, once it is put back."""
     path = write(tmp_path, "a.obj", REFUSED)
     file = checked(path, "hull")
@@ -268,7 +268,7 @@ def test_a_file_that_changed_is_not_kept_as_what_it_was(tmp_path: Path) -> None:
     assert engine_fault(checked(path, "hull"), "hull") is not None
 
 
-def test_a_file_that_changed_is_reported_by_the_build(tmp_path: Path) -> None:
+def test_a_mesh_that_changed_after_the_test_read_is_reported(tmp_path: Path) -> None:
     write(tmp_path, "a.obj", REFUSED)
     plan = compile_scene(write(tmp_path, "scene.yaml", SCENE.format("convex_mesh", "a.obj")))
     write(tmp_path, "a.obj", TETRA)
@@ -278,9 +278,7 @@ def test_a_file_that_changed_is_reported_by_the_build(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", [b"", b"garbage", b"[]", sha256(b"x").hexdigest().encode() + b"\n"])
-def test_a_damaged_file_of_the_cache_folder_proves_nothing(
-    damage: bytes, tmp_path: Path, reader: CountingReader
-) -> None:
+def test_a_damaged_cache_file_is_ignored(damage: bytes, tmp_path: Path, reader: CountingReader) -> None:
     file = AssetFile("a.obj", write(tmp_path, "a.obj", TETRA))
     assert engine_fault(file, "hull") is None
     (kept,) = [one for one in (tmp_path / "cache").rglob("*") if one.is_file()]
@@ -293,7 +291,7 @@ def test_a_damaged_file_of_the_cache_folder_proves_nothing(
 
 
 @pytest.mark.parametrize("instead", ["/dev/null", "/proc/nothing", "/" + "x" * 300, "a file", "a folder"])
-def test_a_cache_folder_that_cannot_be_used_does_no_harm(
+def test_an_unusable_cache_folder_does_no_harm(
     instead: str, tmp_path: Path, reader: CountingReader, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = AssetFile("a.obj", write(tmp_path, "a.obj", TETRA))
@@ -310,7 +308,7 @@ def test_a_cache_folder_that_cannot_be_used_does_no_harm(
     assert len(reader.asked) == 1
 
 
-def test_a_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_without_read_permission_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> bytes:
         raise PermissionError(13, "Permission denied", "a.ply")
 

@@ -54,7 +54,7 @@ def test_without_a_seed_the_last_one_of_each_scene_is_repeated(batch: SceneBatch
     assert batch.state([1, 3]) == live(heap(SCENES, seed=3)).state([1, 3])
 
 
-def test_rows_that_are_not_named_stay_untouched(batch: SceneBatch) -> None:
+def test_scenes_that_are_not_reset_stay_untouched(batch: SceneBatch) -> None:
     batch.step(30)
     before = batch.state()
     batch.reset(seed=8, scene_idxs=[1])
@@ -73,7 +73,7 @@ def test_a_batch_of_some_scenes_is_reset_as_among_all() -> None:
     assert some.state() == live(heap(SCENES, seed=9)).state([1, 3])
 
 
-def test_objects_stay_the_same(batch: SceneBatch) -> None:
+def test_a_reset_keeps_engine_objects(batch: SceneBatch) -> None:
     scenes, objs = list(batch.scenes), {name: list(entity.objs) for name, entity in batch.entities.items()}
     ids = [entity.per_scene_id for scene in scenes for entity in scene.entities]
     order = [[entity.name for entity in scene.entities] for scene in scenes]
@@ -85,7 +85,7 @@ def test_objects_stay_the_same(batch: SceneBatch) -> None:
     assert [[entity.name for entity in scene.entities] for scene in scenes] == order
 
 
-def test_what_was_moved_by_hand_is_back(batch: SceneBatch) -> None:
+def test_a_reset_restores_what_was_moved_by_hand(batch: SceneBatch) -> None:
     start = batch.state()
     for entity in batch.entities.values():
         entity.set_pose(sapien.Pose([1, 2, 3]))
@@ -104,7 +104,7 @@ def test_what_was_moved_by_hand_is_back(batch: SceneBatch) -> None:
     assert (batch.entities["pusher"].pose == fresh.entities["pusher"].pose).all()
 
 
-def test_what_slept_is_awake_for_as_long_as_a_new_body() -> None:
+def test_a_reset_wakes_bodies_for_as_long_as_new_ones() -> None:
     box = CollisionShape(Box(constant([0.1] * 3)))
     floor = Entity("floor", (0,), constant([0, 0, -0.1, 1, 0, 0, 0]), (BodyStructure("static", (box,)),))
     cube = Entity("cube", (0,), constant([0, 0, 0.1, 1, 0, 0, 0]), (BodyStructure("dynamic", (box,)),))
@@ -149,7 +149,7 @@ def test_a_body_that_was_made_kinematic_by_hand_is_put_back_too(batch: SceneBatc
     batch.step(3)
 
 
-def test_given_draws_are_taken_in_place_of_drawing(batch: SceneBatch) -> None:
+def test_given_draws_replace_drawing(batch: SceneBatch) -> None:
     batch.reset(draws={"push": [0.25, 0.5]}, scene_idxs=[3, 1])
     speeds = batch.entities["body_0"].linear_velocity[:, 0]
     assert speeds[[1, 3]].tolist() == [0.5, 0.25]
@@ -175,7 +175,7 @@ def test_given_draws_are_taken_in_place_of_drawing(batch: SceneBatch) -> None:
         ({"scene_idxs": 3}, TypeError, r"scene indices, as in \[0, 2\] or range\(4\), not 3"),
         ({"scene_idxs": ["0"]}, TypeError, "a scene index is an integer, not '0'"),
         ({"scene_idxs": np.array([True, False])}, TypeError, "mask"),
-        ({"draws": {"half": [1] * 4}}, ValueError, "cannot change a shared draw 'half'; those that it can: push"),
+        ({"draws": {"half": [1] * 4}}, ValueError, "cannot change the shared draw 'half', only these: push"),
         ({"draws": {"push": [1, 2]}}, ValueError, r"must be of shape \(4,\)"),
         ({"draws": {"push": 1.0}}, ValueError, r"must be of shape \(4,\)"),
         ({"draws": {"push": [[1, 2]] * 4}}, ValueError, r"must be of shape \(4,\), .* not \(4, 2\)"),
@@ -183,11 +183,11 @@ def test_given_draws_are_taken_in_place_of_drawing(batch: SceneBatch) -> None:
         ({"draws": {"push": ["a"] * 4}}, ValueError, "must be of numbers, as the file declares, not of texts"),
         ({"draws": {"push": [[1], [1, 2], [1], [1]]}}, ValueError, "must have rows of one length"),
         ({"draws": {"push": [0, 0, np.nan, 0]}}, ValueError, "must be of finite numbers: row 2 is nan"),
-        ({"draws": {"push": [0, 1e39, 0, 0]}}, ValueError, "'body_0' in scene 1: its linear_velocity is drawn as"),
+        ({"draws": {"push": [0, 1e39, 0, 0]}}, ValueError, "'body_0' in scene 1: the drawn linear_velocity is"),
     ],
     ids=str,
 )
-def test_refusals_change_nothing(
+def test_a_refused_reset_changes_nothing(
     arguments: dict[str, Any], error: type[Exception], words: str, batch: SceneBatch
 ) -> None:
     batch.step(5)
@@ -248,13 +248,13 @@ def test_a_closed_batch_is_not_reset(batch: SceneBatch) -> None:
             use()
 
 
-def test_an_empty_plan_is_reset() -> None:
+def test_a_plan_without_entities_can_be_reset() -> None:
     batch = live(ScenePlan("empty", 2, (), Physics()))
     batch.reset(seed=1)
     assert batch.state().entities == {}
 
 
-def test_there_is_a_heap(batch: SceneBatch) -> None:
+def test_the_plan_of_these_tests_is_a_heap_of_bodies(batch: SceneBatch) -> None:
     """The plan is what the tests above take it for."""
     assert len([name for name in batch.entities if name.startswith("body_")]) == BODIES
     assert batch.entities["body_4"].scene_idxs == (0, 2)

@@ -13,7 +13,7 @@ BALL: dict[str, Any] = {
 }
 
 
-def test_integers_of_any_kind_become_pythons() -> None:
+def test_scene_idxs_may_be_integers_of_any_kind() -> None:
     found = check_scene_idxs(np.array([2, 0]))
     assert found == (2, 0)
     assert all(type(index) is int for index in found)
@@ -31,7 +31,7 @@ def test_integers_of_any_kind_become_pythons() -> None:
     ],
     ids=str,
 )
-def test_nothing_else_is_taken_for_an_index(given: Any, error: type[Exception]) -> None:
+def test_scene_idxs_must_be_integers(given: Any, error: type[Exception]) -> None:
     with pytest.raises(error, match=r"scene_idxs|scene index"):
         scenecc.load_scene(BALL, scene_idxs=given, render=False)
     with scenecc.load_scene(BALL, render=False) as batch, pytest.raises(error, match=r"scene_idxs|scene index"):

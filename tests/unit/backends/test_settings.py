@@ -83,7 +83,7 @@ def others_settings() -> Iterator[None]:
     physx.set_default_material(*numbers)
 
 
-def test_all_is_restored(plan: ScenePlan, others_settings: None) -> None:
+def test_process_wide_settings_are_restored_after_a_build(plan: ScenePlan, others_settings: None) -> None:
     before, material = state(), physx.get_default_material()
     assert workers() == 3
     batch = instantiate(replace(plan, physics=ALL), Sink(), render=False)
@@ -96,7 +96,7 @@ def test_all_is_restored(plan: ScenePlan, others_settings: None) -> None:
     assert workers() == 3
 
 
-def test_the_workers_are_set_and_restored(plan: ScenePlan, others_settings: None) -> None:
+def test_the_number_of_workers_is_set_and_restored(plan: ScenePlan, others_settings: None) -> None:
     for wanted in (0, 2):
         with engine_settings(Physics(cpu_workers=wanted)):
             assert workers() == wanted
@@ -106,7 +106,7 @@ def test_the_workers_are_set_and_restored(plan: ScenePlan, others_settings: None
         assert physx.get_scene_config().enable_ccd
 
 
-def test_what_the_plan_does_not_name_stays(plan: ScenePlan, others_settings: None) -> None:
+def test_settings_that_the_plan_omits_keep_the_process_defaults(plan: ScenePlan, others_settings: None) -> None:
     """A default that somebody set is what a hand-written scene would have got."""
     batch = instantiate(replace(plan, physics=Physics(enable_ccd=True)), Sink(), render=False)
     assert batch is not None
@@ -120,7 +120,9 @@ def test_what_the_plan_does_not_name_stays(plan: ScenePlan, others_settings: Non
 
 
 @pytest.mark.parametrize("error", [RuntimeError("engine"), KeyboardInterrupt()])
-def test_restored_after_a_failure(error: BaseException, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_process_wide_settings_are_restored_after_a_failure(
+    error: BaseException, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before, scenes = state(), []
     new_scene = build.new_scene
 

@@ -30,7 +30,7 @@ def shifted(state: SceneState, **changed: Any) -> SceneState:
     return replace(state, entities={**state.entities, "body_0": replace(state.entities["body_0"], **changed)})
 
 
-def test_what_a_state_holds(batch: SceneBatch) -> None:
+def test_a_state_has_poses_velocities_and_sleep_of_all_entities(batch: SceneBatch) -> None:
     batch.step(10)
     state = batch.state()
     assert state.scene_idxs == (0, 1, 2)
@@ -73,7 +73,7 @@ def test_a_state_fits_another_batch_of_the_same_plan_and_survives_pickling(batch
     assert other.state() == state
 
 
-def test_some_scenes_alone(batch: SceneBatch) -> None:
+def test_a_state_can_be_restored_in_some_scenes(batch: SceneBatch) -> None:
     batch.step(20)
     saved = batch.state()
     batch.step(20)
@@ -112,7 +112,7 @@ def test_a_kinematic_target_is_restored(batch: SceneBatch) -> None:
     assert batch.entities["pusher"].pose[:, 2].tolist() == pytest.approx([0.1, 3, 0.1])
 
 
-def test_removed_entities_have_a_state_too(batch: SceneBatch) -> None:
+def test_removed_entities_have_a_state(batch: SceneBatch) -> None:
     batch.step(20)
     batch.remove("body_1")
     state = batch.state()
@@ -161,7 +161,7 @@ def test_states_of_other_plans_are_refused(batch: SceneBatch) -> None:
     ],
     ids=str,
 )
-def test_what_the_engine_cannot_hold_is_refused(changed: dict[str, Any], words: str, batch: SceneBatch) -> None:
+def test_states_that_the_engine_cannot_hold_are_refused(changed: dict[str, Any], words: str, batch: SceneBatch) -> None:
     state = batch.state()
     batch.step(2)
     before = batch.state()
@@ -178,7 +178,7 @@ def test_a_state_may_be_edited(batch: SceneBatch) -> None:
     assert isinstance(state.entities["body_0"], EntityState)
 
 
-def test_states_differ_by_a_bit(batch: SceneBatch) -> None:
+def test_states_that_differ_by_one_bit_are_not_equal(batch: SceneBatch) -> None:
     state = batch.state()
     negative = shifted(state, linear_velocity=-0.0 * np.abs(state.entities["body_5"].linear_velocity))
     zero = shifted(state, linear_velocity=0.0 * np.abs(state.entities["body_5"].linear_velocity))

@@ -42,7 +42,7 @@ def with_joint(number: int, **changed: Any) -> ArticulationStructure:
     return dataclasses.replace(ARM, links=tuple(links))
 
 
-def test_nothing_that_is_said_of_a_joint_or_of_the_whole_is_dropped() -> None:
+def test_a_script_drops_no_field_of_a_joint_or_articulation() -> None:
     full = with_joint(
         2,
         drive_mode="acceleration",
@@ -73,35 +73,35 @@ def test_nothing_that_is_said_of_a_joint_or_of_the_whole_is_dropped() -> None:
 @pytest.mark.parametrize(
     ("structure", "words"),
     [
-        (dataclasses.replace(crawler(), fix_root_link=True), "a root that is fixed has no `linear_velocity`"),
+        (dataclasses.replace(crawler(), fix_root_link=True), "a fixed root has no `linear_velocity`"),
         (dataclasses.replace(ARM, mimics=(Mimic("left slide", "elbow", literal(1), literal(0)),)), "fixed joint"),
         (
             ArticulationStructure((Link("only", linked(sleep_threshold=literal(1))),)),
-            "a body of type link without visible shapes has no `sleep_threshold`",
+            "a body of type link without visuals has no `sleep_threshold`",
         ),
     ],
     ids=["root", "mimic", "link"],
 )
-def test_what_nothing_would_hold_is_an_error(structure: ArticulationStructure, words: str) -> None:
+def test_unsupported_articulation_fields_are_an_error_in_a_script(structure: ArticulationStructure, words: str) -> None:
     text, messages = written(structure)
     assert text is None
     assert any(words in message for message in messages)
 
 
-def test_the_file_that_it_was_read_from_is_named_and_not_needed(tmp_path: Path) -> None:
+def test_a_script_names_the_files_of_an_articulation_without_reading_them(tmp_path: Path) -> None:
     plan = robots()
     files = (*plan.files[:2], AssetFile("robots/arm.urdf", tmp_path / "gone.urdf"))
     text = emit(dataclasses.replace(plan, files=files), "python", Sink())
     assert text is not None
-    assert "    # As in robots/arm.urdf.\n" in text
-    assert text.count("arm.urdf") == text.count("    # As in robots/arm.urdf.\n")
+    assert "    # From robots/arm.urdf.\n" in text
+    assert text.count("arm.urdf") == text.count("    # From robots/arm.urdf.\n")
 
 
-def test_what_only_people_see_is_said() -> None:
+def test_a_script_comments_on_hidden_entities() -> None:
     text, _ = written(ARM, hidden=True)
     assert text is not None
-    assert "# Only people see it" in text
-    assert "# Only people see it" not in (written(ARM)[0] or "")
+    assert "# Hidden from sensors" in text
+    assert "# Hidden from sensors" not in (written(ARM)[0] or "")
 
 
 def test_hostile_names_are_only_ever_strings() -> None:
@@ -118,7 +118,7 @@ def test_hostile_names_are_only_ever_strings() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_joints_are_in_the_engines_order(seed: int) -> None:
+def test_a_script_has_joints_in_the_engines_order(seed: int) -> None:
     import sapien
     from sapien import physx
 
@@ -139,7 +139,7 @@ def test_joints_are_in_the_engines_order(seed: int) -> None:
     assert [joint.name for joint in link.articulation.active_joints] == [link.name for link in engine_order(structure)]
 
 
-def test_more_links_than_the_engine_counts_are_an_error() -> None:
+def test_more_links_than_physx_supports_are_an_error_in_a_script() -> None:
     def chain(count: int) -> ArticulationStructure:
         below = (Link(f"l{n}", ARM.links[0].body, n - 1, Joint("fixed")) for n in range(1, count))
         return ArticulationStructure((Link("l0", ARM.links[0].body), *below))
@@ -147,4 +147,4 @@ def test_more_links_than_the_engine_counts_are_an_error() -> None:
     assert written(chain(255))[1] == []
     text, messages = written(chain(256))
     assert text is None
-    assert messages == ["`robot`: an articulation of 256 links; PhysX on the CPU counts 255"]
+    assert messages == ["`robot`: an articulation has 256 links; PhysX on the CPU supports at most 255"]

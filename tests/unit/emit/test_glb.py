@@ -59,7 +59,7 @@ def box(**more: Any) -> dict[str, Any]:
     return {"body_type": "static", "shapes": [{"type": "box", "half_size": [0.1, 0.2, 0.3]}], **more}
 
 
-def test_extents_names_and_nodes() -> None:
+def test_a_glb_has_extents_names_and_nodes() -> None:
     data, told = emitted(
         {
             "scenecc": 1,
@@ -98,7 +98,7 @@ def test_extents_names_and_nodes() -> None:
     assert scene.bounds[1][1] == pytest.approx(5.5, abs=1e-6)
 
 
-def test_colours_are_those_of_the_file_to_the_last_bit(tmp_path: Path) -> None:
+def test_glb_colours_are_those_of_the_file_to_the_last_bit(tmp_path: Path) -> None:
     look = {
         "base_color": [0.123456, 0.2, 0.3, 0.5],
         "metallic": 0.7,
@@ -133,7 +133,7 @@ def test_colours_are_those_of_the_file_to_the_last_bit(tmp_path: Path) -> None:
     validate(tree)
 
 
-def test_textures_are_kept_as_they_are(tmp_path: Path) -> None:
+def test_glb_textures_are_unchanged(tmp_path: Path) -> None:
     for name in ("checker.png", "wear.png", "bumps.png"):
         (tmp_path / name).write_bytes((ROOT / "scenes" / "assets" / name).read_bytes())
     scene = tmp_path / "scene.yaml"
@@ -171,7 +171,7 @@ def test_textures_are_kept_as_they_are(tmp_path: Path) -> None:
     validate(tree)
 
 
-def test_an_image_is_in_the_space_that_gltf_takes_it_in(tmp_path: Path) -> None:
+def test_glb_images_have_the_colour_space_of_gltf(tmp_path: Path) -> None:
     """SAPIEN reads an image as sRGB unless it is told otherwise, also where it stands in place of a number."""
     (tmp_path / "wear.png").write_bytes((ROOT / "scenes" / "assets" / "wear.png").read_bytes())
     scene = tmp_path / "scene.yaml"
@@ -189,7 +189,7 @@ def test_an_image_is_in_the_space_that_gltf_takes_it_in(tmp_path: Path) -> None:
     assert_allclose(np.asarray(material.baseColorTexture.convert("RGB"))[..., 0] / 255, encoded, atol=0.5 / 255)
 
 
-def test_what_is_not_seen_is_not_drawn_and_what_is_faint_is_faint() -> None:
+def test_glb_visibility_becomes_opacity() -> None:
     faint = {"body_type": "kinematic", "shapes": [{"type": "sphere", "radius": 1}]}
     data, _ = emitted(
         {"scenecc": 1, "entities": {"gone": {**faint, "visibility": 0}, "mist": {**faint, "visibility": 0.25}}}
@@ -201,7 +201,7 @@ def test_what_is_not_seen_is_not_drawn_and_what_is_faint_is_faint() -> None:
     assert tree["materials"][0]["alphaMode"] == "BLEND"
 
 
-def test_what_is_faint_is_so_with_an_image_too() -> None:
+def test_glb_visibility_becomes_opacity_with_an_image() -> None:
     paint = {"base_color": [1, 0, 0, 0.5], "base_color_texture": str(ROOT / "scenes" / "assets" / "checker.png")}
     ball = {"body_type": "kinematic", "material": "paint", "shapes": [{"type": "sphere", "radius": 1}]}
     data, _ = emitted(
@@ -218,13 +218,13 @@ def test_what_is_faint_is_so_with_an_image_too() -> None:
     assert ("alphaMode" in solid, mist["alphaMode"]) == (False, "BLEND")
 
 
-def test_two_images_that_gltf_has_in_one_are_sampled_alike_or_told() -> None:
+def test_glb_roughness_and_metallic_images_share_a_sampler() -> None:
     wear = str(ROOT / "scenes" / "assets" / "wear.png")
     for rough, metal, words in (
         (
             {},
             {"filter_mode": "nearest"},
-            ["`metallic_texture` (wear) has the sampler of `roughness_texture`: glTF stores both in one image"],
+            ["`metallic_texture` (wear) uses the sampler of `roughness_texture`: glTF stores both in one image"],
         ),
         ({}, {}, []),
         (None, {"address_mode": "border"}, ["`address_mode: border` of wear is written as `edge`"]),
@@ -238,13 +238,13 @@ def test_two_images_that_gltf_has_in_one_are_sampled_alike_or_told() -> None:
         assert [one.message for one in told] == words
 
 
-def test_texts_are_written_by_another_function() -> None:
+def test_export_scene_refuses_text_targets() -> None:
     for target in ("python", "json", "stl"):
         with pytest.raises(ValueError, match=r"the targets are glb, mjcf, urdf, usd"):
             export_scene({"scenecc": 1, "entities": {}}, target)
 
 
-def test_what_cameras_do_not_see_is_drawn_and_nothing_is_a_file_too() -> None:
+def test_glb_contains_hidden_entities_and_may_be_empty() -> None:
     ghost = {"body_type": "none", "hidden": True, "visuals": [{"type": "sphere", "radius": 1}]}
     assert_allclose(
         bounds(loaded(emitted({"scenecc": 1, "entities": {"out": ghost}})[0]), "out 2"), [[-1] * 3, [1] * 3]
@@ -253,7 +253,7 @@ def test_what_cameras_do_not_see_is_drawn_and_nothing_is_a_file_too() -> None:
     assert {node["name"] for node in tree["nodes"]} - {"world"} == {"out"}
 
 
-def test_a_mirrored_mesh_is_seen_from_outside(tmp_path: Path) -> None:
+def test_a_mirrored_mesh_faces_outwards_in_glb(tmp_path: Path) -> None:
     (tmp_path / "gem.stl").write_bytes((ROOT / "scenes" / "assets" / "gem.stl").read_bytes())
     scene = tmp_path / "scene.yaml"
     text = "scenecc: 1\nentities:\n  gem: {{body_type: none, visuals: [{{type: mesh, file: gem.stl, scale: {}{}}}]}}\n"
@@ -270,7 +270,7 @@ def test_a_mirrored_mesh_is_seen_from_outside(tmp_path: Path) -> None:
         assert np.sign(volume) == sign, (scale, face)
 
 
-def test_shapes_that_are_the_same_are_written_once() -> None:
+def test_equal_shapes_are_written_once_in_glb() -> None:
     entities = {f"box_{i}": box(pose=[i, 0, 0]) for i in range(20)}
     entities["large"] = {"body_type": "static", "shapes": [{"type": "box", "half_size": [1, 1, 1]}], "pose": [0, 5, 0]}
     tree = header(emitted({"scenecc": 1, "entities": entities})[0])
@@ -278,7 +278,7 @@ def test_shapes_that_are_the_same_are_written_once() -> None:
     assert len([node for node in tree["nodes"] if node["name"] != "world"]) == 1 + 2 * 21
 
 
-def test_a_robot_is_a_tree_of_links_where_the_engine_has_them() -> None:
+def test_a_robot_is_a_tree_of_links_at_engine_poses_in_glb() -> None:
     path = ROOT / "scenes" / "robot_arm.yaml"
     data, _ = emitted(path)
     tree, scene = header(data), loaded(data)
@@ -295,7 +295,7 @@ def test_a_robot_is_a_tree_of_links_where_the_engine_has_them() -> None:
                 assert_allclose(Y_UP.T @ place[:3, :3], link.entity_pose.to_transformation_matrix()[:3, :3], atol=2e-6)
 
 
-def test_colliding_shapes_are_drawn_as_the_engine_has_them(tmp_path: Path) -> None:
+def test_glb_collision_shapes_are_those_of_the_engine(tmp_path: Path) -> None:
     (tmp_path / "mug.obj").write_bytes((ROOT / "scenes" / "assets" / "mug.obj").read_bytes())
     scene = tmp_path / "scene.yaml"
     scene.write_text(
@@ -322,7 +322,7 @@ def test_colliding_shapes_are_drawn_as_the_engine_has_them(tmp_path: Path) -> No
     assert (high[:2] > bounds(read, "mug")[1][:2]).all()
 
 
-def test_a_grid_of_four_scenes(tmp_path: Path) -> None:
+def test_a_glb_of_four_scenes_is_a_grid(tmp_path: Path) -> None:
     data, told = emitted(
         {
             "scenecc": 1,
@@ -357,7 +357,7 @@ def test_a_grid_of_four_scenes(tmp_path: Path) -> None:
     assert origins[2][1] < origins[0][1]
 
 
-def test_what_a_glb_cannot_hold_is_told_with_its_line(tmp_path: Path) -> None:
+def test_features_that_glb_does_not_support_are_reported_with_their_line(tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text(
         "scenecc: 1\nenvironment: {ambient_light: [1, 1, 1]}\n"

@@ -49,7 +49,7 @@ a line. Of all others tests hold what matters: what is built is the same, the te
 
 
 @pytest.mark.parametrize(("name", "target"), [(name, target) for target in REVIEWED for name in REVIEWED[target]])
-def test_what_is_emitted_is_what_was_reviewed(name: str, target: str) -> None:
+def test_emitted_files_equal_the_golden_files(name: str, target: str) -> None:
     text = emitted(name, target)
     file = GOLDEN / f"{name}{SUFFIXES[target]}"
     if UPDATE:
@@ -78,7 +78,7 @@ def words_of(text: str) -> list[object]:
     return [pytest.approx(float(word), rel=1e-12, abs=1e-15) if "." in word[1:] else word for word in found]
 
 
-def test_there_are_no_others() -> None:
+def test_every_golden_file_has_a_test() -> None:
     kept = {file.name for file in GOLDEN.iterdir() if file.suffix in SUFFIXES.values()}
     assert kept == {f"{name}{SUFFIXES[target]}" for target, names in REVIEWED.items() for name in names}
 
@@ -88,7 +88,7 @@ def found_at(uri: str) -> Path:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_plan_is_read_again(name: str) -> None:
+def test_an_emitted_json_plan_can_be_read_again(name: str) -> None:
     sink = Sink()
     text = emitted(name, "json")
     found = plan_from_json(text, base=GOLDEN, sink=sink, resolve=lambda uri, _: found_at(uri))
@@ -100,7 +100,7 @@ def test_a_plan_is_read_again(name: str) -> None:
 @pytest.mark.parametrize(
     "arguments", [["format", "--check"], ["check", "--select", "E,F,I,W"]], ids=["format", "check"]
 )
-def test_the_scripts_are_formatted_and_clean(arguments: list[str], tmp_path: Path) -> None:
+def test_golden_scripts_are_formatted_and_clean(arguments: list[str], tmp_path: Path) -> None:
     pytest.importorskip("ruff")
     files = [tmp_path / f"{name}.py" for name in NAMES]
     for file in files:

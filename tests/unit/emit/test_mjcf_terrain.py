@@ -43,7 +43,7 @@ def level(vertices: Any, triangles: Any, x: float, y: float) -> float:
     raise AssertionError((x, y))
 
 
-def test_mujoco_sees_the_triangles_that_sapien_collides() -> None:
+def test_mujoco_terrain_has_the_triangles_of_sapien() -> None:
     model, messages = compile_exported(hill())
     assert messages == []
     data = mujoco.MjData(model)
@@ -56,7 +56,7 @@ def test_mujoco_sees_the_triangles_that_sapien_collides() -> None:
         assert 5.0 - distance == pytest.approx(level(vertices, triangles, x, y), abs=2e-6)
 
 
-def test_a_ball_comes_to_rest_where_it_does_in_sapien() -> None:
+def test_a_ball_on_mujoco_terrain_comes_to_rest_as_in_sapien() -> None:
     bowl = ((1.0, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, 1.0))
     ball = {"shapes": [{"type": "sphere", "radius": 0.2}], "pose": [0.4, -0.3, 1.8], "angular_damping": 5}
     scene = hill(bowl, ball=ball)
@@ -85,5 +85,5 @@ def test_a_flat_triangle_mesh_is_left_out_with_a_warning(tmp_path: Path) -> None
     path = tmp_path / "scene.yaml"
     path.write_text(f"scenecc: 1\nentities: {{floor: {floor}}}\n")
     model, messages = compile_exported(path)
-    assert any("flat mesh" in message for message in messages)
+    assert any("flat collision mesh" in message for message in messages)
     assert not model.geom_contype.any()

@@ -64,19 +64,19 @@ def script(plan: ScenePlan, **options: Any) -> str:
     return text
 
 
-def test_the_tables_cover_the_geometry() -> None:
+def test_the_script_tables_cover_all_geometry() -> None:
     assert set(COLLISIONS) == set(get_args(CollisionGeometry))
     assert set(VISUALS) == set(get_args(VisualGeometry))
 
 
-def test_the_tables_cover_the_knobs() -> None:
+def test_the_script_tables_cover_all_properties() -> None:
     elsewhere = {"body_type", "collisions", "visuals", "mass", "inertial", "collision_groups", "shapeless", "origin"}
     assert {*BODY_PROPERTIES, *RENDER_PROPERTIES} | elsewhere == {
         item.name for item in dataclasses.fields(BodyStructure)
     }
 
 
-def test_coacd_is_given_sapiens_own_defaults() -> None:
+def test_a_script_gives_coacd_the_defaults_of_sapien() -> None:
     from sapien.wrapper.coacd import do_coacd
 
     parameters = inspect.signature(do_coacd).parameters
@@ -98,7 +98,7 @@ def test_json_is_the_canonical_json() -> None:
     assert emit(plan, "json", Sink(), base=Path("/x")) == plan_to_json(plan, base=Path("/x"))
 
 
-def test_any_plan_is_a_formatted_script_or_told_to_be_none(tmp_path: Path) -> None:
+def test_any_plan_is_a_formatted_script_or_reported(tmp_path: Path) -> None:
     pytest.importorskip("ruff")
     count = 0
 
@@ -227,7 +227,7 @@ def test_no_text_of_a_scene_is_ever_run(name: str, description: str, entities: l
     assert text.splitlines() == text.removesuffix("\n").split("\n"), "lines are what every reader takes for lines"
 
 
-def test_thousands_of_namesakes_are_quick() -> None:
+def test_thousands_of_equal_names_are_emitted_quickly() -> None:
     import time
 
     names = Identifiers()
@@ -240,7 +240,7 @@ def test_thousands_of_namesakes_are_quick() -> None:
 
 
 @given(st.lists(st.text(max_size=80), max_size=30))
-def test_names_are_identifiers_and_differ(wanted: list[str]) -> None:
+def test_names_in_a_script_are_unique_identifiers(wanted: list[str]) -> None:
     names = Identifiers()
     found = [names.take(text) for text in wanted]
     assert len(set(found)) == len(found)
@@ -258,7 +258,7 @@ def test_a_number_literal_is_that_number_to_the_bit(item: float) -> None:
     assert np.float64(ast.literal_eval(number_literal(item))).tobytes() == np.float64(item).tobytes()
 
 
-def test_what_does_not_fit_stands_an_item_a_line() -> None:
+def test_items_that_do_not_fit_are_written_one_per_line() -> None:
     source = SourceWriter()
     source.statement(call("f", list_of(["1"]), a="x" * 60, b=list_of(["1234567890"] * 9)), assign="y")
     assert source.text == (
@@ -291,12 +291,12 @@ def test_a_long_target_breaks_after_what_is_assigned_as_ruff_would(
         ((0, 1, 5), "cube_scenes = [0, 1, 5]\n    for scene in [scenes[k] for k in cube_scenes]:"),
     ],
 )
-def test_scenes_are_selected_as_a_person_would(idxs: tuple[int, ...], text: str) -> None:
+def test_scene_selections_are_readable(idxs: tuple[int, ...], text: str) -> None:
     plan = ScenePlan("p", 6, (entity("cube", pose(0, 0, 1), solid(Box(constant([1, 1, 1]))), idxs),), Physics())
     assert f"    # cube\n    {text}\n" in script(plan)
 
 
-def test_one_list_serves_what_collides_and_what_is_seen() -> None:
+def test_collision_and_visual_shapes_share_a_list_of_sizes() -> None:
     assert script(SAMPLES["varied"]()).count("[0.06, 0.05, 0.04],") == 1
 
 
@@ -309,14 +309,14 @@ def variants_of(holder: Any, skip: set[str]) -> list[tuple[str, Any]]:
     ]
 
 
-def test_no_setting_of_the_simulation_is_dropped() -> None:
+def test_a_script_drops_no_simulation_setting() -> None:
     plan = SAMPLES["knobs"]()
     given_fields = {item.name for item in dataclasses.fields(Physics)} - {"origin"}
     assert {name for name, _ in variants_of(plan.physics, set())} == given_fields
     texts = {script(dataclasses.replace(plan, physics=physics)) for _, physics in variants_of(plan.physics, set())}
     # Only a GPU simulation has a spacing and a memory; a remark says once for both that they are left out.
     assert len(texts - {script(plan)}) == len(given_fields) - 2
-    assert "concern scenes that share a GPU simulation" in script(plan)
+    assert "apply to a shared GPU simulation" in script(plan)
     for name, sdf in variants_of(SdfConfig(0.1, 2, 3), set()):
         assert script(ScenePlan("p", 1, (), Physics(sdf=sdf))) != script(
             ScenePlan("p", 1, (), Physics(sdf=SdfConfig(0.1, 2, 3)))
@@ -325,7 +325,7 @@ def test_no_setting_of_the_simulation_is_dropped() -> None:
     assert "GPU" in script(ScenePlan("p", 1, (), Physics(gpu_memory=GpuMemory(heap_capacity=5))))
 
 
-def test_no_knob_of_a_body_or_shape_is_dropped() -> None:
+def test_a_script_drops_no_property_of_a_body_or_shape() -> None:
     full = body_of(SAMPLES["knobs"]().entities[1])
     seen = (VisualShape(Sphere(constant(0.1)), pose(0, 0, 1), constant(0, INT), "name", "clockwise"),)
     full = dataclasses.replace(
@@ -379,7 +379,7 @@ def test_no_knob_of_a_body_or_shape_is_dropped() -> None:
         (solid(Sphere(constant(1)), visibility=constant(1)), "visibility"),
     ],
 )
-def test_what_nothing_would_hold_is_an_error(body: BodyStructure, field: str) -> None:
+def test_unsupported_body_fields_are_an_error_in_a_script(body: BodyStructure, field: str) -> None:
     sink = Sink()
     assert emit(ScenePlan("p", 2, (entity("it", pose(0, 0, 0), body),), Physics()), "python", sink) is None
     (found,) = sink.diagnostics()
@@ -398,7 +398,7 @@ def test_files_of_packages_and_asset_roots_are_found_at_run_time(tmp_path: Path)
     for path in (tmp_path / "root/deep/mesh.obj", tmp_path / "abs.obj", tmp_path / "beside.obj"):
         path.touch()
     text = script(ScenePlan("p", 1, (), Physics(), files=files), base=tmp_path)
-    bound = "# It finds its files by paths from its own folder: "
+    bound = "# It finds its files relative to its own folder: "
     assert bound in text
     assert bound not in script(ScenePlan("p", 1, (), Physics(), files=files[:1]), base=tmp_path)
     (tmp_path / "scenes.py").write_text(text + "\nprint(len(FILES))\n")
@@ -407,10 +407,10 @@ def test_files_of_packages_and_asset_roots_are_found_at_run_time(tmp_path: Path)
         environment = {"SCENECC_ASSET_PATH": str(tmp_path / root), "PATH": "/usr/bin:/bin"}
         done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=100)
         assert done.returncode == code, done.stderr
-        assert code == 0 or "deep/mesh.obj is in no folder of SCENECC_ASSET_PATH" in done.stderr
+        assert code == 0 or "deep/mesh.obj is not in a folder of SCENECC_ASSET_PATH" in done.stderr
 
 
-def test_ten_thousand_bodies_and_many_scenes_are_quick() -> None:
+def test_ten_thousand_bodies_and_many_scenes_are_emitted_quickly() -> None:
     import time
 
     body = solid(Box(constant([0.1, 0.1, 0.1])))

@@ -83,7 +83,7 @@ def test_a_stage_is_in_metres_with_z_up_and_its_gravity(tmp_path: Path) -> None:
     assert list(scene.GetGravityDirectionAttr().Get()) == [0, 0, -1]
 
 
-def test_extents_of_what_is_seen_and_of_what_collides(tmp_path: Path) -> None:
+def test_usd_extents_of_visual_and_collision_shapes(tmp_path: Path) -> None:
     stage = opened(emitted(TOYS)[0], tmp_path)
     for purpose in ("default", "guide"):
         assert_allclose(bounds(stage, "/World/my_box", purpose), [[0.9, 1.8, 2.7], [1.1, 2.2, 3.3]], atol=1e-6)
@@ -95,7 +95,7 @@ def test_extents_of_what_is_seen_and_of_what_collides(tmp_path: Path) -> None:
     assert_allclose(place(stage, "/World/ground/plane_collision")[:3, 0], [0, 0, 1], atol=1e-6)
 
 
-def test_masses_and_kinds_of_bodies_are_those_of_the_engine(tmp_path: Path) -> None:
+def test_usd_masses_and_body_types_are_those_of_the_engine(tmp_path: Path) -> None:
     stage = opened(emitted(TOYS)[0], tmp_path)
     batch = instantiate(scenecc.compile_scene(TOYS), Sink(), render=False)
     assert batch is not None
@@ -118,7 +118,7 @@ def test_masses_and_kinds_of_bodies_are_those_of_the_engine(tmp_path: Path) -> N
     assert not stage.GetPrimAtPath("/World/ghost/sphere").HasAPI(UsdPhysics.CollisionAPI)
 
 
-def test_friction_is_a_physics_material(tmp_path: Path) -> None:
+def test_usd_friction_is_a_physics_material(tmp_path: Path) -> None:
     stage = opened(emitted(TOYS)[0], tmp_path)
     binding = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath("/World/ball/sphere_collision"))
     material = UsdPhysics.MaterialAPI(binding.ComputeBoundMaterial("physics")[0].GetPrim())
@@ -126,7 +126,7 @@ def test_friction_is_a_physics_material(tmp_path: Path) -> None:
     assert_allclose([one.Get() for one in numbers], [0.9, 0.8, 0.7])
 
 
-def test_a_look_is_a_preview_surface_and_its_image_lies_beside(tmp_path: Path) -> None:
+def test_usd_materials_are_preview_surfaces_with_image_files(tmp_path: Path) -> None:
     (tmp_path / "checker.png").write_bytes((ROOT / "scenes" / "assets" / "checker.png").read_bytes())
     scene = tmp_path / "scene.yaml"
     scene.write_text(
@@ -160,7 +160,7 @@ def test_a_look_is_a_preview_surface_and_its_image_lies_beside(tmp_path: Path) -
     assert Path(file.resolvedPath) == tmp_path / image
 
 
-def test_meshes_are_drawn_scaled_and_collide_as_they_were_cooked(tmp_path: Path) -> None:
+def test_usd_meshes_are_scaled_and_collide_as_cooked(tmp_path: Path) -> None:
     (tmp_path / "gem.stl").write_bytes((ROOT / "scenes" / "assets" / "gem.stl").read_bytes())
     scene = tmp_path / "scene.yaml"
     scene.write_text(
@@ -185,7 +185,7 @@ def test_meshes_are_drawn_scaled_and_collide_as_they_were_cooked(tmp_path: Path)
     assert approximation("/World/dish/triangle_mesh_collision") == "none"
 
 
-def test_a_robot_has_its_joints_limits_and_drives(tmp_path: Path) -> None:
+def test_a_robot_has_joints_limits_and_drives_in_usd(tmp_path: Path) -> None:
     path = ROOT / "scenes" / "robot_door.yaml"
     stage = opened(emitted(path, scene=2)[0], tmp_path)
     door = stage.GetPrimAtPath("/World/door")
@@ -213,7 +213,7 @@ def test_a_robot_has_its_joints_limits_and_drives(tmp_path: Path) -> None:
     assert not fixed.GetBody0Rel().GetTargets()
 
 
-def test_both_frames_of_every_joint_are_one_where_it_does_not_move(tmp_path: Path) -> None:
+def test_both_frames_of_a_usd_joint_coincide_at_rest(tmp_path: Path) -> None:
     """At the start a fixed joint's frames are in one place, and others' origins are on one axis."""
     stage = opened(emitted(ROOT / "scenes" / "robot_arm.yaml")[0], tmp_path)
     joints = [UsdPhysics.Joint(prim) for prim in stage.Traverse() if prim.IsA(UsdPhysics.Joint)]
@@ -238,7 +238,7 @@ def test_both_frames_of_every_joint_are_one_where_it_does_not_move(tmp_path: Pat
             assert_allclose(across, 0, atol=1e-5)
 
 
-def test_constraints_are_joints(tmp_path: Path) -> None:
+def test_constraints_are_joints_in_usd(tmp_path: Path) -> None:
     body = {"shapes": [{"type": "sphere", "radius": 0.1}]}
     drive = {
         "limits": {"x": [-0.5, 0.25], "twist": [-math.pi / 2, math.pi / 4]},
@@ -314,7 +314,7 @@ def test_the_validators_of_usd_core_find_nothing(name: str, tmp_path: Path) -> N
     assert [one.GetMessage() for one in found] == []
 
 
-def test_the_binary_form_says_the_same(tmp_path: Path) -> None:
+def test_binary_usd_equals_text_usd(tmp_path: Path) -> None:
     (name,) = emitted(TOYS, binary=True)[0]
     assert name == "out.usdc"
     data = emitted(TOYS, binary=True)[0][name]
@@ -323,13 +323,13 @@ def test_the_binary_form_says_the_same(tmp_path: Path) -> None:
     assert stage.GetRootLayer().ExportToString() == emitted(TOYS)[0]["out.usda"].decode()
 
 
-def test_colliding_shapes_are_shown_in_place_of_what_is_seen(tmp_path: Path) -> None:
+def test_usd_shows_collision_shapes_on_request(tmp_path: Path) -> None:
     stage = opened(emitted(TOYS, show="collision")[0], tmp_path)
     assert not stage.GetPrimAtPath("/World/my_box/box")
     assert_allclose(bounds(stage, "/World/my_box"), [[0.9, 1.8, 2.7], [1.1, 2.2, 3.3]], atol=1e-6)
 
 
-def test_what_usd_has_not_is_told_with_its_line(tmp_path: Path) -> None:
+def test_features_that_usd_does_not_support_are_reported_with_their_line(tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text(
         "scenecc: 1\nphysics: {timestep: 0.004}\n"
@@ -347,7 +347,7 @@ def test_what_usd_has_not_is_told_with_its_line(tmp_path: Path) -> None:
         assert word in words
 
 
-def test_without_usd_core_it_says_what_to_install_before_it_reads_anything(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_usd_core_the_export_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pxr.Usd", None)
     with pytest.raises(scenecc.SceneError) as failure:
         emitted(Path("no_such_file.yaml"))

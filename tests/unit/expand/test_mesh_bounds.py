@@ -110,7 +110,7 @@ def test_a_prefab_reads_its_own_files_and_those_that_it_is_given(tmp_path: Path)
         ("bounds('../none.obj')", "SC402", "leaves the folders"),
         ("bounds('empty.obj')", "SC413", "no triangles"),
         ("bounds('far.obj')", "SC417", "from its origin"),
-        ("bounds('scene.yaml')", "SC410", "not a mesh format"),
+        ("bounds('scene.yaml')", "SC410", "not a supported mesh format"),
         ("bounds('broken.stl')", "SC412", "length"),
         ("bounds(3)", "SC202", "the path of a mesh, not a number"),
         ("bounds()", "SC118", "takes 1 argument, not 0"),

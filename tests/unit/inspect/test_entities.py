@@ -45,7 +45,7 @@ def planned(plan: ScenePlan) -> dict[str, SummaryRow]:
     return {row.name: row for row in summarize(plan, None)}
 
 
-def test_an_articulation_has_its_links_and_joints_that_move() -> None:
+def test_the_summary_counts_links_and_moving_joints() -> None:
     rows = planned(robots())
     assert (rows["arm_0"].body_type, rows["arm_0"].link_count, rows["arm_0"].dof) == ("articulation", 7, 4)
     assert (rows["arm_0"].shape_count, rows["arm_0"].size) == (6, None)
@@ -53,7 +53,7 @@ def test_an_articulation_has_its_links_and_joints_that_move() -> None:
     assert (rows["ball"].link_count, rows["ball"].dof, rows["ball"].section) == (0, 0, "entities")
 
 
-def test_its_fields_are_told_by_the_names_of_links() -> None:
+def test_varying_fields_of_an_articulation_have_link_names() -> None:
     fields = {field.field: field.values for field in planned(robots())["crawler"].varying}
     assert fields["angular_velocity"] == "[0, 0, 1] | [0, 0, -1]"
     assert fields['links["leg 1"].mass'] == "0.1 | 0.2"
@@ -63,7 +63,7 @@ def test_its_fields_are_told_by_the_names_of_links() -> None:
     assert fields["mimics.wheel.multiplier"] == "2 | -1"
 
 
-def test_the_file_of_a_robot_is_told_of_whatever_kind_it_is() -> None:
+def test_the_file_of_a_robot_is_shown_for_every_format() -> None:
     plan = robots()
     files = (AssetFile("one.xml", Path("one.xml")), AssetFile("two.xml", Path("two.xml")))
     structure = dataclasses.replace(crawler(), file=indices(0, 1))
@@ -72,7 +72,7 @@ def test_the_file_of_a_robot_is_told_of_whatever_kind_it_is() -> None:
     assert {field.field: field.values for field in row.varying}["file"] == "one.xml | two.xml"
 
 
-def test_what_a_reset_draws_of_a_joint_is_told() -> None:
+def test_joint_fields_that_a_reset_draws_are_marked() -> None:
     node = Drawn("uniform", (0, 1), (), Key("entities", "robot", "qpos"))
     structure = arm(ids=constant([1, 1, 0, 0], np.int64), start=recalled(np.array([0.3, 0.4]), node))
     robot = Entity("robot", (0, 1), pose(0, 0, 0), (structure,))
@@ -83,7 +83,7 @@ def test_what_a_reset_draws_of_a_joint_is_told() -> None:
     ]
 
 
-def test_what_was_built_weighs_what_its_links_do() -> None:
+def test_the_mass_of_a_built_articulation_is_the_sum_of_its_links() -> None:
     plan, sink = robots(), Sink()
     batch = instantiate(plan, sink, render=False)
     assert batch is not None, sink.diagnostics()
@@ -96,7 +96,7 @@ def test_what_was_built_weighs_what_its_links_do() -> None:
     assert rows["arm_0"].link_count == 7
 
 
-def test_what_was_built_is_as_large_as_what_of_it_collides() -> None:
+def test_the_size_of_a_built_body_is_that_of_its_collision_shapes() -> None:
     foot, head = statue().links
     structure = dataclasses.replace(statue(), links=(foot, dataclasses.replace(head, body=foot.body)))
     # A rod of 0.24 × 0.04 × 0.04 m, and another one 0.3 m above it; turned, it is as large.
@@ -110,7 +110,7 @@ def test_what_was_built_is_as_large_as_what_of_it_collides() -> None:
     assert row.size == pytest.approx((0.24, 0.04, 0.34), abs=1e-6)
 
 
-def test_what_is_round_is_as_large_turned_as_it_is() -> None:
+def test_the_size_of_a_rotated_round_shape_is_exact() -> None:
     shapes = {"capsule": {"radius": 0.05}, "cylinder": {"radius": 0.05}, "box": {}}
     for kind, sizes in shapes.items():
         shape = {"type": kind, "half_size": [0.2, 0.05, 0.05]} if kind == "box" else {"type": kind, "half_length": 0.2}
@@ -128,7 +128,7 @@ def test_what_is_round_is_as_large_turned_as_it_is() -> None:
         assert row.size == pytest.approx((long, 0.2, long), abs=1e-6), kind
 
 
-def test_what_is_fastened_has_a_row_each_after_the_entities() -> None:
+def test_constraints_lights_and_cameras_have_summary_rows() -> None:
     here: dict[str, Any] = {"scene_idxs": (0,), "pose": pose(0, 0, 1)}
     drive = Drive((AxisLimit("x", per_scene([[0, 1], [0, 2]])),), (AxisDrive("slerp", literal(1), literal(2)),))
     plan = dataclasses.replace(

@@ -33,7 +33,7 @@ def told(text: str, **options: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
-def test_every_scene_is_told_whole_and_scene_by_scene(path: Path) -> None:
+def test_inspect_describes_all_scenes_or_one(path: Path) -> None:
     plan = scenecc.compile_scene(path)
     whole = inspect_scene(path).data()
     json.dumps(whole, allow_nan=False)
@@ -44,7 +44,7 @@ def test_every_scene_is_told_whole_and_scene_by_scene(path: Path) -> None:
     assert '"alternatives"' not in text
 
 
-def test_masses_and_sizes_are_those_of_sapien() -> None:
+def test_inspected_masses_and_sizes_are_those_of_sapien() -> None:
     found = told(
         """
 scenecc: 1
@@ -65,7 +65,7 @@ entities:
     assert found["size"] == pytest.approx([1.0, 0.2, 0.6], abs=1e-6)
 
 
-def test_a_mesh_is_as_large_and_as_heavy_as_the_engine_has_it() -> None:
+def test_inspected_meshes_have_size_and_mass_from_the_engine() -> None:
     path = ROOT / "scenes/materials.yaml"
     (gem,) = inspect_scene(path, entity="gem").data()["entities"]
     with scenecc.load_scene(path, render=False) as batch:
@@ -100,7 +100,7 @@ entities:
 """
 
 
-def test_an_articulation_is_told_link_by_link() -> None:
+def test_inspect_describes_an_articulation_link_by_link() -> None:
     (arm,) = told(ARM, scene=1)["entities"]
     assert (arm["type"], arm["link_count"], arm["dof"]) == ("articulation", 4, 2)
     base, slide, hand, tool = arm["links"]
@@ -115,7 +115,7 @@ def test_an_articulation_is_told_link_by_link() -> None:
     assert arm["size"][1] == pytest.approx(0.6, abs=1e-5), "0.2 of the base, and the slide 0.4 further"
 
 
-def test_what_scenes_differ_in_is_told_of_the_scene_that_was_built() -> None:
+def test_inspect_describes_varying_values_of_the_built_scene() -> None:
     (arm,) = told(ARM)["entities"]
     assert arm["size"]["scene"] == 0
     assert arm["size"]["value"][1] == pytest.approx(0.3, abs=1e-5)
@@ -123,7 +123,7 @@ def test_what_scenes_differ_in_is_told_of_the_scene_that_was_built() -> None:
     assert arm["links"][1]["joint"]["qpos"]["alternatives"] == [0.1, 0.4]
 
 
-def test_nothing_that_a_plan_says_of_a_body_is_left_out() -> None:
+def test_inspect_omits_no_field_of_a_body() -> None:
     path = ROOT / "scenes/knobs.yaml"
     plan = scenecc.compile_scene(path)
     for entity, item in zip(plan.entities, inspect_scene(path).data()["entities"], strict=True):
@@ -140,7 +140,7 @@ def test_nothing_that_a_plan_says_of_a_body_is_left_out() -> None:
                         assert name in shown
 
 
-def test_files_are_told_with_what_names_and_what_uses_them(tmp_path: Path) -> None:
+def test_inspect_lists_files_with_their_users(tmp_path: Path) -> None:
     for name in ("mug.obj", "bowl.obj", "bowl.mtl", "checker.png"):
         (tmp_path / name).write_bytes((ROOT / "scenes/assets" / name).read_bytes())
     (tmp_path / "part.yaml").write_text(
@@ -165,7 +165,7 @@ def test_files_are_told_with_what_names_and_what_uses_them(tmp_path: Path) -> No
         assert (file["bytes"], file["sha256"]) == (len(data), sha256(data).hexdigest())
 
 
-def test_a_scene_that_no_file_holds_has_no_file_of_its_own() -> None:
+def test_a_scene_without_a_file_lists_no_scene_file() -> None:
     scene = {"scenecc": 1, "entities": {"ball": {"shapes": [{"type": "sphere", "radius": 1}]}}}
     assert "files" not in inspect_scene(scene).data()
     plan = scenecc.compile_scene(scene)
@@ -174,7 +174,7 @@ def test_a_scene_that_no_file_holds_has_no_file_of_its_own() -> None:
     }
 
 
-def test_a_deep_tree_of_links_is_told() -> None:
+def test_a_deep_tree_of_links_can_be_inspected() -> None:
     root: dict[str, Any] = {"name": "l79", "joint": {"type": "fixed"}, "shapes": [{"type": "sphere", "radius": 0.1}]}
     for number in range(78, -1, -1):
         joint = {"joint": {"type": "fixed"}} if number else {}
@@ -185,7 +185,7 @@ def test_a_deep_tree_of_links_is_told() -> None:
     assert len(tree_text(item).splitlines()) > 160
 
 
-def test_a_tree_is_cut_and_says_how_much_is_hidden() -> None:
+def test_an_inspected_tree_can_be_cut_with_a_count_of_hidden_items() -> None:
     leaf = Item("leaf", "")
     item = Item("root", "", (), (("twigs", (Item("twig", "", (), (("leaves", (leaf, leaf)),)),)),))
     assert item.cut(0).data() == {"name": "root", "hidden": 3}
@@ -202,16 +202,16 @@ def test_a_tree_is_cut_and_says_how_much_is_hidden() -> None:
         ([0.5, 0.5, 0.5, 0.5], "120° about [0.57735, 0.57735, 0.57735]"),
     ],
 )
-def test_a_rotation_is_an_angle_and_an_axis(q: list[float], words: str) -> None:
+def test_an_inspected_rotation_is_an_angle_and_an_axis(q: list[float], words: str) -> None:
     assert rotation_words([float(number) for number in q]) == words
 
 
-def test_an_axis_is_named_where_it_has_a_name() -> None:
+def test_coordinate_axes_are_shown_by_name() -> None:
     assert axis_words([0.0, -1.0, 0.0]) == "-y"
     assert axis_words([1e-9, 0.0, 1.0]) == "z"
 
 
-def test_what_is_asked_for_and_not_there_has_a_code() -> None:
+def test_unknown_scenes_and_entities_are_reported() -> None:
     scene = {"scenecc": 1, "entities": {"ball": {"shapes": [{"type": "sphere", "radius": 1}]}}}
     with pytest.raises(scenecc.SceneError, match="SC910"):
         inspect_scene(scene, entity="bull")
@@ -223,7 +223,7 @@ def test_what_is_asked_for_and_not_there_has_a_code() -> None:
 
 @settings(max_examples=examples(25), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(plans(recipes=True, full=True))
-def test_any_plan_is_told(plan: ScenePlan) -> None:
+def test_any_plan_can_be_inspected(plan: ScenePlan) -> None:
     for scene in (None, 0, plan.num_scenes - 1):
         item = scene_item(plan, scene=scene, made={})
         json.dumps(item.data(), allow_nan=False)
@@ -258,7 +258,7 @@ entities:
         ("cylinder", 2 * (0.3 * 0.5 + 0.1 * np.sqrt(0.75)), 2 * (0.3 * np.sqrt(0.75) + 0.1 * 0.5)),
     ],
 )
-def test_a_round_shape_that_is_turned_is_no_larger_for_it(shape: str, x: float, z: float) -> None:
+def test_a_rotated_round_shape_is_not_larger(shape: str, x: float, z: float) -> None:
     text = TURNED.replace("SHAPE", shape)
     found = {one["name"]: one["size"] for one in told(text)["entities"]}
     with scenecc.load_scene(io.StringIO(text), render=False) as batch:

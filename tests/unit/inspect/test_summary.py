@@ -19,7 +19,7 @@ entities:
 """
 
 
-def test_only_what_weighs_something_has_a_mass() -> None:
+def test_bodies_without_mass_have_none_in_the_summary() -> None:
     plan = scenecc.compile_scene(io.StringIO(TEXT))
     with scenecc.load_scene(plan, render=False) as batch:
         masses = {row.name: row.mass for row in summarize(plan, batch)}

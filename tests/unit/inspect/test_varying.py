@@ -51,13 +51,13 @@ def differing(structure: BodyStructure, *, pose: Value | None = None, **tables: 
 BOX = CollisionShape(Box(constant([1, 1, 1])))
 
 
-def test_what_is_the_same_everywhere_does_not_differ() -> None:
+def test_equal_values_do_not_vary() -> None:
     entity = Entity("thing", SCENES, constant(HERE), (BodyStructure("dynamic", (BOX,), mass=constant(2)),))
     fields = entity_fields(entity, ScenePlan("plan", 3, (entity,), Physics()))
     assert (fields.count, fields.varying) == (4, ())
 
 
-def test_a_field_is_called_as_in_the_file_and_nothing_is_drawn() -> None:
+def test_varying_fields_are_named_as_in_the_file_without_drawing() -> None:
     origin = Origin("scene.yaml", ("entities", "thing", "shapes", 0))
     shape = Box(varying(never, never, SCENES, bounds=lambda: ValueBounds(None, (1, 1, 1), (2, 2, 2), True)))
     structure = BodyStructure(
@@ -77,7 +77,7 @@ def test_a_field_is_called_as_in_the_file_and_nothing_is_drawn() -> None:
     }
 
 
-def test_a_shape_of_a_plan_without_a_file_is_told_by_its_number() -> None:
+def test_varying_shapes_of_a_plan_object_are_numbered() -> None:
     bits = per_scene([[1, 1, 0, 0], [2, 1, 0, 0], [2, 1, 0, 0]], "int64")
     structure = BodyStructure("dynamic", (BOX, CollisionShape(Sphere(between(1, 2)), collision_groups=bits)))
     assert differing(structure) == {
@@ -86,7 +86,7 @@ def test_a_shape_of_a_plan_without_a_file_is_told_by_its_number() -> None:
     }
 
 
-def test_a_pose_differs_in_its_position_or_its_rotation() -> None:
+def test_a_pose_varies_in_position_or_rotation() -> None:
     body = BodyStructure("static", (BOX,))
     moved = per_scene([[x, 0, 1, 1, 0, 0, 0] for x in range(3)])
     turned = per_scene([[0, 0, 1, 1, 0, 0, 0], [0, 0, 1, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1, 0]])
@@ -102,7 +102,7 @@ def test_bounds_of_samples_say_about() -> None:
     assert differing(BodyStructure("dynamic", (BOX,), mass=computed)) == {"mass": "about 0.5 … 2"}
 
 
-def test_an_even_rotation_is_any() -> None:
+def test_a_uniform_rotation_is_shown_as_any() -> None:
     low, high = (0, 0, 0, -1, -1, -1, -1), (0, 0, 0, 1, 1, 1, 1)
     turned = varying(never, never, SCENES, bounds=lambda: ValueBounds(None, low, high, True))
     assert differing(BodyStructure("static", (BOX,)), pose=turned) == {"pose.q": "any rotation"}
@@ -119,7 +119,7 @@ def test_samples_are_shown_of_a_value_without_finite_bounds() -> None:
     assert differing(structure) == {"linear_damping": "0 | 1 | 2"}
 
 
-def test_what_a_reset_draws_is_marked() -> None:
+def test_fields_that_a_reset_draws_are_marked() -> None:
     node = Drawn("uniform", (0.0, 1.0), (3,), Key("entities", "thing", "linear_velocity"))
     velocity = varying(never, never, SCENES, bounds=lambda: ValueBounds(None, (0, 0, 0), (1, 1, 1), True), recipe=node)
     structure = BodyStructure("dynamic", (BOX,), linear_velocity=velocity, mass=between(1, 2))
@@ -130,7 +130,7 @@ def test_what_a_reset_draws_is_marked() -> None:
     )
 
 
-def test_materials_differ_by_field() -> None:
+def test_materials_vary_by_field() -> None:
     physical = (
         PhysicalMaterial(constant(1), constant(0.5), constant(0)),
         PhysicalMaterial(constant(0.1), constant(0.5), constant(0)),
@@ -156,7 +156,7 @@ def test_one_material_may_vary_by_itself() -> None:
     }
 
 
-def test_files_are_named() -> None:
+def test_varying_files_are_shown_by_name() -> None:
     files = (AssetFile("a.obj", Path("a.obj")), AssetFile("b.obj", Path("b.obj")))
     mesh = ConvexMesh(per_scene([0, 1, 0], "int64"), constant([1, 1, 1]))
     assert differing(BodyStructure("static", (CollisionShape(mesh),)), files=files) == {
@@ -165,7 +165,7 @@ def test_files_are_named() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_variants_have_a_pick(count: int) -> None:
+def test_variants_are_shown_as_pick(count: int) -> None:
     entity = Entity(
         "thing", SCENES, constant(HERE), (BodyStructure("static", (BOX,)),) * 2, pick=per_scene([0, 1, 0], "int64")
     )

@@ -67,7 +67,7 @@ def test_what_stands_still_may_be_a_long_chain_too() -> None:
 
 def test_the_poses_within_a_tower_are_no_draws_of_its_file() -> None:
     with load_scene(tower(40), render=False) as batch:
-        with pytest.raises(ValueError, match="those that it can: lean"):
+        with pytest.raises(ValueError, match="only these: lean"):
             batch.reset(draws={"b_15.pose": np.zeros((4, 7))})
         batch.reset(seed=3, draws={"lean": np.zeros(4)})
 

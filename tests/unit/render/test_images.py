@@ -56,7 +56,7 @@ def test_a_depth_in_a_film_is_darker_farther_away() -> None:
     assert film_pixels("depth", depth)[0].tolist() == [[0] * 3, [255] * 3, [128] * 3, [85] * 3, [0] * 3]
 
 
-def test_normals_are_half_way_at_0() -> None:
+def test_a_normal_component_of_0_is_half_bright() -> None:
     normals = np.array([[[0, 0, 0], [0, 0, 1], [-1, 0, 0]]], np.float32)
     assert encoded("normal", normals).tolist() == [[[0, 0, 0], [128, 128, 255], [0, 128, 128]]]
 
@@ -89,7 +89,7 @@ def test_a_png_holds_the_pixels(kind: type) -> None:
 
 
 @pytest.mark.parametrize(("count", "grid"), [(1, (1, 1)), (2, (1, 2)), (3, (2, 2)), (5, (2, 3)), (16, (4, 4))])
-def test_a_sheet_is_about_square(count: int, grid: tuple[int, int]) -> None:
+def test_a_sheet_of_pictures_is_about_square(count: int, grid: tuple[int, int]) -> None:
     assert grid_of(count) == grid
     assert sheet_size(count, 10, 20) == (10 * grid[1], (20 + BAR) * grid[0])
 
@@ -164,13 +164,13 @@ def test_an_mp4_of_odd_size_repeats_its_last_pixels(tmp_path: Path) -> None:
     assert all(np.abs(frame.astype(int) - 200).max() < 10 for frame in found)
 
 
-def test_an_encoder_that_fails_is_told_with_its_words(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_encoder_is_reported_with_its_message(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(images, "_COLORS", ["-vf", "nonsense"])
     with pytest.raises(OSError, match=r"ffmpeg failed: .*nonsense"):
         mp4(frames(3), 10.0)
 
 
-def test_a_frame_that_fails_leaves_no_encoder_behind() -> None:
+def test_a_frame_that_fails_stops_the_encoder() -> None:
     def failing() -> Iterator[Any]:
         yield from frames(2)
         raise RuntimeError("the renderer fails")

@@ -36,7 +36,7 @@ def camera(eye: tuple[float, float, float], look_at: tuple[float, float, float])
     return Projection(WIDTH, HEIGHT, model, lens)
 
 
-def test_a_point_is_where_a_pinhole_sees_it() -> None:
+def test_points_are_projected_as_by_a_pinhole() -> None:
     seen = camera((-2, 0, 0), (0, 0, 0))
     points = np.array([[0, 0, 0], [0, 0.5, 0.25], [-3, 0, 0]])
     pixels, depth = seen.project(points)
@@ -61,7 +61,7 @@ def test_each_pixel_sees_a_point_of_the_ground_that_projects_to_it() -> None:
     assert np.allclose(shifted[30, 10], points[29, 8])
 
 
-def test_a_grid_is_drawn_on_the_ground_and_not_on_what_is_before_it() -> None:
+def test_a_ground_grid_is_hidden_by_objects_in_front() -> None:
     seen = camera((0, -0.01, 2), (0, 0, 0))
     white = np.full((HEIGHT, WIDTH, 3), 0.9)
     _, away = seen.plane_points(0)
@@ -150,7 +150,7 @@ def test_a_depth_has_a_bar_of_round_metres() -> None:
     assert depth_range([np.zeros((2, 2, 1), np.float32)]) == (0.5, 1.0)
 
 
-def test_names_stand_beside_their_colours() -> None:
+def test_a_legend_has_names_beside_colours() -> None:
     picture = np.zeros((40, 30, 3), np.uint8)
     found = with_names(picture, [("#800000", "table"), ("#008000", "crate"), ("#808000", "bowl")])
     assert (found[:, :30] == 0).all()

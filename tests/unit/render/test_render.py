@@ -34,9 +34,9 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
     [
         ({"what": "colour"}, "what must be one of color, depth"),
         ({"film": "avi", "steps": 1}, "film must be one of gif, mp4"),
-        ({"film": "mp4"}, "a film needs steps"),
-        ({"every": 2}, "every is for a film"),
-        ({"film": "gif", "steps": 3, "every": 4}, "at most its steps"),
+        ({"film": "mp4"}, "film needs at least 1 step"),
+        ({"every": 2}, "every needs a film"),
+        ({"film": "gif", "steps": 3, "every": 4}, "must not exceed its steps"),
         ({"film": "gif", "steps": 3, "every": 0}, "every must be at least 1"),
         ({"size": (0, 4)}, "a size must be at least 1"),
         ({"size": (16385, 4)}, "1 to 16384 pixels a side"),
@@ -45,19 +45,19 @@ SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUB
         ({"samples": 1000}, "samples must be 1 to 256, not 1000"),
         ({"samples": 4, "what": "depth"}, "samples is for pictures in colour, not for depth"),
         ({"labels": True, "what": "segmentation"}, "labels is for pictures in colour"),
-        ({"background": "chartreus"}, "background must be '#rrggbb' or a name of CSS"),
+        ({"background": "chartreus"}, "background must be '#rrggbb' or a CSS colour name"),
         ({"background": "#ff000080"}, "background must be"),
-        ({"eye": (1, 2, 3), "look_at": (1.0, 2.0, 3.0)}, "look_at must not be the point where the camera stands"),
+        ({"eye": (1, 2, 3), "look_at": (1.0, 2.0, 3.0)}, "look_at must not be the position of the camera"),
         ({"eye": (1, 2, float("nan"))}, "eye must be within"),
         ({"camera": "wide", "focus": "cube"}, "focus is for the camera that frames the scene"),
         ({"contacts": True}, "contacts needs steps"),
         ({"legend": True}, "legend is for depth and segmentation, not for color"),
         ({"legend": True, "what": "depth", "film": "gif", "steps": 3}, "legend is for a picture, not for a film"),
-        ({"shader": "minimal", "what": "normal"}, "`minimal` sees no normals"),
+        ({"shader": "minimal", "what": "normal"}, "`minimal` cannot render normals"),
         ({"preset": "stage"}, "preset must be one of studio, plain, dark"),
     ],
 )
-def test_an_argument_out_of_its_range_is_a_value_error(arguments: dict[str, Any], words: str) -> None:
+def test_a_render_argument_out_of_range_is_a_value_error(arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         scenecc.render_scene(SCENE, **arguments)
 
@@ -70,14 +70,12 @@ def test_an_argument_out_of_its_range_is_a_value_error(arguments: dict[str, Any]
         (
             {"size": (4000, 3000), "samples": 64},
             "SC912",
-            "a picture of 4000 × 3000 pixels with 64 samples each takes more",
+            "a picture of 4000 × 3000 pixels with 64 samples each exceeds",
         ),
-        ({"size": (16384, 16384)}, "SC912", "pixels is more than"),
+        ({"size": (16384, 16384)}, "SC912", "pixels is larger than"),
     ],
 )
-def test_what_the_plan_does_not_have_or_nobody_waits_for_is_refused(
-    arguments: dict[str, Any], code: str, words: str
-) -> None:
+def test_unknown_names_and_too_large_pictures_are_refused(arguments: dict[str, Any], code: str, words: str) -> None:
     with pytest.raises(scenecc.SceneError) as caught:
         scenecc.render_scene(SCENE, **arguments)
     (told,) = caught.value.diagnostics
@@ -108,7 +106,7 @@ def test_a_missing_encoder_is_named_with_the_way_to_get_it(monkeypatch: pytest.M
 
 
 @pytest.mark.render
-def test_a_renderer_that_fails_is_the_machines_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_renderer_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     from scenecc.backends.sapien import cameras
 
     def failing(*_: object) -> None:
@@ -122,7 +120,7 @@ def test_a_renderer_that_fails_is_the_machines_fault(monkeypatch: pytest.MonkeyP
     assert "ErrorOutOfDeviceMemory" in told.message
 
 
-def test_a_plan_for_a_camera_has_it_alone() -> None:
+def test_a_plan_for_one_camera_has_no_other() -> None:
     plan = scenecc.compile_scene(SCENE)
     wide, _ = plan.cameras
     assert restrict_to_camera(plan, wide, collision=False).cameras == (wide,)
@@ -130,7 +128,7 @@ def test_a_plan_for_a_camera_has_it_alone() -> None:
     assert restrict_to_camera(plan, None, collision=False).entities == plan.entities
 
 
-def test_a_plan_for_what_collides_has_nothing_that_is_seen() -> None:
+def test_a_plan_for_collision_pictures_has_no_visuals() -> None:
     plan = scenecc.compile_scene(SCENE)
     bare = restrict_to_camera(plan, None, collision=True)
     for before, after in zip(plan.entities, bare.entities, strict=True):

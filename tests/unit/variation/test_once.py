@@ -74,7 +74,7 @@ def test_a_reset_keeps_it_and_draws_the_rest() -> None:
         again = (batch.entities["b"].linear_velocity == 2).all(axis=1)
         assert not same.all()
         assert (same | again | (speeds == 2).all(axis=1)).all()
-        with pytest.raises(ValueError, match="a reset cannot change a shared draw 'half'"):
+        with pytest.raises(ValueError, match="a reset cannot change the shared draw 'half'"):
             batch.reset(draws={"half": np.ones(6)})
 
 

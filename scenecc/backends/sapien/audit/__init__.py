@@ -1,1 +1,1 @@
-"""After every build: what only the engine decides (counts, order, poses, masses, cooked meshes) against the plan."""
+"""The audit after every build: compares counts, order, poses, masses and cooked meshes with the plan."""

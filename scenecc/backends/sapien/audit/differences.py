@@ -1,4 +1,4 @@
-"""Differences between what the engine holds and what the plan asks for, as diagnostics."""
+"""Differences between the engine and the plan, as diagnostics."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ AUDIT_CODE = "SC802"
 
 
 class AuditDifference(NamedTuple):
-    """One thing in one scene that is not as the plan says.
+    """One difference from the plan in one scene.
 
     Attributes:
-        item: of the plan, that differs; None: the scene as a whole.
-        what: differs, by the engine's name.
+        item: of the plan, that differs. None: the scene as a whole.
+        what: the value that differs, by the engine's name.
         expected, found: what the plan asks for and what the engine holds, for people.
         scene_idx: index of the scene in the plan.
-        link: name of the link that has it; "": it is of no link.
-        origin: of the node that asked; None: of `item`.
+        link: name of the link; "" if it is not a link.
+        origin: of the node that asked. None: that of `item`.
         code: of the diagnostic.
     """
 
@@ -43,15 +43,15 @@ class AuditDifference(NamedTuple):
 
     @property
     def who(self) -> str:
-        """What has it, for people."""
+        """Its owner, for people."""
         name = "the scene" if self.item is None else f"'{self.item.name}'"
         return f"link '{self.link}' of {name}" if self.link else name
 
 
 def report_differences(differences: Iterable[AuditDifference], sink: Sink) -> bool:
-    """Reports one diagnostic for each thing that differs, however many scenes have it. Returns True if nothing does."""
+    """Reports one diagnostic for each item that differs, for all scenes together. Returns True if nothing differs."""
     found = list(differences)
-    # A wrong pose follows from a mass that is beyond the engine, and is not reported beside it.
+    # A wrong pose may follow from a mass that is out of range, and is then not reported.
     causes = {id(one.item) for one in found if one.code != AUDIT_CODE}
     groups: dict[tuple[object, ...], list[AuditDifference]] = {}
     for one in found:
@@ -60,7 +60,7 @@ def report_differences(differences: Iterable[AuditDifference], sink: Sink) -> bo
     for group in groups.values():
         first, scenes = group[0], len({one.scene_idx for one in group})
         more = f" (and in {scenes - 1} more)" if scenes > 1 else ""
-        values = f"{first.what} = {first.found}, and the plan asks for {first.expected}"
+        values = f"{first.what} = {first.found}, but the plan asks for {first.expected}"
         message = f"{first.who} in scene {first.scene_idx}{more}: the engine holds {values}"
         origin = first.origin or (first.item and first.item.origin)
         sink.report(first.code, message, origin or Location(None))
@@ -68,8 +68,8 @@ def report_differences(differences: Iterable[AuditDifference], sink: Sink) -> bo
 
 
 def format_engine_numbers(numbers: object) -> str:
-    """Numbers with as many digits as the engine keeps."""
+    """Formats numbers with as many digits as the engine keeps."""
     with np.errstate(over="ignore"):
         array = np.asarray(numbers, np.float32)
-    # NumPy writes a float32 in the fewest digits that tell it from its neighbours.
+    # NumPy writes a float32 with the fewest digits that distinguish it from its neighbours.
     return "[" + ", ".join(map(str, array.ravel())) + "]" if array.ndim else str(array[()])

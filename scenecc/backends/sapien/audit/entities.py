@@ -1,4 +1,4 @@
-"""Which entities each scene holds, in which order, and where they are."""
+"""Checks which entities each scene holds, in which order, and where."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ if TYPE_CHECKING:
     from scenecc.plan.rendering import Camera, Light
 
 LINK_TOLERANCE = 1e-5
-"""How far a link may be from where it belongs, by its distance from the world's origin where that is beyond 1 m: the
-engine goes from link to link in single precision.
+"""Tolerance of a link's position, multiplied by its distance from the world's origin beyond 1 m: the engine chains
+links in float32.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class EntityBlock:
-    """The entities of one thing of the plan, in the order in which they came into each scene.
+    """The entities of one item of the plan, in the order in which they were added to each scene.
 
     Attributes:
-        item: the thing.
+        item: the item.
         scene_idxs: (N,) the scene of each entity, as an index in the plan.
         objs: (N,) the `sapien.Entity`s.
-        poses: (N, 7) float32 where they belong.
-        tolerances: (N,) of the poses; 0: to the bit; infinite: the engine does not know them yet.
-        links: (N,) names of the links that they are; empty of what is no articulation.
+        poses: (N, 7) float32, the planned poses.
+        tolerances: (N,) of the poses; 0: bit-identical; infinite: the engine does not know them yet.
+        links: (N,) names of the links; empty if the item is not an articulation.
     """
 
     item: Entity | Light | Camera
@@ -50,7 +50,7 @@ class EntityBlock:
     links: tuple[str, ...] = ()
 
     def difference(self, number: int, what: str, expected: object, found: object) -> AuditDifference:
-        """What is wrong with one of the entities."""
+        """Returns a difference of one of the entities."""
         link = self.links[number] if self.links else ""
         return AuditDifference(self.item, what, expected, found, self.scene_idxs[number], link)
 
@@ -58,14 +58,14 @@ class EntityBlock:
 def plain_block(
     item: Entity | Light | Camera, scene_idxs: Sequence[int], rows: NDArray[np.intp], objs: list[Any]
 ) -> EntityBlock:
-    """Bodies, lights or cameras that are at their pose. `rows`: of the plan's values."""
+    """Makes a block of bodies, lights or cameras at their poses. `rows`: of the plan's values."""
     poses = np.empty((len(rows), 7), np.float32)
     poses[:] = select_rows(item.pose, rows)
     return EntityBlock(item, scene_idxs, objs, poses, np.zeros(len(rows)))
 
 
 def articulation_block(prepared: PreparedArticulation, *, moved: bool) -> EntityBlock:
-    """The links of an articulation. `moved`: the engine has put all of them where their joints say, not only roots."""
+    """Makes a block of an articulation's links. `moved`: all links are at their poses, not only the root."""
     entity, counts = prepared.entity, np.array([len(links) for links in prepared.links], np.intp)
     starts = np.cumsum(counts) - counts
     poses, tolerances = np.empty((int(counts.sum()), 7), np.float32), np.empty(int(counts.sum()))
@@ -92,15 +92,15 @@ def _pose_rows(pose: Value, rows: NDArray[np.intp]) -> Floats:
 
 
 def _center_of_mass_reach(links: Iterable[Any]) -> float:
-    """How far from links of the engine their centres of mass are at most [m]; at least 1.
+    """Returns the largest distance of centres of mass from their links' frames [m]; at least 1.
 
-    The engine computes with centres of mass, and loses as much precision of where links and joints are.
+    The engine computes with centres of mass, so poses of links and joints lose precision with this distance.
     """
     return max([1.0, *(float(np.abs(link.cmass_local_pose.p).max()) for link in links)])
 
 
 def _link_poses(entity: Entity, structure: ArticulationStructure, rows: NDArray[np.intp]) -> list[Floats]:
-    """(B, 7) of each link in the world of its scene, in the order of the plan."""
+    """Returns the poses (B, 7) of each link in the world of its scene, in the order of the plan."""
     found: list[Floats] = []
     for link in structure.links:
         if link.parent is None or link.joint is None:
@@ -115,7 +115,7 @@ def _link_poses(entity: Entity, structure: ArticulationStructure, rows: NDArray[
 
 
 def _normalize(poses: Floats) -> Floats:
-    """With quaternions of unit length, as the engine has them."""
+    """Returns poses with quaternions of unit length, as the engine stores them."""
     found = poses.copy()
     found[:, 3:] /= np.linalg.norm(found[:, 3:], axis=1, keepdims=True)
     return found
@@ -124,13 +124,9 @@ def _normalize(poses: Floats) -> Floats:
 def entity_differences(
     blocks: Sequence[EntityBlock], lookup: EntityLookup, *, shared: bool, poses: bool
 ) -> Iterator[AuditDifference]:
-    """Whether each scene holds the entities of some blocks, in build order and where they belong.
+    """Yields differences in the entities of each scene, in build order and pose.
 
-    Args:
-        blocks: in build order.
-        lookup: the scenes.
-        shared: whether the scenes hold other entities, too.
-        poses: whether poses are compared, once every scene holds what it should.
+    `shared`: the scenes also hold other entities. `poses`: compare poses, if every scene has the right entities.
     """
     # Environments of ManiSkill may share one `sapien.Scene`.
     scenes = {id(scene): (index, scene) for index, scene in zip(lookup.scene_idxs, lookup.scenes, strict=True)}
@@ -148,7 +144,7 @@ def entity_differences(
             known = set(map(id, wanted))
             own = [place for place, entity in enumerate(present) if id(entity) in known]
             present = [present[place] for place in own]
-        # Comparing lists looks at identity first, and needs no loop in Python for the usual case.
+        # Comparing lists checks identity first, which avoids a Python loop in the usual case.
         if wanted != present:
             poses = False
             yield _order_difference(blocks, wanted, present, index)
@@ -175,13 +171,13 @@ def _order_difference(
 
 
 def _pose_differences(blocks: Sequence[EntityBlock], found: NDArray[np.float32]) -> Iterator[AuditDifference]:
-    """`found`: (N, 7) of all entities, block by block."""
+    """Yields differences in poses. `found`: (N, 7) of all entities, block by block."""
     wanted = np.concatenate([np.empty((0, 7), np.float32), *(block.poses for block in blocks)])
     wrong = (found != wanted).any(axis=1)
     if not wrong.any():
         return
     tolerances = np.concatenate([block.tolerances for block in blocks])
-    # A rotation has two quaternions, and the engine may hold either.
+    # A rotation has two quaternions, and the engine may store either.
     sign = np.where((found[:, 3:] * wanted[:, 3:]).sum(axis=1) < 0, -1.0, 1.0)
     far = np.maximum(1.0, np.abs(wanted[:, :3]).max(axis=1))
     position = np.abs(found[:, :3] - wanted[:, :3]).max(axis=1)

@@ -1,4 +1,4 @@
-"""What bodies should weigh: meshes cooked once more, and masses by density and volume."""
+"""Expected masses of bodies: masses by density and volume, with meshes cooked a second time."""
 
 from __future__ import annotations
 
@@ -27,27 +27,28 @@ MINIMUM_MASS = 1e-6
 """Mass [kg] that SAPIEN gives a body whose shapes weigh less."""
 
 MASS_TOLERANCE = 1e-4
-"""Relative, between masses that the engine adds in single precision and masses in double precision."""
+"""Relative tolerance between masses that the engine adds in float32 and masses in float64."""
 
 MESH_TOLERANCE = 1e-2
-"""Relative, between the volumes of a mesh by PhysX and by its triangles: a hull's polygons are not quite plane."""
+"""Relative tolerance between volumes of a mesh by PhysX and by its triangles: polygons of a hull are not quite plane.
+"""
 
 CYLINDER_AREA_RATIO = 32 / (2 * math.pi) * math.sin(2 * math.pi / 32)
-"""Area of the 32-sided prism that PhysX has for a cylinder, by that of the circle around it."""
+"""Ratio of the area of PhysX's 32-sided prism for a cylinder to that of its circumscribed circle."""
 
 MeshKey = tuple[int, AxisSigns]
-"""Index of a file in the plan, and along which axes it is mirrored."""
+"""Index of a file in the plan, and the signs of its scale."""
 
 
 class Volumes(NamedTuple):
-    """What the triangles of a shape enclose, and by which the engine weighs it [m³]: 0 if a hull looks inwards."""
+    """Volume enclosed by a shape's triangles, and volume by which the engine weighs it [m³]; 0 for an inverted hull."""
 
     enclosed: float
     weighed: float
 
 
 class CookedMeshes:
-    """The meshes of a plan as PhysX cooks them, unscaled: fresh shapes, each made and weighed once."""
+    """The meshes of a plan as cooked by PhysX, unscaled. Each is made and weighed once, as a fresh shape."""
 
     def __init__(self, plan: ScenePlan) -> None:
         self._plan = plan
@@ -55,14 +56,14 @@ class CookedMeshes:
         self._known: dict[Hashable, list[Volumes]] = {}
 
     def parts(self, geometry: MeshGeometry, mesh: MeshKey) -> list[Volumes]:
-        """The shapes of a mesh: several of `ConvexParts`, otherwise one."""
+        """Returns the volumes of a mesh's shapes: several for `ConvexParts`, otherwise one."""
         key = (type(geometry), mesh, getattr(geometry, "coacd", None))
         if key not in self._known:
             self._known[key] = list(map(_weigh, self._load(geometry, *mesh)))
         return self._known[key]
 
     def revolved_parts(self, geometry: RevolvedSolid, row: int) -> list[Volumes]:
-        """The convex parts of a solid of revolution, of unit size."""
+        """Returns the volumes of the convex parts of a solid of revolution, of unit size."""
         profile, _ = geometry.unit_profile(*geometry.sizes(row))
         if profile not in self._known:
             self._known[profile] = list(map(_weigh, make_revolved_parts(profile, UNMIRRORED, self._material)))
@@ -88,7 +89,7 @@ def _weigh(shape: Any) -> Volumes:
         volume = abs(volume)
     if not volume > 0:
         return Volumes(volume, 0.0)
-    # The engine gives no body less than a milligram: this one weighs a kilogram, or the mesh is wrong.
+    # The engine makes no body lighter than a milligram. This one weighs a kilogram, or the mesh is wrong.
     shape.set_density(1 / volume)
     body = physx.PhysxRigidDynamicComponent()
     body.attach(shape)
@@ -96,16 +97,16 @@ def _weigh(shape: Any) -> Volumes:
 
 
 def enclosed_volume(shape: Any) -> float:
-    """[m³] inside a closed mesh: the sum of signed tetrahedra from a vertex to each triangle."""
+    """Returns the volume inside a closed mesh [m³]: the sum of signed tetrahedra from a vertex to each triangle."""
     vertices: NDArray[np.float64] = shape.vertices.astype(np.float64)
-    # Written out: `np.cross` takes seven times as long.
+    # Written out, because `np.cross` takes seven times as long.
     x, y, z = (vertices - vertices[0]).T[:, shape.triangles.T]
     twice_areas = (y[1] * z[2] - y[2] * z[1], z[1] * x[2] - z[2] * x[1], x[1] * y[2] - x[2] * y[1])
     return float((x[0] * twice_areas[0] + y[0] * twice_areas[1] + z[0] * twice_areas[2]).sum() / 6)
 
 
 def mesh_keys(geometry: MeshGeometry, rows: NDArray[np.intp]) -> list[MeshKey]:
-    """The mesh in each of these rows, or one for all."""
+    """Returns the mesh of each of these rows, or one for all."""
     files, scales = select_rows(geometry.file, rows), select_rows(geometry.scale, rows)
     count = max(len(files), len(scales))
     signs: list[AxisSigns] = [tuple(row) for row in np.broadcast_to(np.sign(scales), (count, 3)).tolist()]
@@ -113,27 +114,27 @@ def mesh_keys(geometry: MeshGeometry, rows: NDArray[np.intp]) -> list[MeshKey]:
 
 
 def given_mass(structure: BodyStructure, rows: NDArray[np.intp]) -> list[float] | None:
-    """The mass [kg] that the plan gives a body in each of these rows; None: it follows from the shapes."""
+    """Returns the mass [kg] that the plan sets for a body in each row. None: it follows from the shapes."""
     given = structure.mass if structure.inertial is None else structure.inertial.mass
     return None if given is None else _spread(_columns(given, rows)[0], len(rows))
 
 
 def shapes_mass(structure: BodyStructure, rows: NDArray[np.intp], meshes: CookedMeshes) -> list[float]:
-    """What the shapes of a body weigh [kg] in each of these rows, as SAPIEN gives it."""
+    """Returns the mass [kg] of a body's shapes in each row, as SAPIEN computes it."""
     total: Any = 0.0
-    # SAPIEN weighs a body again with each shape; PhysX cannot once one of them is endless.
+    # SAPIEN weighs a body again with each shape, which fails in PhysX once a shape is infinite.
     for shape in takewhile(lambda shape: not isinstance(shape.geometry, Plane), structure.collisions):
         density = DEFAULT_DENSITY if shape.density is None else _columns(shape.density, rows)[0]
         total = total + density * _volume(shape.geometry, rows, meshes)
     masses = _spread(total, len(rows))
     if structure.body_type == "kinematic":
-        # No force moves it, so that its mass does not matter.
+        # No force moves it, so its mass does not matter.
         return [max(mass, MINIMUM_MASS) for mass in masses]
     return [mass or MINIMUM_MASS for mass in masses]
 
 
 def _volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedMeshes) -> Any:
-    """[m³]; PhysX gives none to planes and to triangle meshes without a distance field."""
+    """Returns the volume [m³]. PhysX gives none to planes and to triangle meshes without an SDF."""
     if isinstance(geometry, Solid):
         volume = geometry.volume(*(column for value in geometry.values for column in _columns(value, rows)))
         return volume * CYLINDER_AREA_RATIO if isinstance(geometry, Cylinder) else volume
@@ -146,7 +147,7 @@ def _volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedM
 
 
 def _columns(value: Value, rows: NDArray[np.intp]) -> list[Any]:
-    """Each component of a value: one number, which takes less time than an array of it, or an array with all rows."""
+    """Returns each component of a value: one number, which is faster than an array of it, or an array with all rows."""
     if not value.varies:
         return list(value.as_drawn())
     data = value.data[rows].astype(np.float64)
@@ -158,7 +159,7 @@ def _spread(numbers: Any, count: int) -> list[float]:
 
 
 def part_count(geometry: CollisionGeometry, row: int, meshes: CookedMeshes) -> int:
-    """How many shapes of the engine a shape of the plan is, in a row of its entity."""
+    """Returns how many engine shapes a shape of the plan becomes, in a row of its entity."""
     match geometry:
         case ConvexParts():
             (mesh,) = mesh_keys(geometry, np.array([row]))

@@ -1,6 +1,6 @@
-"""The audit after a build: what only the engine decides, against the plan.
+"""The audit after a build: compares what only the engine decides with the plan.
 
-What a setter of the engine was given is not read back: `tests/fidelity/test_setters.py` tests the setters.
+Values that were passed to setters are not read back: `tests/fidelity/test_setters.py` tests the setters.
 """
 
 from __future__ import annotations
@@ -51,23 +51,23 @@ if TYPE_CHECKING:
     from scenecc.plan import BodyStructure, CollisionGeometry, Constraint, ScenePlan
 
 PRECISION_CODE = "SC512"
-"""The code of a mass or a centre of mass that single precision does not hold."""
+"""The code of a mass or centre of mass that does not fit in float32."""
 
 
 @dataclass(frozen=True, slots=True)
 class BuiltScenes:
-    """What a build has made.
+    """The result of a build.
 
     Attributes:
-        plan: what was asked for.
+        plan: what was requested.
         prepared: its entities, with the objects that were built.
-        lookup: the scenes, and the entities in them.
+        lookup: the scenes and their entities.
         constraints: those of the plan that were built, with their components.
         seen: lights and cameras that were built, with their components.
         rendered: whether the scenes render.
-        shared: whether the scenes hold other objects, too, as those of a ManiSkill environment do.
-        poses: whether the engine has all entities where the plan has them.
-        link_poses: whether it has moved links to where their joints say; a simulation on a GPU does that later.
+        shared: whether the scenes also hold other objects, as in a ManiSkill environment.
+        poses: whether all entities are at their planned poses.
+        link_poses: whether links are at the poses of their joints; a simulation on a GPU moves them later.
     """
 
     plan: ScenePlan
@@ -82,7 +82,7 @@ class BuiltScenes:
 
 
 def audit_scenes(built: BuiltScenes, sink: Sink) -> bool:
-    """Compares scenes with the plan before the first step, and reports what differs. Returns True if nothing does."""
+    """Compares scenes with the plan before the first step and reports differences. Returns True if there are none."""
     return report_differences(_differences(built), sink)
 
 
@@ -113,13 +113,7 @@ def _differences(built: BuiltScenes) -> Iterator[AuditDifference]:
 
 @dataclass(frozen=True, slots=True)
 class _BodyGroup:
-    """A body, or a link of an articulation, in those scenes in which it has one structure.
-
-    Attributes:
-        part: the scenes, and the structure of the body.
-        components: of the engine, in the order of the scenes.
-        link: its name; "": it is no link.
-    """
+    """A body, or a link of an articulation, in the scenes in which it has one structure."""
 
     prepared: PreparedEntity
     part: StructureRows[BodyStructure]
@@ -129,18 +123,18 @@ class _BodyGroup:
     def difference(
         self, number: int, what: str, expected: object, found: object, code: str = AUDIT_CODE
     ) -> AuditDifference:
-        """What is wrong with the body in one of the scenes."""
+        """Returns a difference of the body in one of the scenes."""
         scene = self.prepared.scene_idxs[int(self.part.numbers[number])]
         return AuditDifference(
             self.prepared.entity, what, expected, found, scene, self.link, self.part.structure.origin, code
         )
 
     def shape_differences(self, meshes: CookedMeshes) -> Iterator[AuditDifference]:
-        """The number of its shapes, and the volumes of meshes that were cooked for it."""
+        """Yields differences in the number of its shapes and the volumes of its cooked meshes."""
         shapes, rows = self.part.structure.collisions, self.part.rows
         several = [shape.geometry for shape in shapes if COLLISION_SHAPES[type(shape.geometry)].many]
         single = len(shapes) - len(several)
-        # The engine can only leave out parts of meshes; of other bodies one is looked at, since this takes time.
+        # Only mesh parts can be missing. Other bodies are checked in one scene, because this takes time.
         for number, row in enumerate(rows.tolist() if several else rows[:1].tolist()):
             expected = single + sum(part_count(geometry, row, meshes) for geometry in several)
             if (found := len(self.components[number].get_collision_shapes())) != expected:
@@ -151,7 +145,7 @@ class _BodyGroup:
                 yield self.difference(number, "volume of the cooked mesh", *values)._replace(origin=shape.origin)
 
     def mass_differences(self, meshes: CookedMeshes) -> Iterator[AuditDifference]:
-        """Its mass and, of meshes, whether its weight and its centre of mass are what single precision can hold."""
+        """Yields differences in mass and, for meshes, weights and centres of mass that do not fit in float32."""
         structure, rows = self.part.structure, self.part.rows
         given = given_mass(structure, rows)
         wanted = shapes_mass(structure, rows, meshes) if given is None else given
@@ -167,27 +161,27 @@ class _BodyGroup:
             yield from self._mesh_mass_differences(meshes)
 
     def _mesh_mass_differences(self, meshes: CookedMeshes) -> Iterator[AuditDifference]:
-        """Of other shapes these are checked before anything is built."""
+        """Yields weights and centres of mass out of range. For other shapes these are checked before the build."""
         weights = shapes_mass(self.part.structure, self.part.rows, meshes)
         for number, (component, weight) in enumerate(zip(self.components, weights, strict=True)):
             if self.part.structure.mass is not None and weight < MINIMUM_MASS:
-                least = f"{MINIMUM_MASS:g} at least"
+                least = f"{MINIMUM_MASS:g} or more"
                 yield self.difference(number, "mass by density", least, format_engine_numbers(weight), "SC511")
             centre = component.cmass_local_pose.p
             if not (np.abs(centre) <= MAX_BODY_OFFSET).all():
-                near = "a place within 10 km"
+                near = "a point within 10 km"
                 yield self.difference(number, "cmass_local_pose.p", near, format_engine_numbers(centre), PRECISION_CODE)
 
 
 def _mass_code(expected: float) -> str:
-    """The code of a mass that differs: what a mesh weighs is known only now."""
+    """Returns the code for a wrong mass, since the weight of a mesh is only known here."""
     return "SC511" if expected < MINIMUM_MASS else AUDIT_CODE if expected <= FLOAT32_MAX else PRECISION_CODE
 
 
 def _badly_cooked(
     geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: CookedMeshes
 ) -> Iterator[tuple[int, Volumes]]:
-    """Parts of meshes whose volume the engine has wrong, each with the number of a row that has one."""
+    """Yields the mesh parts whose volume is wrong in the engine, each with an example row."""
     cooked: list[tuple[int, list[Volumes]]] = []
     if isinstance(geometry, RevolvedSolid):
         several = rows if any(value.varies for value in geometry.values) else rows[:1]
@@ -218,7 +212,7 @@ def _body_groups(prepared_entities: Sequence[PreparedEntity]) -> Iterator[_BodyG
 
 
 def _articulation_differences(prepared: PreparedArticulation) -> Iterator[AuditDifference]:
-    """Numbers of links and of joints that move."""
+    """Yields differences in the numbers of links and of joints that move."""
     for part in prepared.parts:
         wanted = {"links": len(part.structure.links), "dof": len(part.structure.active_joints)}
         numbers: list[int] = part.numbers.tolist()
@@ -231,7 +225,7 @@ def _articulation_differences(prepared: PreparedArticulation) -> Iterator[AuditD
 
 
 def _constraint_differences(built: BuiltScenes) -> Iterator[AuditDifference]:
-    """Whether each body carries the constraints of the plan, in its order."""
+    """Yields bodies that lack constraints of the plan, or have them in another order."""
     number_of = {index: number for number, index in enumerate(built.lookup.scene_idxs)}
     expected: dict[int, tuple[Any, list[Any], int, Constraint]] = {}
     for constraint, batch in built.constraints:
@@ -246,7 +240,7 @@ def _constraint_differences(built: BuiltScenes) -> Iterator[AuditDifference]:
 
 
 def _seen_differences(built: BuiltScenes) -> Iterator[AuditDifference]:
-    """Whether each scene has the lights and cameras of the plan and, if it is not shared, no others."""
+    """Yields scenes whose lights or cameras differ from the plan; extra ones are allowed if the scene is shared."""
     for kind, name in ((Light, "lights"), (Camera, "cameras")) if built.rendered else ():
         expected: dict[int, set[Any]] = {index: set() for index in built.lookup.scene_idxs}
         origin = built.plan.origin
