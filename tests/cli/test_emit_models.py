@@ -35,7 +35,7 @@ def test_standard_output_takes_one_file(run, cube: Path, tmp_path: Path) -> None
     done = run("emit", "scene.yaml", "--to", "mjcf")
     assert (done.returncode, done.stdout) == (2, "")
     assert "SC904" in done.stderr
-    assert "standard output takes one file, but there are 3" in done.stderr
+    assert "standard output can hold only one file, but there are 3" in done.stderr
 
 
 def test_a_scene_that_is_not_there_is_wrong_usage(run, cube: Path) -> None:
@@ -75,11 +75,11 @@ def test_robots_go_to_a_file_or_to_a_folder(run, tmp_path: Path) -> None:
 
 def test_a_file_has_a_name_that_its_target_reads(run, cube: Path, tmp_path: Path) -> None:
     for target, name, words in (
-        ("glb", "out.xml", "'out.xml' does not end in .glb"),
-        ("glb", "out", "'out' does not end in .glb"),
-        ("mjcf", "out.urdf", "'out.urdf' does not end in .xml or .mjcf"),
-        ("usd", "out.usdz", "'out.usdz' does not end in .usda or .usd or .usdc"),
-        ("urdf", "out.glb", "'out.glb' does not end in .urdf or .xml"),
+        ("glb", "out.xml", "'out.xml' must end in .glb"),
+        ("glb", "out", "'out' must end in .glb"),
+        ("mjcf", "out.urdf", "'out.urdf' must end in .xml or .mjcf"),
+        ("usd", "out.usdz", "'out.usdz' must end in .usda or .usd or .usdc"),
+        ("urdf", "out.glb", "'out.glb' must end in .urdf or .xml"),
     ):
         done = run("emit", cube, "--to", target, "-o", name)
         assert (done.returncode, done.stdout) == (2, "")

@@ -179,7 +179,7 @@ def test_many_files_go_to_a_folder_and_one_at_fault_does_not_end_it(run, cube: P
     [
         (("worlds", "-o", "out"), "no source in the folder `worlds`"),
         (("cube.sdf", "cube.urdf", "-o", "out"), "would both be written to `out/cube.yaml`"),
-        (("cube.sdf", "no.urdf", "-o", "cube.sdf"), "`cube.sdf` cannot be made"),
+        (("cube.sdf", "no.urdf", "-o", "cube.sdf"), "`cube.sdf` cannot be created"),
     ],
 )
 def test_what_many_cannot_be_written_to_is_wrong_usage(run, cube: Path, arguments: tuple[str, ...], words: str) -> None:

@@ -221,7 +221,7 @@ def test_a_folder_that_is_new_or_empty_takes_files(tmp_path: Path) -> None:
 
 def test_standard_output_takes_one_file() -> None:
     reason = write_files("-", {"a": b"", "b": b""}, folder=False)
-    assert reason == ("SC904", "standard output takes one file, but there are 2")
+    assert reason == ("SC904", "standard output can hold only one file, but there are 2")
 
 
 def test_bytes_are_written_as_they_are(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:

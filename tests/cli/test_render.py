@@ -42,9 +42,9 @@ def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Pat
     ("arguments", "told"),
     [
         ([], "say where to write"),
-        (["-o", "out.jpg"], "'out.jpg' does not end in .png"),
-        (["--video", "out.avi", "--steps", "2"], "'out.avi' does not end in .mp4 or .gif"),
-        (["--video", "out.mp4"], "a film needs --steps"),
+        (["-o", "out.jpg"], "'out.jpg' must end in .png"),
+        (["--video", "out.avi", "--steps", "2"], "'out.avi' must end in .mp4 or .gif"),
+        (["--video", "out.mp4"], "a video needs --steps"),
         (["-o", "a.png", "--every", "2", "--steps", "4"], "it needs --video"),
         (["--video", "a.gif", "--every", "5", "--steps", "4"], "and at least as many --steps"),
         (["-o", "out.png", "--size", "640"], "'640' is not a size"),
@@ -57,7 +57,7 @@ def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Pat
         (["--video", "out.mp4", "--steps", "2", "--size", "4096x4096"], "SC912"),
         (["-o", "no/out.png"], "SC904"),
         (["--video", "no/out.gif", "--steps", "2"], "SC904"),
-        (["-o", "scene.yaml"], "does not end in .png"),
+        (["-o", "scene.yaml"], "must end in .png"),
     ],
 )
 def test_what_cannot_be_meant_is_wrong_usage(run, scene: Path, arguments: list[str], told: str) -> None:
@@ -121,7 +121,7 @@ def test_a_sheet_and_a_film_at_once(run, scene: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     first, second, _ = done.stdout.splitlines()
     assert first == "out.png: color, 64 × 48, scenes 0, 1 of 3"
-    assert second == "film.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 pictures, 33.33 a second"
+    assert second == "film.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 frames, 33.33 per second"
     sheet = np.asarray(Image.open(tmp_path / "out.png"))
     _, frames = decoded(tmp_path / "film.mp4")
     assert [frame.shape for frame in frames] == [sheet.shape] * 4

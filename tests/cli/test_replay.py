@@ -46,7 +46,7 @@ def passport(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def test_a_passport_is_taken_as_a_file_as_text_and_from_standard_input(passport: str, tmp_path: Path) -> None:
-    said = "scene 3 of 4: the start is that of the passport, to the bit\n"
+    said = "scene 3 of 4: the initial state equals the passport's, bit for bit\n"
     for arguments, stdin in ((["passport.json"], ""), ([passport], ""), (["-"], passport)):
         done = run(tmp_path, *arguments, stdin=stdin)
         assert (done.returncode, done.stdout, done.stderr) == (0, said, "")
@@ -96,7 +96,7 @@ def test_the_scene_is_shown_until_it_is_interrupted(passport: str, tmp_path: Pat
         assert process.stdout is not None
         assert process.stderr is not None
         said, url = (process.stdout.readline().strip() for _ in range(2))
-        assert said == "scene 3 of 4: the start is that of the passport, to the bit"
+        assert said == "scene 3 of 4: the initial state equals the passport's, bit for bit"
         with urlopen(url, timeout=20) as page:
             assert b"<html" in page.read()[:500]
         process.send_signal(signal.SIGINT)

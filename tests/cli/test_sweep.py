@@ -128,7 +128,7 @@ def test_a_pack_gives_the_rows_of_its_scene(run, scene: Path, tmp_path: Path) ->
     ("arguments", "status", "told"),
     [
         ((), 2, "Missing option '--output'"),
-        (("-o", "out", "--do", "check,view"), 2, "'view' is none of check, render, state"),
+        (("-o", "out", "--do", "check,view"), 2, "'view' must be one of check, render, state"),
         (("-o", "out", "--seeds", "3"), 2, "'3' is not FIRST:END"),
         (("-o", "out", "--shard", "3/2"), 2, "'3/2' is not I/N"),
         (("-o", "out", "--jobs", "0"), 2, "--jobs"),

@@ -171,7 +171,7 @@ def test_an_export_of_a_scene_at_fault_writes_nothing(run, scene: Path, tmp_path
     ("arguments", "told"),
     [
         (["--steps", "5"], "it needs --export"),
-        (["--export", "page.txt"], "'page.txt' does not end in .html"),
+        (["--export", "page.txt"], "'page.txt' must end in .html"),
         (["--export", "page.html", "--open"], "because no page is served"),
         (["--export", "page.html", "--host", "127.0.0.1"], "because no page is served"),
         (["--export", "page.html", "--port", "0"], "because no page is served"),
