@@ -75,7 +75,7 @@ def decompile(
 def _summary(found: Decompiled) -> str:
     lines = [f"not in the file: {problem}" for problem in found.problems]
     if found.differences is not None:
-        lines += [f"different:  {line}" for line in found.differences[:_SHOWN]]
+        lines += [f"different: {line}" for line in found.differences[:_SHOWN]]
         more = len(found.differences) - _SHOWN
         lines += [f"and {more} more"] if more > 0 else []
     count = len(found.text.splitlines())

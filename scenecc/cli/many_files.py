@@ -164,7 +164,7 @@ def _targets(files: Sequence[str], output: str, suffix: str, faults: list[Diagno
         for folder in {Path(target).parent for target in targets.values()}:
             folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        message = f"the folder `{error.filename}` cannot be created:  {error.strerror}"
+        message = f"the folder `{error.filename}` cannot be created: {error.strerror}"
         faults.append(usage_error("SC904", message, file=output))
         return {}
     return targets

@@ -141,7 +141,7 @@ def _film(
     if not many and output not in {None, STDOUT} and not str(output).lower().endswith(".png"):
         raise typer.BadParameter(f"{shown(str(output))} must end in .png", param_hint="'-o'")
     if every is not None and (video is None or every > steps):
-        raise typer.BadParameter("it needs --video, and --steps of at least the same number", param_hint="'--every'")
+        raise typer.BadParameter("it needs --video, and at least as many --steps", param_hint="'--every'")
     if video is None:
         return None
     if steps == 0:

@@ -46,10 +46,10 @@ def test_a_scene_that_is_not_there_is_wrong_usage(run, cube: Path) -> None:
 
 def test_options_of_other_targets_are_wrong_usage(run, cube: Path) -> None:
     for options, words in (
-        (("--to", "python", "--scene", "0"), "python takes no `scene`"),
-        (("--to", "mjcf", "--grid"), "mjcf takes no `grid`, which is for glb"),
-        (("--to", "mjcf", "--entity", "cube"), "mjcf takes no `entity`, which is for urdf"),
-        (("--to", "urdf", "--show", "collision"), "urdf takes no `show`"),
+        (("--to", "python", "--scene", "0"), "python does not support `scene`"),
+        (("--to", "mjcf", "--grid"), "mjcf does not support `grid`, which is only for glb"),
+        (("--to", "mjcf", "--entity", "cube"), "mjcf does not support `entity`, which is only for urdf"),
+        (("--to", "urdf", "--show", "collision"), "urdf does not support `show`"),
     ):
         done = run("emit", cube, *options)
         assert (done.returncode, done.stdout) == (2, "")

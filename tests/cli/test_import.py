@@ -73,7 +73,7 @@ def test_an_output_that_no_scene_can_name_is_refused_before_any_work(run, cube: 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((".", "-o", "x.yaml"), "name a source file in it"),
+        ((".", "-o", "x.yaml"), "name the source file"),
         (("cube.sdf", "-o", "-"), "name the scene file"),
         (("cube.sdf", "-o", "cube.sdf"), "`cube.sdf` is the source itself"),
     ],

@@ -39,7 +39,7 @@ def test_without_a_name_the_current_folder_is_filled(run, tmp_path: Path) -> Non
         (["--template", "kichen"], "did you mean `kitchen`?"),
         (["--robot", "pnada"], "did you mean `panda`?"),
         (["--robot", "x"], "known here: arm, panda"),
-        (["--template", "locomotion", "--robot", "arm"], "it takes quadruped"),
+        (["--template", "locomotion", "--robot", "arm"], "it supports quadruped"),
     ],
     ids=str,
 )

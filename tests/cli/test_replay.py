@@ -64,7 +64,7 @@ def test_what_differs_is_told_and_the_status_is_1(passport: str, tmp_path: Path)
     content["reset"]["seed"] = 5
     done = run(tmp_path, json.dumps(content))
     assert done.returncode == 1
-    assert "error SC933: the version of numpy was 1.0, and is " in done.stderr
+    assert "error SC933: the version of numpy was 1.0, but is " in done.stderr
     assert "SC934" not in done.stderr
     done = run(tmp_path, json.dumps(content), "--any-version", "--format", "json")
     assert done.returncode == 1

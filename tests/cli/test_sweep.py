@@ -129,10 +129,10 @@ def test_a_pack_gives_the_rows_of_its_scene(run, scene: Path, tmp_path: Path) ->
     [
         ((), 2, "Missing option '--output'"),
         (("-o", "out", "--do", "check,view"), 2, "'view' must be one of check, render, state"),
-        (("-o", "out", "--seeds", "3"), 2, "'3' is not FIRST:END"),
-        (("-o", "out", "--shard", "3/2"), 2, "'3/2' is not I/N"),
+        (("-o", "out", "--seeds", "3"), 2, "'3' must be FIRST:END"),
+        (("-o", "out", "--shard", "3/2"), 2, "'3/2' must be I/N"),
         (("-o", "out", "--jobs", "0"), 2, "--jobs"),
-        (("-o", "out", "--size", "640"), 2, "'640' is not a size"),
+        (("-o", "out", "--size", "640"), 2, "'640' must be WIDTHxHEIGHT"),
         (("-o", "out", "--set", "weight=1"), 2, "weight"),
         (("-o", "no/out"), 2, "SC904"),
         (("-o", "full"), 2, "SC940"),

@@ -181,7 +181,7 @@ def test_an_export_of_a_scene_at_fault_writes_nothing(run, scene: Path, tmp_path
         (["--port", "65536"], "a port is 0 to 65535, not 65536"),
         (["--scene", "1", "--port", "0"], "SC908"),
         (["--scene", "1", "--export", "page.html"], "SC908"),
-        (["--set", "size"], "is not name=value"),
+        (["--set", "size"], "must be name=value"),
     ],
 )
 def test_wrong_usage_is_2(run, scene: Path, tmp_path: Path, arguments: list[str], told: str) -> None:

@@ -87,7 +87,7 @@ def test_settings_that_the_environment_has_are_welcome(tmp_path: Path) -> None:
 
 
 def test_arguments_that_are_the_environments() -> None:
-    with pytest.raises(ValueError, match="not taken with scene"):
+    with pytest.raises(ValueError, match="cannot be combined with scene"):
         scenecc.load_scene({"scenecc": 1}, scene=new_scene(), num_scenes=3)  # pyright: ignore[reportCallIssue]
 
 

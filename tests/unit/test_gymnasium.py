@@ -220,7 +220,7 @@ def test_closing_closes_the_batch(envs: SceneVectorEnv) -> None:
 WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "steps": (lambda: make(steps_per_action=0), "steps_per_action must be at least 1, not 0"),
     "length": (lambda: make(max_episode_steps=0), "max_episode_steps must be at least 1, not 0"),
-    "observation": (lambda: make(observation=lambda batch: np.zeros(4)), "`observation` must give a row for each of 3"),
+    "observation": (lambda: make(observation=lambda batch: np.zeros(4)), "`observation` must return one row for each of 3"),
     "no array": (lambda: make(observation=lambda batch: {"a": 1}), "it needs an `observation_space`"),
 }
 
@@ -237,16 +237,16 @@ def test_a_function_that_gives_one_value_for_all(name: str) -> None:
     options: dict[str, Any] = {name: lambda batch: 0}
     envs = make(**options)
     envs.reset(seed=0)
-    with pytest.raises(ValueError, match=rf"`{name}` must give a row for each of 3 scenes, and gave the shape \(\)"):
+    with pytest.raises(ValueError, match=rf"`{name}` must return one row for each of 3 scenes, not the shape \(\)"):
         envs.step(np.zeros((3, 1), np.float32))
 
 
 FAULTY: dict[str, tuple[dict[str, Any], str]] = {
-    "reward": ({"reward": lambda batch: [0, np.nan, 0]}, r"`reward` is not a number \(NaN\) in scene 1"),
-    "observation": ({"observation": lambda batch: np.full((3, 2), np.nan)}, "`observation` is not a number .* 0–2"),
-    "shape": ({"observation": lambda batch: np.zeros((3, 4))}, r"`observation` must give \(3, 2\), and gave \(3, 4\)"),
-    "ends": ({"terminated": lambda batch: [0.5] * 3}, "`terminated` must give true or false, and gave float64"),
-    "info": ({"info": lambda batch: {"success": [True]}}, r"`info\['success'\]` must give a row for each of 3"),
+    "reward": ({"reward": lambda batch: [0, np.nan, 0]}, r"`reward` is NaN in scene 1"),
+    "observation": ({"observation": lambda batch: np.full((3, 2), np.nan)}, "`observation` is NaN in scene 0–2"),
+    "shape": ({"observation": lambda batch: np.zeros((3, 4))}, r"`observation` must return the shape \(3, 2\), not \(3, 4\)"),
+    "ends": ({"terminated": lambda batch: [0.5] * 3}, "`terminated` must return bool, not float64"),
+    "info": ({"info": lambda batch: {"success": [True]}}, r"`info\['success'\]` must return one row for each of 3"),
 }
 
 
@@ -297,15 +297,15 @@ def test_arguments_that_do_not_fit(envs: SceneVectorEnv) -> None:
         envs.step(np.zeros((3, 1)))
     with pytest.raises(TypeError, match=r"seed must be an integer, not 1\.5"):
         envs.reset(seed=1.5)  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ValueError, match="the one option is reset_mask"):
+    with pytest.raises(ValueError, match="the only option is reset_mask"):
         envs.reset(options={"mask": [True] * 3})
     envs.reset()
-    with pytest.raises(ValueError, match=r"actions are \(3, 1\) here, not \(1,\)"):
+    with pytest.raises(ValueError, match=r"actions must have the shape \(3, 1\), not \(1,\)"):
         envs.step(np.zeros(1))
     with pytest.raises(ValueError, match="2 seeds for 3 environments"):
         envs.reset(seed=[1, 2])
     for mask in (np.zeros(3, bool), np.ones(2, bool), [1, 0, 1]):
-        with pytest.raises(ValueError, match=r"reset_mask is \(3,\) bool with a True in it"):
+        with pytest.raises(ValueError, match=r"reset_mask must be \(3,\) bool with at least one True"):
             envs.reset(options={"reset_mask": mask})
 
 

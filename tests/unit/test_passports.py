@@ -166,9 +166,9 @@ def test_given_draws_are_in_the_passport(scene: Path) -> None:
         with replay(text, file=document, render=False) as again:
             assert again.state() == batch.state([1])
             assert again.passport(1) == text
-    assert _told(text) == ["SC931 the scene of this passport was no file"]
+    assert _told(text) == ["SC931 the scene of this passport was not a file"]
     assert "SC931 the scene file differs" in _told(text, file=scene)[0]
-    with load_scene(compile_scene(scene), render=False) as batch, pytest.raises(ValueError, match="plan as an object"):
+    with load_scene(compile_scene(scene), render=False) as batch, pytest.raises(ValueError, match="is a plan object"):
         batch.passport(0)
 
 
@@ -197,7 +197,7 @@ CHANGES: dict[str, tuple[Callable[[Path], object], list[str]]] = {
         lambda folder: (folder / "scene.yaml").write_text(SCENE.replace("0.02}", "0.025}")),
         [
             "SC931 the scene file differs: its SHA-256 was",
-            "SC932 the default of the parameter `half` was 0.02, and is 0.025",
+            "SC932 the default of the parameter `half` was 0.02, but is 0.025",
         ],
     ),
     "no mesh": (
@@ -245,13 +245,13 @@ def test_another_version_or_state_is_named(scene: Path) -> None:
     content["versions"] |= {"sapien": "3.0.1", "mujoco": "3.2.0"}
     text = json.dumps(content)
     assert _told(text) == [
-        "SC933 the version of sapien was 3.0.1, and is 3.0.3",
-        "SC933 the version of mujoco was 3.2.0, and now there is none",
+        "SC933 the version of sapien was 3.0.1, but is 3.0.3",
+        "SC933 the version of mujoco was 3.2.0, but no longer exists",
     ]
     replay(text, any_version=True, render=False).close()
     content["seed"] = 1
     told = _told(json.dumps(content), any_version=True)
-    assert told[-1].startswith("SC934 the start of scene 2 has the hash ")
+    assert told[-1].startswith("SC934 the initial state of scene 2 has the hash ")
     assert told[-1].endswith(f", and had {content['state']}")
 
 

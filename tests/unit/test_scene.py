@@ -118,9 +118,9 @@ def test_the_files_of_an_export_are_those_that_were_written(file: Path, name: st
 def test_a_suffix_can_stand_for_another_target_and_must_stand_for_one(file: Path) -> None:
     scene = open_scene(file)
     assert b"<robot" in next(iter(scene.export(file.with_suffix(".xml"), target="urdf", entity="ball").files.values()))
-    with pytest.raises(ValueError, match=r"scene\.txt ends in none of \.py, \.json"):
+    with pytest.raises(ValueError, match=r"scene\.txt must end in one of \.py, \.json"):
         scene.export(file.with_suffix(".txt"))
-    with pytest.raises(ValueError, match="glb takes no `entity`"):
+    with pytest.raises(ValueError, match="glb does not support `entity`"):
         scene.export(file.with_suffix(".glb"), entity="ball")
 
 
@@ -153,7 +153,7 @@ def test_an_engines_failure_is_a_scene_error(file: Path, monkeypatch: pytest.Mon
 def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
     scene = open_scene(file, asset_roots=(root for root in [str(file.parent)]))
     assert scene._given.get("asset_roots") == (str(file.parent),)
-    with pytest.raises(TypeError, match="as `open_scene` gives it, not with str"):
+    with pytest.raises(TypeError, match="must be a scene from `open_scene`, not str"):
         scene.diff(str(file))  # pyright: ignore[reportArgumentType]
     with pytest.raises(TypeError, match="audit must be True or False, not 'some'"):
         scene.build(audit="some")  # pyright: ignore[reportArgumentType]
@@ -229,7 +229,7 @@ def test_an_argument_of_another_type_is_named_with_what_is_wanted(
         ("emit_scene", {"target": "json", "base": 3}, "base must be a string or a path, not 3"),
         ("plan_text", {}, "plan must be a ScenePlan, not "),
         ("list_params", {"limits": 3}, "limits must be a mapping from names to values, not 3"),
-        ("open_scene", {"asset_roots": ["a", 3]}, "asset_roots must be folders, as paths, not ['a', 3]"),
+        ("open_scene", {"asset_roots": ["a", 3]}, "asset_roots must be paths of folders, not ['a', 3]"),
     ],
 )
 def test_a_function_names_itself_and_the_argument(file: Path, name: str, given: dict[str, Any], wanted: str) -> None:
@@ -239,7 +239,7 @@ def test_a_function_names_itself_and_the_argument(file: Path, name: str, given: 
 
 def test_what_an_iterator_gives_is_checked_when_it_is_read(file: Path) -> None:
     roots: Any = (root for root in [3])
-    with pytest.raises(TypeError, match=r"^asset_roots must be folders, as paths, not 3$"):
+    with pytest.raises(TypeError, match=r"^asset_roots must be paths of folders, not 3$"):
         scenecc.validate(file, asset_roots=roots)
 
 
@@ -260,9 +260,9 @@ def test_a_target_of_the_other_function_names_it(file: Path, function: str, targ
 
 @pytest.mark.parametrize("method", ["export", "render"])
 def test_a_path_with_a_null_character_is_refused_before_anything_is_built(file: Path, method: str) -> None:
-    with pytest.raises(ValueError, match=rf"^Scene\.{method}\(\): path must have no null character: 'a\\x00\.glb'$"):
+    with pytest.raises(ValueError, match=rf"^Scene\.{method}\(\): path must not contain a null character: 'a\\x00\.glb'$"):
         getattr(open_scene(file), method)("a\0.glb")
-    with pytest.raises(ValueError, match="asset_roots must have no null character"):
+    with pytest.raises(ValueError, match="asset_roots must not contain a null character"):
         open_scene(file, asset_roots=["a\0"])
 
 
@@ -363,7 +363,7 @@ def test_a_stream_that_is_closed_too_early_is_refused_with_the_remedy(file: Path
 @pytest.mark.parametrize(
     ("name", "choices", "words"),
     [
-        ("picture.jpg", {}, "picture.jpg ends in none of .png, .mp4, .gif"),
+        ("picture.jpg", {}, "picture.jpg must end in one of .png, .mp4, .gif"),
         ("picture", {}, "picture ends in none of"),
         ("film.mp4", {"film": "gif", "steps": 1}, "film is 'gif', and film.mp4 ends in another suffix"),
         ("film.gif", {}, "a film needs steps"),

@@ -23,7 +23,7 @@ from scenecc.worker import Worker, WorkerError
 PATIENCE = 60.0
 """No test waits so long, unless it fails [s]."""
 
-ENDED = "the reader ended: the file needs too much memory, or crashes it"
+ENDED = "the reader ended: the file needs too much memory, or crashes the library"
 
 MakeWorker = Callable[..., Worker]
 
@@ -86,7 +86,7 @@ def test_requests_and_answers_larger_than_a_pipe(worker: Worker) -> None:
 @pytest.mark.parametrize("request_", [{"sleep": 2 * PATIENCE}, {"drip": 0.02}], ids=["no answer", "a slow one"])
 def test_a_request_that_takes_too_long(request_: dict[str, float], make_worker: MakeWorker) -> None:
     worker = make_worker(seconds=0.2)
-    with pytest.raises(WorkerError, match=r"^the reader takes more than 0\.2 s$"):
+    with pytest.raises(WorkerError, match=r"^the reader took more than 0\.2 s$"):
         worker.ask(request_, [])
     assert worker._process is None
     worker._seconds = PATIENCE
