@@ -1,8 +1,8 @@
-"""What a rule judges of a value: all that it can be, without drawing it, or else its rows once they are drawn.
+"""Queries of a value for rules: every possible value before it is drawn, or its rows afterwards.
 
-What is known by scene is judged scene by scene. What forms draw is judged by the corners of all that it can be, since
-no seed may decide whether a file is right. An expression may tie values together (a sliding friction that is a share
-of the sticking one), so a rule that one is part of is judged by rows, once there are some.
+Values known by scene are checked scene by scene. Values of forms are checked at their extremes, so that no seed decides
+whether a file is valid. An expression may couple values (dynamic friction as a share of static friction), so rules on
+expressions are checked on rows, once drawn.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ Row = tuple[float, ...]
 
 
 def is_deferred(values: Sequence[Value], *, drawn: bool) -> bool:
-    """Whether a rule is none of this stage's: it is the draw stage's (`drawn`) if a value of it holds an expression."""
+    """Returns whether a rule belongs to the other stage: rules on expressions belong to the draw stage (`drawn`)."""
     return any(map(_needs_drawn_rows, values)) is not drawn
 
 
 def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
-    """The rows of values that are known, or were drawn since one holds an expression, side by side.
+    """Returns the rows of the values side by side, if they are known, or drawn because of an expression.
 
-    None where a rule has to be judged by corners.
+    None means that the rule must use the extremes.
     """
     if all(value.is_constant for value in values):
         return iter([tuple(value.numbers() for value in values)])
@@ -43,13 +43,13 @@ def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
     columns = [value.data.reshape(len(value.data), -1) for value in values]
     count = max(map(len, columns))
     columns = [np.broadcast_to(column, (count, column.shape[1])) for column in columns]
-    # A cycle has few rows, however many scenes there are.
+    # A cycle has few rows, even with many scenes.
     first = distinct_rows(np.concatenate(columns, axis=1))
     return zip(*(map(tuple, column[first].tolist()) for column in columns), strict=True)
 
 
 def alternatives(value: Value) -> list[Row] | None:
-    """Every row that one value can have; None where they lie between bounds."""
+    """Returns every possible row of a value; None if it lies between bounds."""
     found = rows([value])
     if found is not None:
         return [row for (row,) in found]
@@ -58,30 +58,30 @@ def alternatives(value: Value) -> list[Row] | None:
 
 
 def alternatives_or_extremes(value: Value) -> list[Row]:
-    """Every row that a value can have, or else the least and the most that each of its numbers can be."""
+    """Returns every possible row of a value, or else the minimum and maximum of each of its numbers."""
     found = alternatives(value)
     return [lowest(value), highest(value)] if found is None else found
 
 
 def indices(value: Value) -> list[int]:
-    """Every alternative of a table index, by first use."""
+    """Returns every alternative of a table index, in order of first use."""
     return list(dict.fromkeys(map(int, value.numbers())))
 
 
 def lowest(value: Value) -> Row:
-    """The least that each component can be."""
+    """Returns the minimum of each component."""
     return _extreme_row(value, high=False)
 
 
 def highest(value: Value) -> Row:
-    """The most that each component can be."""
+    """Returns the maximum of each component."""
     return _extreme_row(value, high=True)
 
 
 def judged_pairs(a: Value, b: Value, *, drawn: bool) -> Sequence[tuple[float, float]]:
-    """Pairs of numbers by which a rule judges that one value is not above another; none if `is_deferred`.
+    """Returns pairs of numbers to check that one value does not exceed another; empty if `is_deferred`.
 
-    Those of each scene, if known; otherwise the maximum of the first with the minimum of the second.
+    If known, one pair per scene; otherwise the maximum of the first with the minimum of the second.
     """
     if is_deferred([a, b], drawn=drawn):
         return ()
@@ -92,13 +92,13 @@ def judged_pairs(a: Value, b: Value, *, drawn: bool) -> Sequence[tuple[float, fl
 def wrong_pair(
     a: Value, b: Value, is_wrong: Callable[[float, float], bool], *, drawn: bool
 ) -> tuple[tuple[float, float], bool] | None:
-    """The first wrong pair of numbers of two values, of which the first must not be above the second.
+    """Returns the first wrong pair of numbers of two values, the first of which must not exceed the second.
 
     Args:
-        a: the value that must be small.
-        b: the value that must be large.
-        is_wrong: judges a pair of their numbers.
-        drawn: judge only values of expressions, which are deferred until they are drawn.
+        a: the value that must be smaller.
+        b: the value that must be larger.
+        is_wrong: checks a pair of their numbers.
+        drawn: check only values of expressions, which are deferred until they are drawn.
 
     Returns:
         The pair, and whether it is only possible: expressions are not drawn yet, and some draws may give it.
@@ -112,7 +112,7 @@ def wrong_pair(
 
 
 def _joint_pairs(a: Dependence, b: Dependence) -> list[tuple[float, float]]:
-    """Pairs that two expressions may give together before they are drawn."""
+    """Returns pairs that two expressions may give together before they are drawn."""
     from scenecc.variation.node_bounds import joint_extremes  # noqa: PLC0415 - loaded where something varies
     from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
@@ -123,26 +123,26 @@ def _joint_pairs(a: Dependence, b: Dependence) -> list[tuple[float, float]]:
 
 
 def _bounded(pairs: Iterable[tuple[Row, Row]]) -> list[tuple[float, float]]:
-    """The pairs of which both numbers are known and finite."""
+    """Returns the pairs whose numbers are both known and finite."""
     return [(x[0], y[0]) for x, y in pairs if is_bounded((*x, *y))]
 
 
 def is_bounded(row: Sequence[float | None]) -> bool:
-    """Whether all numbers of a row are known and finite."""
+    """Returns whether all numbers of a row are known and finite."""
     return all(number is not None and isfinite(number) for number in row)
 
 
 def report_fault(
     sink: Sink, code: str, message: str, place: Origin, hint: str, *, possible: bool, at: At = "value"
 ) -> None:
-    """Reports what a rule found. `possible`: only some draws have it, so that it is a warning."""
+    """Reports a rule's finding. `possible`: only some draws have it, so it is a warning."""
     if possible:
-        code, message, hint = "SC514", f"in some scene {message}", f"each scene is judged as it is drawn; {hint}"
+        code, message, hint = "SC514", f"in some scene {message}", f"each scene is checked when it is built; {hint}"
     sink.report(code, message, place, at=at, hint=hint)
 
 
 def judged_limits(value: Value, *, drawn: bool) -> Sequence[Row]:
-    """Rows of two numbers by which a rule judges that the first is not above the second; none if `is_deferred`."""
+    """Returns rows of two numbers to check that the first does not exceed the second; empty if `is_deferred`."""
     if is_deferred([value], drawn=drawn):
         return ()
     found = alternatives(value)

@@ -185,7 +185,7 @@ def test_a_grey_texture_that_another_key_named_first(tmp_path: Path) -> None:
     place = "entities.ball.visuals[0].material"
     assert found == {
         f"{place}.visual.base_color_texture": "base_color_texture, the shape is invisible",
-        place: "emission_texture, nothing glows",
+        place: "emission_texture, there is no emission",
     }
 
 
