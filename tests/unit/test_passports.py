@@ -168,7 +168,7 @@ def test_given_draws_are_in_the_passport(scene: Path) -> None:
             assert again.passport(1) == text
     assert _told(text) == ["SC931 the scene of this passport was not a file"]
     assert "SC931 the scene file differs" in _told(text, file=scene)[0]
-    with load_scene(compile_scene(scene), render=False) as batch, pytest.raises(ValueError, match="is a plan object"):
+    with load_scene(compile_scene(scene), render=False) as batch, pytest.raises(ValueError, match="plan as an object"):
         batch.passport(0)
 
 
@@ -252,7 +252,7 @@ def test_another_version_or_state_is_named(scene: Path) -> None:
     content["seed"] = 1
     told = _told(json.dumps(content), any_version=True)
     assert told[-1].startswith("SC934 the initial state of scene 2 has the hash ")
-    assert told[-1].endswith(f", and had {content['state']}")
+    assert told[-1].endswith(f", but had {content['state']}")
 
 
 @pytest.mark.parametrize(

@@ -254,7 +254,7 @@ def test_an_asset_root_that_is_no_folder_is_refused(file: Path) -> None:
     ("function", "target", "writer"), [("emit_scene", "mjcf", "export_scene"), ("export_scene", "json", "emit_scene")]
 )
 def test_a_target_of_the_other_function_names_it(file: Path, function: str, target: str, writer: str) -> None:
-    with pytest.raises(ValueError, match=rf"^unknown target '{target}'; `{writer}` writes it; the targets are "):
+    with pytest.raises(ValueError, match=rf"^unknown target '{target}'; use `{writer}` for it; the targets are "):
         getattr(scenecc, function)(file, target)
 
 
@@ -363,7 +363,7 @@ def test_a_stream_that_is_closed_too_early_is_refused_with_the_remedy(file: Path
 @pytest.mark.parametrize(
     ("name", "choices", "words"),
     [
-        ("picture.jpg", {}, "picture.jpg must end in one of .png, .mp4, .gif"),
+        ("picture.jpg", {}, "picture.jpg ends in none of .png, .mp4, .gif"),
         ("picture", {}, "picture ends in none of"),
         ("film.mp4", {"film": "gif", "steps": 1}, "film is 'gif', and film.mp4 ends in another suffix"),
         ("film.gif", {}, "a film needs steps"),

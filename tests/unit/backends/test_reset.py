@@ -163,7 +163,7 @@ def test_given_draws_are_taken_in_place_of_drawing(batch: SceneBatch) -> None:
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
-        ({"seed": -1}, ValueError, "not negative"),
+        ({"seed": -1}, ValueError, "must not be negative"),
         ({"seed": True}, TypeError, "integer"),
         ({"seed": 1.5}, TypeError, r"a seed must be an integer, not 1\.5"),
         ({"seed": "a"}, TypeError, "a seed must be an integer, not 'a'"),

@@ -146,7 +146,7 @@ def test_a_robot_falls_whose_root_has_no_shape(weightless: list[str]) -> None:
         ({"type": "weld", "pose_in_child": [0, 0, 0], "pose_in_parent": [0, 0, 0.25]}, "its frames are 50 mm apart"),
         ({"type": "connection", "pose_in_child": [0, 0, 0], "pose_in_parent": [0, 0, 0.25]}, "50 mm apart"),
         ({"type": "distance", "limits": [0, 0.1], "pose_in_child": [0, 0, 0], "pose_in_parent": [0, 0, 0]}, "200 mm"),
-        ({"type": "weld", "pose_in_child": {"rpy_deg": [0, 0, 30]}, "pose_in_parent": [0, 0, 0.3]}, "turned by 30°"),
+        ({"type": "weld", "pose_in_child": {"rpy_deg": [0, 0, 30]}, "pose_in_parent": [0, 0, 0.3]}, "rotated by 30°"),
     ],
 )
 def test_a_constraint_that_the_start_breaks_is_torn(constraint: dict[str, Any], text: str) -> None:
@@ -179,7 +179,7 @@ def test_the_mistakes_of_a_scene_are_those_of_validate() -> None:
 def test_arguments_out_of_range_are_refused() -> None:
     with pytest.raises(ValueError, match="settle must be 0 or more"):
         check_scene(scene({}), settle=-1)
-    with pytest.raises(ValueError, match="seed is not taken with seeds"):
+    with pytest.raises(ValueError, match="seed cannot be combined with seeds"):
         check_scene(scene({}), seed=1, seeds=[2])
 
 
