@@ -87,17 +87,17 @@ def test_marks_and_line_ends_stay(tmp_path: Path, start: str, end: str) -> None:
 @pytest.mark.parametrize(
     ("entity", "name", "said"),
     [
-        ('{pose: [0, 0, "${height}"], %s}', "cube", "an expression or a form owns `pose`"),
-        ("{pose: {p: [0, 0, {uniform: [0, 1]}]}, %s}", "cube", "an expression or a form owns `p`"),
+        ('{pose: [0, 0, "${height}"], %s}', "cube", "`pose` is an expression or a form"),
+        ("{pose: {p: [0, 0, {uniform: [0, 1]}]}, %s}", "cube", "`p` is an expression or a form"),
         ("{pose: {per_scene: [[0, 0, 1], [0, 0, 2]]}, %s}", "cube", "a form or a matrix (`per_scene`)"),
-        ("{pose: {q: uniform}, %s}", "cube", "an expression or a form owns `q`"),
-        ("{repeat: {i: {count: 2}}, pose: [0, 0, 1], %s}", "cube_1", "one copy of the `repeat` of `cube`"),
-        ("{pose: {p: [1, 0, 0], look_at: [0, 0, 0]}, %s}", "cube", "`look_at` turns it with its place"),
+        ("{pose: {q: uniform}, %s}", "cube", "`q` is an expression or a form"),
+        ("{repeat: {i: {count: 2}}, pose: [0, 0, 1], %s}", "cube_1", "a copy made by the `repeat` of `cube`"),
+        ("{pose: {p: [1, 0, 0], look_at: [0, 0, 0]}, %s}", "cube", "`look_at` sets its rotation from its position"),
         ("{use: scenecc:cube, pose: [0, 0, 1]}", "cube/cube", "the prefab that `cube` uses"),
         ("{pose: &there [0, 0, 1], %s}\n  twin: {pose: *there, %s}", "twin", "written elsewhere, at an anchor"),
         ("{pose: &there [0, 0, 1], %s}\n  twin: {pose: *there, %s}", "cube", "would change with it"),
         ("{<<: {pose: [0, 0, 1]}, %s}", "cube", "not written there: a merge key"),
-        ("{variants: [{%s}, {%s}], pick: {cycle: [0, 1]}, pose: [0, 0, 1]}", "cube", "`variants` gives it its pose"),
+        ("{variants: [{%s}, {%s}], pick: {cycle: [0, 1]}, pose: [0, 0, 1]}", "cube", "`variants` sets its pose"),
     ],
 )
 def test_what_something_else_owns_is_refused(tmp_path: Path, entity: str, name: str, said: str) -> None:
@@ -116,7 +116,7 @@ def test_a_move_that_would_be_an_error_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     editor, loaded = opened(path, text)
     options = Options.of(limits={"text_bytes": len(text)})
-    with pytest.raises(EditError, match="the file would have an error then"):
+    with pytest.raises(EditError, match="the file would have an error"):
         editor.write_pose(loaded, options, loaded.plan.entities[0], 0, (0.0, 0.0, 1.5, *UNTURNED))
     assert path.read_text() == text
 
@@ -126,7 +126,7 @@ def test_a_file_that_has_changed_is_left_alone(tmp_path: Path) -> None:
     text = f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n"
     editor, loaded = opened(path, text)
     path.write_text(text + "# more\n")
-    with pytest.raises(EditError, match="the file has changed since it was shown"):
+    with pytest.raises(EditError, match="the file has changed since it was loaded"):
         write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
     path.write_text(text)
     assert write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
@@ -171,7 +171,7 @@ def test_a_file_that_is_read_only_stays_so_in_a_folder_that_may_be_written(
     editor, loaded = opened(path, f"{HEAD}entities:\n  cube: {{pose: [0, 0, 1], {SHAPES}}}\n")
     before = path.read_bytes()
     monkeypatch.setattr("os.access", lambda at, mode: (Path(at), mode) != (path, os.W_OK))
-    with pytest.raises(EditError, match="the file may not be written"):
+    with pytest.raises(EditError, match="the file is not writable"):
         write(editor, loaded, (0.0, 0.0, 2.0, *UNTURNED))
     assert path.read_bytes() == before
 
@@ -179,7 +179,7 @@ def test_a_file_that_is_read_only_stays_so_in_a_folder_that_may_be_written(
 def test_what_is_no_scene_file_is_not_written() -> None:
     found = load({"scenecc": 1, "entities": {"cube": {"shapes": [{"type": "sphere", "radius": 1}]}}}, Options.of(), {})
     assert found.loaded is not None
-    with pytest.raises(EditError, match="no scene file in YAML"):
+    with pytest.raises(EditError, match="not a YAML scene file"):
         write(FileEditor(None), found.loaded, (0.0, 0.0, 2.0, *UNTURNED))
 
 

@@ -110,7 +110,7 @@ def test_what_an_expression_owns_has_no_gizmo_and_says_why(shown: Shown) -> None
     shown.session.select(TALL)
     shown.session.move(on=True)
     assert shown.node("/gizmo") is None
-    assert "an expression or a form owns `pose`" in shown.texts()
+    assert "`pose` is an expression or a form" in shown.texts()
     shown.session.drop(TALL, (9.0, 9.0, 9.0, *UNTURNED))
     assert shown.path.read_text() == SCENE
 
@@ -122,7 +122,7 @@ def test_a_refused_drop_puts_the_body_back(shown: Shown) -> None:
     shown.path.write_text(SCENE + "# saved meanwhile\n")
     shown.session.drop(BOX, (5.0, 0.5, 0.5, *UNTURNED))
     assert place(shown.node("/scene 0/box")) == pytest.approx((1, 0, 0.5))
-    assert "the file has changed since it was shown" in shown.texts()
+    assert "the file has changed since it was loaded" in shown.texts()
     assert shown.path.read_text() == SCENE + "# saved meanwhile\n"
 
 
@@ -189,7 +189,7 @@ def test_contacts_are_arrows_of_their_forces(shown: Shown) -> None:
 
 def test_a_check_outlines_what_overlaps_and_links_to_its_line(shown: Shown) -> None:
     shown.session.check()
-    assert "Nothing is found." in shown.texts()
+    assert "No findings." in shown.texts()
     shown.path.write_text(SCENE.replace("pose: [1, 0, 0.5]", "pose: [1, 0, 0.45]"))
     shown.session.reload()
     shown.session.check()

@@ -76,7 +76,7 @@ def test_every_loopback_address_is_closed_to_other_sites(host: str, closed: bool
 @pytest.mark.parametrize("host", ["", " "])
 def test_an_empty_host_is_refused(host: str) -> None:
     """The system takes it for every address of the machine."""
-    with pytest.raises(ValueError, match=r"a host is an address or the name of a machine.*0\.0\.0\.0"):
+    with pytest.raises(ValueError, match=r"a host must be an address or host name.*0\.0\.0\.0"):
         PageAddress(host=host)
 
 
@@ -159,7 +159,7 @@ def test_a_token_lets_in_whoever_has_it() -> None:
 
 @pytest.mark.parametrize("token", ["", "schlüssel"])
 def test_a_token_that_no_address_holds_is_refused(token: str) -> None:
-    with pytest.raises(ValueError, match="a token is one or more ASCII characters"):
+    with pytest.raises(ValueError, match="a token must have one or more ASCII characters"):
         PageAddress(token=token)
 
 

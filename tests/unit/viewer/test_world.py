@@ -313,7 +313,7 @@ def test_a_scene_at_fault_gives_no_page(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="scene must be at least 0, not -1"):
         page_of_source(path, look=ViewOptions(scene=-1))
     for port in (-1, 65536):
-        with pytest.raises(ValueError, match=f"a port is 0 to 65535, not {port}"):
+        with pytest.raises(ValueError, match=f"a port must be from 0 to 65535, not {port}"):
             PageAddress(port=port)
     with pytest.raises(ValueError, match="steps must be at least 0"):
         page_of_source(path, steps=-1)
