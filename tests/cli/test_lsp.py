@@ -163,7 +163,7 @@ def test_a_rename_that_breaks_an_expression_is_refused(client, scene):
     text = SCENE.replace("relative_to: table", "relative_to: \"${'ta' + 'ble'}\"")
     assert checked(client, scene, text) == []
     refused = client.at("rename", scene, 2, 3, newName="desk")
-    assert "it would lead to an error in line 5" in refused["message"]
+    assert "it would cause an error in line 5" in refused["message"]
 
 
 def test_quick_fixes_come_from_findings(client, scene):

@@ -149,7 +149,7 @@ def test_a_name_is_changed_wherever_it_is_used(tmp_path):
 REFUSED = {
     "a name that repetition makes": ("  dot", "spot", "made by repetition"),
     "a copy": ("dot_1", "spot", "made by repetition"),
-    "a link": ("arm/hand", "palm", "changed in their files"),
+    "a link": ("arm/hand", "palm", "changed in their own files"),
     "a name that is taken": ("relative_to: lamp", "ground", "already among the entities"),
     "a name of a frame that is taken": ("relative_to: lamp", "eye", "already among the cameras"),
     "no name": ("relative_to: lamp", "a b", "is not a name"),

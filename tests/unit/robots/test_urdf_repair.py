@@ -259,7 +259,7 @@ def test_an_image_that_a_gltf_lacks_is_an_error(tmp_path: Path) -> None:
         build(tmp_path, f'<link name="a">{mesh}{BOX}</link><link name="b"/>' + joint("fixed"), "files")
     (error,) = scenecc.validate(tmp_path / "scene.yaml")
     assert "gone.png" in error.message
-    assert "OBJ meshes only" in (error.hint or "")
+    assert "ignores only images of OBJ meshes" in (error.hint or "")
 
 
 def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -> None:

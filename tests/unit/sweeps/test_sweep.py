@@ -252,7 +252,7 @@ def test_a_file_that_changes_meanwhile_ends_the_sweep(scene: Path) -> None:
 
     with pytest.raises(scenecc.SceneError, match="SC829") as raised:
         run(scene, "out", progress=change)
-    assert "scene.yaml` has another content" in raised.value.diagnostics[0].message
+    assert "scene.yaml` has different content" in raised.value.diagnostics[0].message
     scene.write_text(SCENE)
     assert run(scene, "out").table is not None
 

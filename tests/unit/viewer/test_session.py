@@ -156,7 +156,7 @@ def test_what_is_gone_is_no_longer_told(shown: Shown) -> None:
     shown.session.select((0, "ball", 0))
     shown.path.write_text(SCENE.replace("ball", "other"))
     shown.session.reload()
-    assert "Click on a body" in shown.texts()
+    assert "Click a body" in shown.texts()
 
 
 def test_of_values_given_by_hand_those_stay_that_the_file_takes(shown: Shown) -> None:
