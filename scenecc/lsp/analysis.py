@@ -74,7 +74,7 @@ class SceneText:
         return None
 
     def path_at(self, line: int, column: int) -> KeyPath:
-        """Returns the path of the leaf at or before a 0-based position; in the indentation, of the line's first leaf."""
+        """Returns the path of the leaf at or before a 0-based position; in indentation, of the line's first leaf."""
         text = self.line(line)
         indentation = len(text) - len(text.lstrip())
         at = bisect_right(self.leaves, (line, max(column, indentation)), key=lambda one: one[:2])

@@ -218,7 +218,7 @@ def test_what_cannot_be_packed_is_refused(text: Any, words: str, home: Path) -> 
 
 def test_names_that_differ_by_case_are_refused(home: Path) -> None:
     (home / "a/parts/A.obj").write_text(MESH)
-    with pytest.raises(SceneError, match=r"SC428.*where case does not count"):
+    with pytest.raises(SceneError, match=r"SC428.*differ only in case"):
         pack_scene(write(home, scene(a="parts/a.obj", b="parts/A.obj")))
 
 

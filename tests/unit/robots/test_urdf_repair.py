@@ -267,8 +267,8 @@ def test_a_visual_by_a_scheme_that_is_not_read_may_be_left_out(tmp_path: Path) -
     content = f'<link name="a">{mesh}{BOX}</link>'
     links, told = read(tmp_path, content, "files")
     assert links is not None
-    assert told == ["SC488 `file://` is not read, in `file:///usr/arm.obj`: the <visual> is left out"]
-    assert read(tmp_path, content)[1] == ["SC403 `file://` is not read, in `file:///usr/arm.obj`"]
+    assert told == ["SC488 `file://` is not supported, in `file:///usr/arm.obj`: the <visual> is left out"]
+    assert read(tmp_path, content)[1] == ["SC403 `file://` is not supported, in `file:///usr/arm.obj`"]
     links, told = read(tmp_path, content.replace("visual", "collision"), "files")
     assert (links, [line[:5] for line in told]) == (None, ["SC403"])
     # What is there and may not be read stays an error.
@@ -410,7 +410,7 @@ def test_an_image_that_cannot_be_read_is_left_out(tmp_path: Path, pictured: str)
     (tmp_path / "scene.yaml").write_text("scenecc: 1\nentities: {r: {urdf: robot.urdf}}\n", encoding="utf-8")
     errors = [each for each in scenecc.validate(tmp_path / "scene.yaml") if each.severity == "error"]
     assert [each.code for each in errors] == ["SC410", "SC418"]
-    assert all("with `repair: [files]` in the scene it is left out" in (each.hint or "") for each in errors)
+    assert all("add `repair: [files]` to ignore it" in (each.hint or "") for each in errors)
 
 
 def test_a_copy_without_the_image_is_seen(tmp_path: Path, pictured: str) -> None:

@@ -68,9 +68,9 @@ def test_places_count_characters_and_not_bytes(before: str) -> None:
         (lambda it: it.set_scalar(("entities", "twin", "mass"), "1"), "`mass` is written elsewhere, at an anchor"),
         (lambda it: it.set_scalar(("entities", "twin", "gravity"), "1"), "`gravity` is not written there"),
         (lambda it: it.set_scalar(("entities", "cube", "pose", 3), "1"), "`3` is not written there"),
-        (lambda it: it.set_scalar(("entities", "cube", "pose"), "1"), "`pose` is no single value"),
-        (lambda it: it.wrap(("entities", "ball", "pose"), "{", "}"), "`pose` is written without brackets"),
-        (lambda it: it.add_key(("entities", "cube", "pose"), "a", "1"), "`pose` is no mapping"),
+        (lambda it: it.set_scalar(("entities", "cube", "pose"), "1"), "`pose` is not a single value"),
+        (lambda it: it.wrap(("entities", "ball", "pose"), "{", "}"), "`pose` has no brackets"),
+        (lambda it: it.add_key(("entities", "cube", "pose"), "a", "1"), "`pose` is not a mapping"),
     ],
 )
 def test_what_is_not_written_there_is_refused(edit: Callable[[TextEdits], None], said: str) -> None:

@@ -96,7 +96,7 @@ def test_marks_and_line_ends_stay(tmp_path: Path, start: str, end: str) -> None:
         ("{use: scenecc:cube, pose: [0, 0, 1]}", "cube/cube", "the prefab that `cube` uses"),
         ("{pose: &there [0, 0, 1], %s}\n  twin: {pose: *there, %s}", "twin", "written elsewhere, at an anchor"),
         ("{pose: &there [0, 0, 1], %s}\n  twin: {pose: *there, %s}", "cube", "would change with it"),
-        ("{<<: {pose: [0, 0, 1]}, %s}", "cube", "not written there: a merge key"),
+        ("{<<: {pose: [0, 0, 1]}, %s}", "cube", "not written there: it comes from a merge key"),
         ("{variants: [{%s}, {%s}], pick: {cycle: [0, 1]}, pose: [0, 0, 1]}", "cube", "`variants` sets its pose"),
     ],
 )
