@@ -164,9 +164,9 @@ def test_a_distance_beyond_the_size_of_the_target_is_told(key: str, value: Any) 
 
 
 def test_where_nothing_fits_what_most_tries_failed_at_is_named() -> None:
-    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 50 of 50 are not whole on `table`"):
+    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 50 of 50 are not completely on `table`"):
         compile_scene(scene(3, cube=thing(0, region=[[0.49, 0], [0.5, 0.1]], tries=50)))
-    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 5 of 5 are too near to `mug`"):
+    with pytest.raises(SceneError, match=r"of the last tries in scene 0, 5 of 5 are too close to `mug`"):
         compile_scene(scene(1, mug=thing(0, at=[0, 0]), cube=thing(0, at=[0.01, 0], tries=5)))
 
 
