@@ -24,7 +24,7 @@ class SceneError(Exception):
         super().__init__(self.diagnostics)
 
     def __str__(self) -> str:
-        from scenecc.diagnostics.formats import render  # noqa: PLC0415 - it needs this package
+        from scenecc.diagnostics.formats import render  # noqa: PLC0415 - a circular import
 
         return "\n" + render(self.diagnostics)
 

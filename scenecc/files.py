@@ -134,7 +134,7 @@ def keep_file(kind: str, content: bytes, suffix: str) -> Path:
     Raises:
         OSError: it cannot be written.
     """
-    from hashlib import sha256  # noqa: PLC0415 - few commands keep anything
+    from hashlib import sha256  # noqa: PLC0415 - few commands cache anything
 
     folder = cache_folder(kind)
     file = folder / f"{sha256(content).hexdigest()}{suffix}"
@@ -171,7 +171,7 @@ def _prune(folder: Path) -> None:
     if len(files) > MOST_RESULTS or sum(status.st_size for status, _ in files) > MOST_RESULT_BYTES:
         for _, path in files[: len(files) // 2]:
             with suppress(OSError):  # another process may remove them too
-                os.unlink(path)  # noqa: PTH108 - the name of an entry
+                os.unlink(path)  # noqa: PTH108 - a directory entry's name
 
 
 def read_result(file: Path) -> bytes | None:
@@ -184,7 +184,7 @@ def read_result(file: Path) -> bytes | None:
 
 
 def _checksum(content: bytes) -> bytes:
-    from hashlib import sha256  # noqa: PLC0415 - few commands keep anything
+    from hashlib import sha256  # noqa: PLC0415 - few commands cache anything
 
     return sha256(content).hexdigest().encode() + b"\n"
 
@@ -248,7 +248,7 @@ def read_checked(path: str | os.PathLike[str], digest: str | None) -> bytes:
         OSError: it cannot be read.
         ChangedError: its content has changed.
     """
-    from hashlib import sha256  # noqa: PLC0415 - few commands read what was checked
+    from hashlib import sha256  # noqa: PLC0415 - few commands compare hashes
 
     with open_regular(path) as file:
         data = file.read()
@@ -265,6 +265,6 @@ def state_of(status: os.stat_result) -> State:
 def state_now(path: str | os.PathLike[str]) -> State | None:
     """Returns the state of a file; None if it does not exist."""
     try:
-        return state_of(os.stat(path))  # noqa: PTH116 - a path of either kind
+        return state_of(os.stat(path))  # noqa: PTH116 - text or a Path
     except OSError:
         return None

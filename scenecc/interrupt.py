@@ -86,7 +86,7 @@ def child(command: list[str], **options: Any) -> Generator[subprocess.Popen[byte
 
     with undoing() as undo:
         with interrupts_wait():
-            process: subprocess.Popen[Any] = subprocess.Popen(command, **options)  # noqa: S603 - known to who calls this
+            process: subprocess.Popen[Any] = subprocess.Popen(command, **options)  # noqa: S603 - the caller knows the command
             undo.callback(process.kill)
         try:
             yield process
@@ -165,7 +165,7 @@ _PR_SET_PDEATHSIG = 1
 
 def exit_with_parent(parent: int) -> None:
     """Makes Linux end this process as soon as its parent ends, for any reason."""
-    import ctypes  # noqa: PLC0415 - of workers alone
+    import ctypes  # noqa: PLC0415 - only workers need it
     import sys  # noqa: PLC0415
 
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

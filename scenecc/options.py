@@ -257,7 +257,7 @@ def _folders(given: Any) -> list[str | PathLike[str]]:
 def folder_fault(roots: Iterable[str | PathLike[str]]) -> str | None:
     """Returns why a path is not a folder to search; None if all are."""
     for root in roots:
-        if not isdir(root):  # noqa: PTH112 - False where it may not be looked at, where `Path.is_dir` raises
+        if not isdir(root):  # noqa: PTH112 - False without access, where `Path.is_dir` raises
             is_there = lexists(root)
             return f"`{fspath(root)}` is not a folder" if is_there else f"there is no folder `{fspath(root)}`"
     return None

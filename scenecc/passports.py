@@ -248,7 +248,7 @@ _FILE_HINT: Final = "restore it, for example from version control, or give anoth
 
 def _compare_named(known: PassportContent, source: Source, options: Options, sink: Sink) -> None:
     """Reports which files of the passport differ, for a scene that cannot be compiled."""
-    from scenecc.source.provenance import content_hash, hash_document  # noqa: PLC0415 - few replays fail so
+    from scenecc.source.provenance import content_hash, hash_document  # noqa: PLC0415 - needed only for this error
 
     found = None if hasattr(source, "read") else read_input(source, options.limits, Sink())
     if found is None:

@@ -61,7 +61,7 @@ def run_rules(plan: ScenePlan, rules: Mapping[str, Rule], file: str | None, sink
     for code, rule in rules.items():
         try:
             rule(plan, report_as(code))
-        except Exception as error:  # noqa: BLE001, PERF203 - code of somebody else
+        except Exception as error:  # noqa: BLE001, PERF203 - third-party code
             message = f"the rule {code} failed: {type(error).__name__}: {error}"
             sink.report("SC917", message, plan.origin or Location(file), hint="this is a bug in the rule's package")
     report_unused(sink, file, rules.__contains__)

@@ -210,7 +210,7 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
     for entity in plan.entities:
         for structure in entity.structures:
             if not isinstance(structure, BodyStructure):
-                from scenecc.checks.joints import check_articulation  # noqa: PLC0415 - loaded where there is one
+                from scenecc.checks.joints import check_articulation  # noqa: PLC0415 - needed only if there is one
 
                 check_articulation(structure, entity.name, structure_origin(structure, entity, plan), sink, drawn=drawn)
             for name, body, described in named_bodies(structure, entity.name):
@@ -229,11 +229,11 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
 def _check_optional_sections(plan: ScenePlan, sink: Sink, *, drawn: bool) -> None:
     """Checks constraints, lights and cameras, whose rules are loaded only if there are any."""
     if plan.constraints:
-        from scenecc.checks.joints import check_constraints  # noqa: PLC0415 - likewise
+        from scenecc.checks.joints import check_constraints  # noqa: PLC0415 - as above
 
         check_constraints(plan, sink, drawn=drawn)
     if plan.lights or plan.cameras:
-        from scenecc.checks.render_objects import check_render_objects  # noqa: PLC0415 - likewise
+        from scenecc.checks.render_objects import check_render_objects  # noqa: PLC0415 - as above
 
         check_render_objects(plan, sink, drawn=drawn)
 

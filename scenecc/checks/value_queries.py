@@ -36,9 +36,9 @@ def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
         return iter([tuple(value.numbers() for value in values)])
     if not all(value.known for value in values) and not any(_needs_drawn_rows(value) for value in values):
         return None
-    import numpy as np  # noqa: PLC0415 - loaded where something varies
+    import numpy as np  # noqa: PLC0415 - needed only if something varies
 
-    from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - likewise
+    from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - as above
 
     columns = [value.data.reshape(len(value.data), -1) for value in values]
     count = max(map(len, columns))
@@ -113,8 +113,8 @@ def wrong_pair(
 
 def _joint_pairs(a: Dependence, b: Dependence) -> list[tuple[float, float]]:
     """Returns pairs that two expressions may give together before they are drawn."""
-    from scenecc.variation.node_bounds import joint_extremes  # noqa: PLC0415 - loaded where something varies
-    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
+    from scenecc.variation.node_bounds import joint_extremes  # noqa: PLC0415 - needed only if something varies
+    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - as above
 
     try:
         return _bounded((_as_row(x), _as_row(y)) for x, y in joint_extremes(a, b))

@@ -30,7 +30,7 @@ def main() -> "NoReturn":
     if sys.getfilesystemencoding() == "ascii" and os.environ.get("PYTHONUTF8") != "1":  # `-X utf8=0` has priority
         # With LC_ALL=C and PYTHONUTF8=0, no file name in a scene could go beyond ASCII, and SAPIEN rejects such names.
         os.environ["PYTHONUTF8"] = "1"
-        os.execv(sys.executable, sys.orig_argv)  # noqa: S606 - this process again
+        os.execv(sys.executable, sys.orig_argv)  # noqa: S606 - restarts this process
 
     from scenecc.cli.app import main as run
 

@@ -91,7 +91,7 @@ class _LazyMetadata(ModuleType):
         if name not in sys.modules:
             module = sys.modules[name] = cls(name)
             module.__spec__ = importlib.machinery.PathFinder.find_spec(name, importlib.__path__)
-            setattr(importlib, "metadata", module)  # noqa: B010 - type checkers do not know it there
+            setattr(importlib, "metadata", module)  # noqa: B010 - type checkers reject the assignment
 
     def entry_points(self, **selection: Any) -> Any:
         return self._loaded().entry_points(**selection)

@@ -64,7 +64,7 @@ class FindingsCache:
         return frozenset(Path(path) for path, _, _ in record["files"]) | frozenset(map(Path, record["missing"]))
 
     def _entry(self, file: str) -> Path:
-        key = f"{self._basis}{(file, os.path.abspath(file))!r}"  # noqa: PTH100 - as it is named
+        key = f"{self._basis}{(file, os.path.abspath(file))!r}"  # noqa: PTH100 - keeps links
         return self._folder / sha256(key.encode()).hexdigest()
 
     @cached_property

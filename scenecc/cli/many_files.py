@@ -151,7 +151,7 @@ def _targets(files: Sequence[str], output: str, suffix: str, faults: list[Diagno
         )
     if STDIN in files:
         faults.append(usage_error("SC901", "standard input cannot be combined with other files", file=STDIN))
-    top = os.path.commonpath([os.path.abspath(Path(file).parent) for file in files]) if files else ""  # noqa: PTH100 - of links, where they lie
+    top = os.path.commonpath([os.path.abspath(Path(file).parent) for file in files]) if files else ""  # noqa: PTH100 - keeps links
     targets = {file: str(Path(output, os.path.relpath(file, top)).with_suffix(suffix)) for file in files}
     first: dict[str, str] = {}
     for file, target in targets.items():

@@ -251,7 +251,7 @@ def load_rules(wanted: tuple[str, ...]) -> dict[str, Rule]:
             raise SettingsError(f"no installed package has a rule `{prefix}`", "rules", prefix, hint=hint)
         try:
             found |= {name: one.load() for name, one in fitting.items()}
-        except Exception as error:  # noqa: BLE001 - code of somebody else
+        except Exception as error:  # noqa: BLE001 - third-party code
             message = f"the rules `{prefix}` cannot be loaded: {type(error).__name__}: {error}"
             raise SettingsError(message, "rules", prefix) from None
     return found

@@ -143,7 +143,7 @@ def _place(host: str | None, port: int | None, token: str | None) -> PageAddress
 
     import scenecc
 
-    made_up = token_urlsafe() if token == "auto" else token  # noqa: S105 - no token
+    made_up = token_urlsafe() if token == "auto" else token  # noqa: S105 - not a token
     try:
         return scenecc.PageAddress(host or scenecc.PageAddress().host, port, made_up)
     except ValueError as error:

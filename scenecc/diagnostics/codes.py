@@ -90,7 +90,7 @@ class Code:
 
 @cache
 def _parsed(entry: str) -> dict[str, dict[str, Any]]:
-    import yaml  # noqa: PLC0415 - needed once something is reported
+    import yaml  # noqa: PLC0415 - needed only for reports
 
     # Uses the C parser if PyYAML has it, because `scenecc explain` parses every entry for its list of titles.
     return yaml.load(entry, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe

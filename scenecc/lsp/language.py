@@ -39,7 +39,7 @@ class Word(NamedTuple):
 
 @cache
 def _schema() -> Schema:
-    from scenecc.spec.json_schema import json_schema  # noqa: PLC0415 - all models are made for it, which takes a second
+    from scenecc.spec.json_schema import json_schema  # noqa: PLC0415 - builds all models, which takes a second
 
     return json_schema()
 

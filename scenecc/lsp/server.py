@@ -151,7 +151,7 @@ class SceneServer(LanguageServer):
             except FaultError as fault:
                 _LOG.error("%s", fault)
                 self.tell(f"this is a bug in scenecc, not an error in {path.name}")
-            except Exception:  # noqa: BLE001 - the next text is checked all the same
+            except Exception:  # noqa: BLE001 - the next text must still be checked
                 _LOG.exception("checking %s", path)
                 self.tell(f"this is a bug in scenecc, not an error in {path.name}")
 

@@ -147,7 +147,7 @@ def answer(request: Check | Describe) -> CheckResult | EntityFacts | None:
 
 
 def _read(scene: OpenScene, sink: Sink) -> tuple[Document | None, PathCache]:
-    from scenecc.source import read_text  # noqa: PLC0415 - the process says nothing before the first request
+    from scenecc.source import read_text  # noqa: PLC0415 - nothing is needed before the first request
     from scenecc.source.paths import PathCache  # noqa: PLC0415
 
     text, limits = scene.texts[scene.path], scene.options.limits
@@ -263,10 +263,10 @@ def main() -> None:
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # keep the engine's output out of the answers
     while len(header := requests.read(HEADER_BYTES)) == HEADER_BYTES:
-        request = pickle.loads(requests.read(decode_length(header)))  # noqa: S301 - of the process that started this
+        request = pickle.loads(requests.read(decode_length(header)))  # noqa: S301 - from the parent process
         try:
             found: Any = answer(request)
-        except Exception:  # noqa: BLE001 - a fault of ours is told, and the next request is answered
+        except Exception:  # noqa: BLE001 - a bug is reported, and the next request is answered
             import traceback  # noqa: PLC0415
 
             found = Fault(traceback.format_exc())

@@ -146,10 +146,7 @@ def witnesses(a: Cores, b: Cores) -> Floats:
 def _bounds(a: Cores, b: Cores, wanted: Floats | None) -> tuple[Floats, Floats, Floats]:
     """Returns lower and upper bounds of the distances of core pairs (n,) [m], and vectors (n, 3) of that length.
 
-    Args:
-        a: first cores.
-        b: second cores.
-        wanted: distances (n,); a pair is finished once its distance is known to be above or below. None: exact.
+    `wanted`: distances (n,); a pair is finished once its distance is known to be above or below. None: exact.
     """
     count = len(a.p)
     lower, upper = np.zeros(count), np.full(count, np.inf)

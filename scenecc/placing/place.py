@@ -298,7 +298,7 @@ class _Trial:
             return []
         if placement.kind == "on":
             return placer.surfaces(placement.target)
-        from scenecc.plan import Mount  # noqa: PLC0415 - few placements are inside of something
+        from scenecc.plan import Mount  # noqa: PLC0415 - few placements use `inside`
 
         return [
             Surface(one.there & (one.z + placement.gap < self._top), one.z, one.corners)

@@ -212,7 +212,7 @@ def _plan_work(
     if not entries:
         raise ValueError("a sweep needs files and parameters")
     ordered = tuple(entries[key] for key in sorted(entries))
-    return Work(ordered, do, float(settle), camera, size, os.getcwd())  # noqa: PTH109 - text, to be compared
+    return Work(ordered, do, float(settle), camera, size, os.getcwd())  # noqa: PTH109 - only compared, as text
 
 
 def _entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink) -> Entry | None:
@@ -226,7 +226,7 @@ def _entry(file: str, options: Options, seeds: Sequence[int] | None, sink: Sink)
     if own >= _MOST:
         sink.report("SC940", f"the seed {own} does not fit in the table", Location(file), hint="give --seeds")
         return None
-    named = {os.path.abspath(file): file}  # noqa: PTH100 - as it is named
+    named = {os.path.abspath(file): file}  # noqa: PTH100 - keeps links
     named |= {str(path): reference.uri for path, reference in memory.named.items()}
     used = {path: content_hash(path) or "" for path in named}
     return Entry(file, options, result.plan.num_scenes, seeds or [own], used, named)

@@ -173,7 +173,7 @@ def do_unit(work: Work, unit: Unit) -> Outcome:
     """Runs a unit. Errors of a scene are not raised."""
     started, worker = time.perf_counter(), f"{platform.node()}:{os.getpid()}"
     try:
-        if os.getcwd() != work.folder:  # noqa: PTH109 - a process of a cluster starts elsewhere
+        if os.getcwd() != work.folder:  # noqa: PTH109 - a process of a cluster starts in another folder
             os.chdir(work.folder)
     except OSError:
         return Outcome([], {}, 0.0, worker, f"there is no folder `{work.folder}`")

@@ -326,7 +326,7 @@ class Session:
     def _hear(self, places: list[Place]) -> None:
         self._mail.post("select written", lambda: self.select_written(places))
 
-    def _dragged(self, key: Key, pose: Pose7, done: bool) -> None:  # noqa: FBT001 - as the page calls it
+    def _dragged(self, key: Key, pose: Pose7, done: bool) -> None:  # noqa: FBT001 - the page's callback signature
         if done:
             self._mail.post("drop", lambda: self.drop(key, pose))
         else:

@@ -163,7 +163,7 @@ def _opened(place: PageAddress, label: str) -> viser.ViserServer:
 
 def address(place: PageAddress, port: int) -> str:
     """Returns the address for a browser on this machine, or on others if they can reach it."""
-    host = _own_address(place.host) if place.host in {"0.0.0.0", "::"} else place.host  # noqa: S104 - compared
+    host = _own_address(place.host) if place.host in {"0.0.0.0", "::"} else place.host  # noqa: S104 - only compared
     token = "" if place.token is None else f"/?token={quote(place.token, safe='')}"
     return f"http://{f'[{host}]' if ':' in host else host}:{port}{token}"
 

@@ -54,7 +54,7 @@ def excerpt(text: str, column: int | None, end_column: int | None, *, width: int
 
 
 def _window(text: str, start: int, width: int) -> tuple[int, int]:
-    """Returns the range to show: from the line's start if that fits, else from a third of the width before it."""
+    """Returns the range to show: from the line's start if that fits, else a third of the width before the caret."""
     whole = len(text) <= width and _cells("", text) <= width
     if whole:
         return 0, len(text)
