@@ -24,7 +24,7 @@ def cube(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_scene_file_is_written_and_built(run, cube: Path) -> None:
+def test_import_writes_and_builds_a_scene_file(run, cube: Path) -> None:
     done = run("import", cube, "-o", "cube.yaml")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("built 1 body; those that move weigh 1 kg\n")
@@ -36,14 +36,14 @@ def test_a_scene_file_is_written_and_built(run, cube: Path) -> None:
     assert cube.with_suffix(".yaml").read_text() == text
 
 
-def test_losses_are_listed_on_standard_error(run, cube: Path) -> None:
+def test_import_losses_are_listed_on_standard_error(run, cube: Path) -> None:
     cube.write_text(SDF.format(more='<sensor name="s" type="imu"/>'))
     done = run("import", cube, "-o", "cube.yaml")
     assert done.returncode == 0
     assert "warning SC432: sensors (1): <sensor> `imu`" in done.stderr
 
 
-def test_a_loss_that_is_not_allowed_ends_the_import(run, cube: Path) -> None:
+def test_a_loss_without_allow_ends_the_import(run, cube: Path) -> None:
     cube.write_text(SDF.format(more="<inertial><mass>0</mass></inertial>"))
     done = run("import", cube, "-o", "cube.yaml")
     assert done.returncode == 1
@@ -53,13 +53,13 @@ def test_a_loss_that_is_not_allowed_ends_the_import(run, cube: Path) -> None:
 
 
 @pytest.mark.parametrize("arguments", [("--allow", "everything"), ("-o", "nowhere/cube.yaml"), ("-o", "-")])
-def test_wrong_usage_has_its_status(run, cube: Path, arguments: tuple[str, ...]) -> None:
+def test_wrong_usage_of_import_has_its_status(run, cube: Path, arguments: tuple[str, ...]) -> None:
     done = run("import", cube, *(arguments if "-o" in arguments else ("-o", "cube.yaml", *arguments)))
     assert done.returncode == 2
 
 
 @pytest.mark.parametrize("output", ["w${1}.yaml", "scenecc:x.yaml", "~.yaml", "a\nb.yaml"])
-def test_an_output_that_no_scene_can_name_is_refused_before_any_work(run, cube: Path, output: str) -> None:
+def test_an_unusable_output_is_refused_before_any_work(run, cube: Path, output: str) -> None:
     cube.write_text("no SDF")
     done = run("import", cube, "-o", output)
     assert done.returncode == 2
@@ -78,14 +78,14 @@ def test_an_output_that_no_scene_can_name_is_refused_before_any_work(run, cube: 
         (("cube.sdf", "-o", "cube.sdf"), "`cube.sdf` is the source itself"),
     ],
 )
-def test_wrong_paths_are_told_in_words_of_an_import(run, cube: Path, arguments: tuple[str, ...], words: str) -> None:
+def test_wrong_import_paths_are_reported(run, cube: Path, arguments: tuple[str, ...], words: str) -> None:
     done = run("import", *arguments)
     assert done.returncode == 2
     assert words in done.stderr
     assert cube.read_text() == SDF.format(more="")
 
 
-def test_a_folder_of_assets_that_is_a_file_is_named(run, tmp_path: Path) -> None:
+def test_an_assets_folder_that_is_a_file_is_reported(run, tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     (tmp_path / "in/arm.urdf").write_text(URDF.format(more=""))
     (tmp_path / "out").mkdir()
@@ -96,7 +96,7 @@ def test_a_folder_of_assets_that_is_a_file_is_named(run, tmp_path: Path) -> None
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["arm_assets"]
 
 
-def test_a_urdf_stays_a_file(run, tmp_path: Path) -> None:
+def test_an_imported_urdf_is_used_as_a_file(run, tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(URDF.format(more=""))
     done = run("import", "arm.urdf", "-o", "arm.yaml")
     assert done.returncode == 0, done.stderr
@@ -111,7 +111,7 @@ MJCF = """<mujoco><option timestep="0.005" integrator="RK4"/>
 </worldbody><sensor><gyro site="s"/></sensor></mujoco>"""
 
 
-def test_an_mjcf_stays_a_file_beside_what_an_entity_does_not_have(run, tmp_path: Path) -> None:
+def test_an_imported_mjcf_is_used_as_a_file(run, tmp_path: Path) -> None:
     (tmp_path / "cart.xml").write_text(MJCF)
     done = run("import", "cart.xml", "-o", "cart.yaml")
     assert done.returncode == 0, done.stderr
@@ -126,7 +126,7 @@ def test_an_mjcf_stays_a_file_beside_what_an_entity_does_not_have(run, tmp_path:
     assert "0 errors, 4 warnings\n" in done.stderr
 
 
-def test_findings_about_the_scene_stand_at_the_imported_file(run, tmp_path: Path) -> None:
+def test_findings_of_an_import_name_the_imported_file(run, tmp_path: Path) -> None:
     joint = '<joint type="hinge" limited="true" range="20 40"/><geom size="1"/>'
     (tmp_path / "cart.xml").write_text(f"<mujoco><worldbody><body>{joint}</body></worldbody></mujoco>")
     done = run("import", "cart.xml", "-o", "cart.yaml")
@@ -152,7 +152,7 @@ def test_the_page_names_every_loss_that_must_be_allowed() -> None:
     assert not missing
 
 
-def test_many_files_go_to_a_folder_and_one_at_fault_does_not_end_it(run, cube: Path, tmp_path: Path) -> None:
+def test_importing_many_files_survives_a_bad_one(run, cube: Path, tmp_path: Path) -> None:
     worlds = tmp_path / "worlds"
     (worlds / "deep").mkdir(parents=True)
     (worlds / "deep/a.sdf").write_text(SDF.format(more=""))
@@ -182,7 +182,7 @@ def test_many_files_go_to_a_folder_and_one_at_fault_does_not_end_it(run, cube: P
         (("cube.sdf", "no.urdf", "-o", "cube.sdf"), "`cube.sdf` cannot be created"),
     ],
 )
-def test_what_many_cannot_be_written_to_is_wrong_usage(run, cube: Path, arguments: tuple[str, ...], words: str) -> None:
+def test_importing_many_files_needs_a_folder(run, cube: Path, arguments: tuple[str, ...], words: str) -> None:
     cube.with_name("worlds").mkdir()
     cube.with_name("cube.urdf").write_text(URDF.format(more=""))
     done = run("import", *arguments)

@@ -28,7 +28,7 @@ def scene(tmp_path: Path) -> Path:
     return path
 
 
-def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Path) -> None:
+def test_render_without_a_device_gives_an_install_hint(run, scene: Path, tmp_path: Path) -> None:
     done = run("render", scene, "-o", "out.png", **NOWHERE)
     assert (done.returncode, done.stdout) == (3, "")
     assert "error SC803: visuals were asked for, and there is no render device" in done.stderr
@@ -60,21 +60,21 @@ def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Pat
         (["-o", "scene.yaml"], "must end in .png"),
     ],
 )
-def test_what_cannot_be_meant_is_wrong_usage(run, scene: Path, arguments: list[str], told: str) -> None:
+def test_contradictory_render_options_are_wrong_usage(run, scene: Path, arguments: list[str], told: str) -> None:
     done = run("render", scene, *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert told in done.stderr
     assert scene.read_text() == SCENE
 
 
-def test_a_scene_at_fault_is_told_before_a_missing_device(run, scene: Path) -> None:
+def test_errors_of_a_scene_are_reported_before_a_missing_device(run, scene: Path) -> None:
     scene.write_text(SCENE.replace("half_size", "half_sizes"))
     done = run("render", scene, "-o", "out.png", **NOWHERE)
     assert done.returncode == 1
     assert "SC101" in done.stderr
 
 
-def test_a_file_that_is_there_stays_where_nothing_is_rendered(run, scene: Path, tmp_path: Path) -> None:
+def test_a_failed_render_keeps_the_old_file(run, scene: Path, tmp_path: Path) -> None:
     (tmp_path / "out.png").write_bytes(b"before")
     assert run("render", scene, "-o", "out.png", **NOWHERE).returncode == 3
     assert (tmp_path / "out.png").read_bytes() == b"before"
@@ -106,7 +106,7 @@ def test_a_segmentation_comes_with_its_legend(run, scene: Path, tmp_path: Path) 
 
 
 @pytest.mark.render
-def test_an_encoder_that_ends_early_is_the_machines_fault(run, scene: Path, tmp_path: Path) -> None:
+def test_an_encoder_crash_is_an_error_of_the_machine(run, scene: Path, tmp_path: Path) -> None:
     arguments = ["--camera", "eye", "--steps", "200", "--every", "1", "--video", "film.mp4"]
     done = run("render", scene, *arguments, IMAGEIO_FFMPEG_EXE="/bin/true")
     assert (done.returncode, done.stdout) == (3, "")
@@ -115,7 +115,7 @@ def test_an_encoder_that_ends_early_is_the_machines_fault(run, scene: Path, tmp_
 
 
 @pytest.mark.render
-def test_a_sheet_and_a_film_at_once(run, scene: Path, tmp_path: Path) -> None:
+def test_a_sheet_and_a_video_are_written_together(run, scene: Path, tmp_path: Path) -> None:
     arguments = ["--camera", "eye", "--grid", "--steps", "9", "--every", "3", "--video", "film.mp4", "-o", "out.png"]
     done = run("render", scene, *arguments)
     assert done.returncode == 0, done.stderr
@@ -128,7 +128,7 @@ def test_a_sheet_and_a_film_at_once(run, scene: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.render
-def test_a_picture_goes_to_standard_output_and_its_description_beside_it(scene: Path, tmp_path: Path) -> None:
+def test_a_picture_on_standard_output_is_described_on_standard_error(scene: Path, tmp_path: Path) -> None:
     import subprocess
     import sys
 
@@ -142,7 +142,7 @@ def test_a_picture_goes_to_standard_output_and_its_description_beside_it(scene: 
 
 @pytest.mark.render
 @pytest.mark.parametrize("output", [("-o", "out.png"), ("--video", "out.gif")])
-def test_a_simulation_that_diverges_gives_no_picture(run, scene: Path, tmp_path: Path, output: tuple[str, str]) -> None:
+def test_a_diverging_simulation_gives_no_picture(run, scene: Path, tmp_path: Path, output: tuple[str, str]) -> None:
     falls = SCENE.replace("  floor: {body_type: static, shapes: [{type: plane}]}\n", "")
     scene.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{falls}")
     done = run("render", scene, *output, "--steps", "20")
@@ -152,7 +152,7 @@ def test_a_simulation_that_diverges_gives_no_picture(run, scene: Path, tmp_path:
 
 
 @pytest.mark.render
-def test_pictures_of_many_scenes_are_those_of_each(run, scene: Path, tmp_path: Path) -> None:
+def test_rendering_many_scenes_gives_the_pictures_of_each(run, scene: Path, tmp_path: Path) -> None:
     (tmp_path / "more").mkdir()
     (tmp_path / "more/blue.yaml").write_text(SCENE.replace("[1, 0, 0]", "[0, 0, 1]"))
     (tmp_path / "more/bad.yaml").write_text(SCENE.replace("half_size", "half_sizes"))
@@ -169,14 +169,14 @@ def test_pictures_of_many_scenes_are_those_of_each(run, scene: Path, tmp_path: P
     assert not (tmp_path / "out/more/bad.png").exists()
 
 
-def test_many_scenes_without_a_device_are_each_told(run, scene: Path, tmp_path: Path) -> None:
+def test_a_missing_device_is_reported_for_each_scene(run, scene: Path, tmp_path: Path) -> None:
     (tmp_path / "other.yaml").write_text(SCENE)
     done = run("render", scene, "other.yaml", "-o", "out", **NOWHERE)
     assert (done.returncode, done.stdout, done.stderr.count("error SC803")) == (3, "", 2)
 
 
 @pytest.mark.parametrize("arguments", [("--video", "a.gif", "--steps", "2"), ("-o", "out.png"), ("-o", "-")])
-def test_many_pictures_do_not_go_to_one_file(run, scene: Path, arguments: tuple[str, ...]) -> None:
+def test_many_pictures_need_a_folder(run, scene: Path, arguments: tuple[str, ...]) -> None:
     done = run("render", scene, "other.yaml", *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert "-o FOLDER" in done.stderr or "name a folder after -o" in done.stderr

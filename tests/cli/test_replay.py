@@ -45,7 +45,7 @@ def passport(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return text
 
 
-def test_a_passport_is_taken_as_a_file_as_text_and_from_standard_input(passport: str, tmp_path: Path) -> None:
+def test_replay_reads_a_passport_from_file_text_and_standard_input(passport: str, tmp_path: Path) -> None:
     said = "scene 3 of 4: the initial state equals the passport's, bit for bit\n"
     for arguments, stdin in ((["passport.json"], ""), ([passport], ""), (["-"], passport)):
         done = run(tmp_path, *arguments, stdin=stdin)
@@ -58,7 +58,7 @@ def test_a_passport_is_taken_as_a_file_as_text_and_from_standard_input(passport:
     assert "scene.yaml: error SC931: there is no file `scene.yaml` here; name it with --file" in done.stderr
 
 
-def test_what_differs_is_told_and_the_status_is_1(passport: str, tmp_path: Path) -> None:
+def test_replay_reports_differences_with_status_1(passport: str, tmp_path: Path) -> None:
     content = json.loads(passport)
     content["versions"]["numpy"] = "1.0"
     content["reset"]["seed"] = 5
@@ -78,7 +78,7 @@ def test_what_differs_is_told_and_the_status_is_1(passport: str, tmp_path: Path)
     assert "scene.yaml: error SC931: the scene file differs: its SHA-256 was " in done.stderr
 
 
-def test_mistakes_of_usage(passport: str, tmp_path: Path) -> None:
+def test_wrong_usage_of_replay_is_refused(passport: str, tmp_path: Path) -> None:
     assert run(tmp_path, "no.json").returncode == 2
     assert "SC901" in run(tmp_path, "no.json").stderr
     assert run(tmp_path, passport, "--render", "start.jpg").returncode == 2
@@ -86,7 +86,7 @@ def test_mistakes_of_usage(passport: str, tmp_path: Path) -> None:
     assert run(tmp_path, ".").returncode == 1
 
 
-def test_the_scene_is_shown_until_it_is_interrupted(passport: str, tmp_path: Path) -> None:
+def test_replay_view_runs_until_interrupted(passport: str, tmp_path: Path) -> None:
     pytest.importorskip("viser")
     pipe = subprocess.PIPE
     command = ["scenecc", "replay", "passport.json", "--view"]
@@ -104,7 +104,7 @@ def test_the_scene_is_shown_until_it_is_interrupted(passport: str, tmp_path: Pat
 
 
 @pytest.mark.render
-def test_a_picture_is_of_the_start(passport: str, tmp_path: Path) -> None:
+def test_replay_renders_the_initial_state(passport: str, tmp_path: Path) -> None:
     assert run(tmp_path, passport, "--render", "start.png").stdout.endswith("start.png: scene 3\n")
     content = json.loads(passport)
     del content["reset"]
