@@ -220,7 +220,10 @@ def test_closing_closes_the_batch(envs: SceneVectorEnv) -> None:
 WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "steps": (lambda: make(steps_per_action=0), "steps_per_action must be at least 1, not 0"),
     "length": (lambda: make(max_episode_steps=0), "max_episode_steps must be at least 1, not 0"),
-    "observation": (lambda: make(observation=lambda batch: np.zeros(4)), "`observation` must return one row for each of 3"),
+    "observation": (
+        lambda: make(observation=lambda batch: np.zeros(4)),
+        "`observation` must return one row for each of 3",
+    ),
     "no array": (lambda: make(observation=lambda batch: {"a": 1}), "it needs an `observation_space`"),
 }
 
@@ -244,7 +247,10 @@ def test_a_function_that_gives_one_value_for_all(name: str) -> None:
 FAULTY: dict[str, tuple[dict[str, Any], str]] = {
     "reward": ({"reward": lambda batch: [0, np.nan, 0]}, r"`reward` is NaN in scene 1"),
     "observation": ({"observation": lambda batch: np.full((3, 2), np.nan)}, "`observation` is NaN in scene 0–2"),
-    "shape": ({"observation": lambda batch: np.zeros((3, 4))}, r"`observation` must return the shape \(3, 2\), not \(3, 4\)"),
+    "shape": (
+        {"observation": lambda batch: np.zeros((3, 4))},
+        r"`observation` must return the shape \(3, 2\), not \(3, 4\)",
+    ),
     "ends": ({"terminated": lambda batch: [0.5] * 3}, "`terminated` must return bool, not float64"),
     "info": ({"info": lambda batch: {"success": [True]}}, r"`info\['success'\]` must return one row for each of 3"),
 }

@@ -260,7 +260,9 @@ def test_a_target_of_the_other_function_names_it(file: Path, function: str, targ
 
 @pytest.mark.parametrize("method", ["export", "render"])
 def test_a_path_with_a_null_character_is_refused_before_anything_is_built(file: Path, method: str) -> None:
-    with pytest.raises(ValueError, match=rf"^Scene\.{method}\(\): path must not contain a null character: 'a\\x00\.glb'$"):
+    with pytest.raises(
+        ValueError, match=rf"^Scene\.{method}\(\): path must not contain a null character: 'a\\x00\.glb'$"
+    ):
         getattr(open_scene(file), method)("a\0.glb")
     with pytest.raises(ValueError, match="asset_roots must not contain a null character"):
         open_scene(file, asset_roots=["a\0"])

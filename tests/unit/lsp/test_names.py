@@ -93,7 +93,7 @@ DEFINITIONS = {
 
 
 @pytest.mark.parametrize("case", DEFINITIONS)
-def test_where_names_are_defined(case, tmp_path):
+def test_definitions_of_names_are_found(case, tmp_path):
     word, file, line, text = DEFINITIONS[case]
     assert opened(tmp_path, word).definition() == (file, line, text)
 
@@ -116,13 +116,13 @@ def test_unknown_names_have_no_definition(tmp_path):
         assert Editor(tmp_path, {"a.yaml": text}, {"table.yaml": PREFAB}).definition() is None
 
 
-def test_files_outside_are_not_found(tmp_path):
+def test_definitions_in_outside_files_are_not_found(tmp_path):
     (tmp_path / "secret.yaml").write_text(PREFAB)
     text = HEAD + "entities:\n  a: {use: ../secret.yaml¦}\n"
     assert Editor(tmp_path / "in", {"a.yaml": text}).definition() is None
 
 
-def test_uses_are_found_in_all_files(tmp_path):
+def test_uses_of_a_name_are_found_in_all_files(tmp_path):
     found = opened(tmp_path, "  lamp", file="part.yaml").uses()
     assert found == [("part.yaml", 4, "lamp"), ("a.yaml", 10, "lamp")]
     inside = opened(tmp_path, "  top", file="table.yaml").uses()
@@ -136,7 +136,7 @@ def renamed(editor: Editor, new: str) -> dict[str, str]:
     return {file.name: text for file, text in applied(view, rename(view, *editor.cursor, new)).items()}
 
 
-def test_a_name_is_changed_wherever_it_is_used(tmp_path):
+def test_a_rename_changes_every_use_of_a_name(tmp_path):
     changed = renamed(opened(tmp_path, "  top", file="table.yaml"), "board")
     assert changed["table.yaml"] == PREFAB.replace("top", "board")
     assert changed["a.yaml"] == SCENE.replace("top", "board")
@@ -160,7 +160,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_is_not_renamed(case, tmp_path):
+def test_impossible_renames_are_refused(case, tmp_path):
     word, new, reason = REFUSED[case]
     editor = opened(tmp_path, word)
     with pytest.raises(RefusedError, match=reason):
@@ -175,7 +175,7 @@ def test_a_scene_with_errors_is_not_renamed(tmp_path):
         rename(editor.view, *editor.cursor, "torch")
 
 
-def test_a_name_in_an_instance_without_a_prefix_is_its_own(tmp_path):
+def test_a_name_inside_an_instance_is_renamed_separately(tmp_path):
     instance = HEAD + "entities:\n  desk: {use: table.yaml, prefix: ''}\n"
     text = f"{instance}  a: {{pose: {{p: [5, 0, 0], relative_to: leg¦}}, {BOX}}}\n"
     editor = Editor(tmp_path, {"a.yaml": text}, {"table.yaml": PREFAB})
@@ -183,7 +183,7 @@ def test_a_name_in_an_instance_without_a_prefix_is_its_own(tmp_path):
     assert renamed(editor, "foot")["a.yaml"].count("foot") == 1
 
 
-def test_hover_tells_keys_names_and_parameters(tmp_path):
+def test_hover_describes_keys_names_and_parameters(tmp_path):
     def told(word, **choices):
         found = opened(tmp_path, word, **choices).hover()
         return found.text, found.entity
@@ -198,14 +198,14 @@ def test_hover_tells_keys_names_and_parameters(tmp_path):
     assert told("arm/hand") == ("link `arm/hand` — arm.urdf", "arm")
 
 
-def test_hover_shows_a_stranger_s_text_as_text(tmp_path):
+def test_hover_escapes_text_of_a_scene(tmp_path):
     prefab = PREFAB.replace("A table with two parts.", "'![x](http://y) <b>'")
     editor = Editor(tmp_path, {"a.yaml": HEAD + "entities: {a: {use: table.yaml¦}}\n"}, {"table.yaml": prefab})
     assert "![x](http" not in editor.hover().text
     assert r"\<b\>" in editor.hover().text
 
 
-def test_the_outline(tmp_path):
+def test_the_outline_lists_sections_and_names(tmp_path):
     editor = opened(tmp_path, "  bulb")
     outline = symbols_of(editor.view.texts[tmp_path / "a.yaml"])
     assert [one.name for one in outline] == ["entities", "cameras"]
