@@ -52,7 +52,7 @@ def ask_everything(view, scene, random):
 
 
 @pytest.mark.parametrize("scene", SCENES[::5], ids=lambda scene: scene.stem)
-def test_a_truncated_scene_has_no_false_findings(scene):
+def test_a_truncated_scene_reports_only_its_syntax_error(scene):
     """The mistake of a text that is no YAML is told alone; corrections are looked for in whatever is found."""
     text, random = scene.read_text(), Random(scene.stem)
     editor = Editor(scene.parent, {})

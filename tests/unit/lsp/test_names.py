@@ -175,7 +175,7 @@ def test_a_scene_with_errors_is_not_renamed(tmp_path):
         rename(editor.view, *editor.cursor, "torch")
 
 
-def test_a_name_inside_an_instance_is_renamed_separately(tmp_path):
+def test_a_name_in_an_instance_without_a_prefix_is_resolved(tmp_path):
     instance = HEAD + "entities:\n  desk: {use: table.yaml, prefix: ''}\n"
     text = f"{instance}  a: {{pose: {{p: [5, 0, 0], relative_to: leg¦}}, {BOX}}}\n"
     editor = Editor(tmp_path, {"a.yaml": text}, {"table.yaml": PREFAB})

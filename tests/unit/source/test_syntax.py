@@ -50,7 +50,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("text", CASES)
-def test_what_is_said(text: str, faults: Callable[..., list[Diagnostic]]) -> None:
+def test_each_syntax_error_has_its_message_and_hint(text: str, faults: Callable[..., list[Diagnostic]]) -> None:
     found = faults(text)[-1]
     line, column, end_column, message, hint = CASES[text]
     print(found, found.hint)
@@ -60,14 +60,16 @@ def test_what_is_said(text: str, faults: Callable[..., list[Diagnostic]]) -> Non
     assert hint is None or hint in (found.hint or "")
 
 
-def test_the_start_of_what_is_open_is_named(faults: Callable[..., list[Diagnostic]]) -> None:
+def test_an_unclosed_bracket_is_reported_with_its_start(faults: Callable[..., list[Diagnostic]]) -> None:
     (found,) = faults("a:\n  b: [1,\n    2\nc: 3")
     (related,) = found.related
     assert (related.location.line, related.location.column) == (2, 6)
 
 
 @pytest.mark.parametrize("text", ["a: {b:1}", "a: {b:1, c: 2}"])
-def test_a_colon_without_a_blank_in_braces(text: str, faults: Callable[..., list[Diagnostic]]) -> None:
+def test_a_missing_space_after_a_colon_in_braces_is_reported(
+    text: str, faults: Callable[..., list[Diagnostic]]
+) -> None:
     (found,) = faults(text)
     assert (found.code, found.column) == ("SC006", 5)
     assert "key: value" in (found.hint or "")
