@@ -24,7 +24,7 @@ def test_doctor_lists_present_and_missing_items(run, tmp_path: Path) -> None:
     for check in checks.values():
         assert check["found"] in text
         assert all(line in text for line in (check["hint"] or "").splitlines())
-    assert text.splitlines()[-1].endswith("To begin: `scenecc init demo`")
+    assert text.splitlines()[-1].endswith("To start: `scenecc init demo`")
 
 
 @pytest.mark.render
